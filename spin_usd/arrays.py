@@ -1,0 +1,54 @@
+"""Read-only arrays, checked at the door, and their content digests."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from spin_usd.errors import GeometryError
+
+Float = NDArray[np.float64]
+
+
+def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """`values` as a C-contiguous read-only array; copies only when it must."""
+    array = np.ascontiguousarray(values, dtype=dtype).reshape(np.shape(values))
+    if array.flags.writeable:
+        array = array.copy() if array is values else array
+        array.flags.writeable = False
+    return array
+
+
+def finite(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
+    """`values` as a frozen float64 array of `shape` (None = any length); NaN and infinity are refused."""
+    array = np.asarray(values, dtype=np.float64)
+    fits = array.ndim == len(shape) and all(
+        want is None or want == have for want, have in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise GeometryError(f"{name} has shape {array.shape}, expected {tuple(shape)}")
+    if not np.isfinite(array).all():
+        raise GeometryError(f"{name} holds NaN or infinity")
+    return frozen(array)
+
+
+def digest(*items: Any) -> str:
+    """sha256 (hex) of arrays (type, shape, bytes) and JSON values, in order; stable across machines.
+
+    The digest of several items differs from that of any other split of the same bytes.
+    """
+    total = hashlib.sha256()
+    for item in items:
+        if isinstance(item, np.ndarray):
+            little = np.ascontiguousarray(item, dtype=item.dtype.newbyteorder("<"))
+            head = f"{little.dtype.str}{little.shape}".encode()
+            body: bytes | memoryview = little.tobytes()
+        else:
+            head = b"json"
+            body = json.dumps(item, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+        total.update(len(head).to_bytes(8, "little") + head + len(body).to_bytes(8, "little"))
+        total.update(body)
+    return total.hexdigest()

@@ -1,0 +1,58 @@
+"""The error tree: every failure that a user can cause or mend is a SpinError.
+
+A message is one sentence that says what was found, where, and what to do next. Each class is also a
+built-in kind, so that callers who know nothing of spin_usd can still catch it.
+"""
+
+DONE = 0
+FINDINGS = 1
+BAD_INPUT = 2
+INTERNAL = 3
+
+
+class SpinError(Exception):
+    """Base of all expected failures. `exit_code` is what the command line returns for it."""
+
+    exit_code = BAD_INPUT
+
+    def __init__(self, found: str, *, where: object = None, do: str | None = None) -> None:
+        self.found, self.where, self.do = found, where, do
+        at = f"{where}: " if where is not None else ""
+        remedy = f"; {do}" if do else ""
+        super().__init__(_one_line(f"{at}{found}{remedy}"))
+
+
+class InputError(SpinError, ValueError):
+    """A file or an argument given by the user cannot be accepted."""
+
+
+class GeometryError(SpinError, ValueError):
+    """Numbers that do not form what their name says: a rotation, a camera, a mesh."""
+
+
+class FrameError(SpinError, TypeError):
+    """Two transforms whose frames do not touch were combined."""
+
+
+class StageError(SpinError, ValueError):
+    """A USD stage does not compose, or lacks what a picture needs."""
+
+
+class UnsupportedError(SpinError, NotImplementedError):
+    """The stage asks for something that this version does not render; nothing is dropped silently."""
+
+
+class OutputError(SpinError, OSError):
+    """A result could not be written, or came back different from what was written."""
+
+
+class RenderError(SpinError, RuntimeError):
+    """A renderer failed on a frame."""
+
+    exit_code = FINDINGS
+
+
+def _one_line(text: str, limit: int = 600) -> str:
+    """One line of at most `limit` printable characters: stage strings can hold anything."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return line if len(line) <= limit else line[: limit - 1] + "…"

@@ -1,0 +1,50 @@
+"""Boxes of whole pixels."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Region:
+    """Pixels with x0 <= column < x1 and y0 <= row < y1; (0, 0) is the top left pixel."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    @classmethod
+    def full(cls, width: int, height: int) -> "Region":
+        return cls(x0=0, y0=0, x1=width, y1=height)
+
+    @property
+    def width(self) -> int:
+        return max(self.x1 - self.x0, 0)
+
+    @property
+    def height(self) -> int:
+        return max(self.y1 - self.y0, 0)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns), as numpy orders them."""
+        return self.height, self.width
+
+    @property
+    def empty(self) -> bool:
+        return self.width == 0 or self.height == 0
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Index of this box in an array of the whole frame."""
+        return slice(self.y0, self.y0 + self.height), slice(self.x0, self.x0 + self.width)
+
+    def __and__(self, other: "Region") -> "Region":
+        return Region(
+            x0=max(self.x0, other.x0),
+            y0=max(self.y0, other.y0),
+            x1=min(self.x1, other.x1),
+            y1=min(self.y1, other.y1),
+        )
+
+    def padded(self, pixels: int) -> "Region":
+        return Region(x0=self.x0 - pixels, y0=self.y0 - pixels, x1=self.x1 + pixels, y1=self.y1 + pixels)

@@ -1,0 +1,75 @@
+"""Rotations: unit quaternions (scalar first, Hamilton) and 3x3 matrices, active, double precision.
+
+Source: J. Diebel, "Representing Attitude" (2006); the matrix to quaternion branch choice is Shepperd's (1978).
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spin_usd.arrays import Float, finite
+from spin_usd.errors import GeometryError
+
+# Six-decimal label files (SPEED+ synthetic) hold quaternions whose norm is off by at most 1e-6 (half a unit in
+# the last place, four components); a norm further off is another rotation, not a rounded one.
+QUATERNION_NORM_TOLERANCE = 1e-5
+ORTHONORMAL_TOLERANCE = 1e-9
+
+
+def unit_quaternion(q: ArrayLike) -> Float:
+    """The unit quaternion (4,) along `q`, scalar first.
+
+    Raises GeometryError for NaN, zero, or a norm off 1 by more than QUATERNION_NORM_TOLERANCE.
+    """
+    values = finite(q, (4,), "quaternion")
+    norm = float(np.linalg.norm(values))
+    if norm == 0:
+        raise GeometryError("quaternion is zero, which is no rotation")
+    if abs(norm - 1) > QUATERNION_NORM_TOLERANCE:
+        raise GeometryError(f"quaternion has norm {norm:.9g}, expected 1", do="normalise it")
+    return values / norm
+
+
+def matrix_from_quaternion(q: ArrayLike) -> Float:
+    """Rotation matrix (3, 3) of the unit quaternion `q` (4,), scalar first."""
+    w, x, y, z = unit_quaternion(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_from_matrix(rotation: ArrayLike) -> Float:
+    """Unit quaternion (4,), scalar first and not negative, of the rotation matrix (3, 3)."""
+    r = check_rotation(rotation)
+    trace = np.trace(r)
+    # Four times the squares of w, x, y, z: divide by the largest, which is never small.
+    squares = np.array([1 + trace, *(1 + 2 * np.diag(r) - trace)])
+    i = int(np.argmax(squares))
+    rows = (
+        (squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]),
+        (r[2, 1] - r[1, 2], squares[1], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0]),
+        (r[0, 2] - r[2, 0], r[1, 0] + r[0, 1], squares[2], r[2, 1] + r[1, 2]),
+        (r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[3]),
+    )
+    q = np.array(rows[i])
+    q /= np.linalg.norm(q)
+    return -q if q[0] < 0 else q
+
+
+def check_rotation(rotation: ArrayLike) -> Float:
+    """`rotation` as (3, 3) float64, or GeometryError when it is not orthonormal and right-handed."""
+    r = finite(rotation, (3, 3), "rotation")
+    off = float(np.abs(r @ r.T - np.eye(3)).max())
+    if off > ORTHONORMAL_TOLERANCE or np.linalg.det(r) < 0:
+        raise GeometryError(f"rotation is not orthonormal and right-handed (off by {off:.3g})")
+    return r
+
+
+def angle_between(q: ArrayLike, p: ArrayLike) -> float:
+    """Angle in radians of the rotation from `p` to `q` (unit quaternions, scalar first); exact near zero."""
+    a, b = unit_quaternion(q), unit_quaternion(p)
+    b = -b if a @ b < 0 else b
+    return float(4 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))

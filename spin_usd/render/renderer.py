@@ -1,0 +1,31 @@
+"""What a renderer must do; `raycast` and `blender` do it."""
+
+from typing import Protocol
+
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance, Visibility
+
+
+class Renderer(Protocol):
+    """Draws scenes one after another, keeping open whatever does not change between them.
+
+    Both methods look only at `scene.region`, and raise RenderError when the renderer fails.
+    """
+
+    name: str
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """The face behind every pixel centre; without depth of field or motion blur."""
+        ...
+
+    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
+        """Linear radiance, W/m2/sr, averaged over each pixel's own square by `samples` rays."""
+        ...
+
+    def versions(self) -> dict[str, str]:
+        """Names and versions of the software that decides the result."""
+        ...
+
+    def close(self) -> None:
+        """Release everything."""
+        ...
