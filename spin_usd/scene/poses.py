@@ -1,0 +1,57 @@
+"""A list of poses, each with the name of the picture taken from it."""
+
+import re
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from spin_usd.arrays import Float, finite, frozen
+from spin_usd.errors import GeometryError
+from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
+
+FRAME_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PoseList:
+    """names (N) are unique, also where capitals do not count · q_cam_body (N, 4) unit quaternions, scalar first ·
+    t_cam_body (N, 3) metres · source is where they come from.
+
+    Quaternions are normalised; GeometryError when one is off by more than rounding.
+    """
+
+    names: tuple[str, ...]
+    q_cam_body: Float
+    t_cam_body: Float
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        count = len(self.names)
+        q = finite(self.q_cam_body, (count, 4), "quaternions")
+        norm = np.linalg.norm(q, axis=1)
+        off = np.flatnonzero(np.abs(norm - 1) > QUATERNION_NORM_TOLERANCE)
+        if len(off):
+            i = int(off[0])
+            raise GeometryError(f"quaternion has norm {norm[i]:.9g}, expected 1", where=f"pose {i} ({self.names[i]!r})")
+        object.__setattr__(self, "q_cam_body", frozen(q / norm[:, None]))
+        object.__setattr__(self, "t_cam_body", finite(self.t_cam_body, (count, 3), "positions"))
+        seen: dict[str, int] = {}
+        for i, name in enumerate(self.names):
+            if not FRAME_NAME.fullmatch(name):
+                raise GeometryError(f"{name!r} cannot name a picture", where=f"pose {i}")
+            first = seen.setdefault(name.lower(), i)
+            if first != i:
+                raise GeometryError(f"the name {name!r} is that of pose {first} too", where=f"pose {i}")
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, chosen: slice) -> Self:
+        """The poses of a Python slice, in its order."""
+        return type(self)(
+            names=self.names[chosen],
+            q_cam_body=self.q_cam_body[chosen],
+            t_cam_body=self.t_cam_body[chosen],
+            source=self.source,
+        )

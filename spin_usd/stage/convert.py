@@ -1,0 +1,58 @@
+"""All conversions between numpy and USD's own value types."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pxr import Gf, Tf, Vt
+
+from spin_usd.arrays import Float
+
+
+def vec3d(v: ArrayLike) -> Gf.Vec3d:
+    return Gf.Vec3d(*(float(x) for x in np.asarray(v, np.float64)))
+
+
+def quatd(q: ArrayLike) -> Gf.Quatd:
+    """Of (4,), scalar first."""
+    w, x, y, z = (float(x) for x in np.asarray(q, np.float64))
+    return Gf.Quatd(w, x, y, z)
+
+
+def quaternion(q: Gf.Quatd | Gf.Quatf | Gf.Quath) -> Float:
+    """(4,) scalar first."""
+    return np.array([q.GetReal(), *q.GetImaginary()], np.float64)
+
+
+def vec3f_array(v: ArrayLike) -> Vt.Vec3fArray:
+    """Of (N, 3), rounded to float32."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(v, np.float32).reshape(-1, 3))
+
+
+def int_array(v: ArrayLike) -> Vt.IntArray:
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(v, np.int32))
+
+
+def box(points: ArrayLike) -> Vt.Vec3fArray:
+    """`extent` (2, 3) of points (N, 3), which are rounded to float32 as USD keeps them."""
+    p = np.asarray(points, np.float32)
+    return vec3f_array([p.min(0), p.max(0)])
+
+
+def identifier(name: str) -> str:
+    """`name` as a prim name in ASCII; '_' stands for what is not allowed."""
+    ascii_name = "".join(c if c.isascii() else "_" for c in name)
+    return str(Tf.MakeValidIdentifier(ascii_name))
+
+
+def unique_identifiers(names: list[str]) -> list[str]:
+    """One prim name for each of `names`, in order; a name met again gets a number."""
+    taken: set[str] = set()
+    found = []
+    for name in names:
+        base = identifier(name)
+        candidate, n = base, 1
+        while candidate.lower() in taken:
+            n += 1
+            candidate = f"{base}_{n}"
+        taken.add(candidate.lower())
+        found.append(candidate)
+    return found

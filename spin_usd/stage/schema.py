@@ -1,0 +1,55 @@
+"""The codeless schema: its names, and its registration, which must come before USD builds its schema registry.
+
+Every module of `spin_usd.stage` imports this one before it opens or authors anything.
+"""
+
+from pxr import Plug, Usd
+
+from spin_usd.errors import StageError
+from spin_usd.resources import schemas
+
+LENS_API = "SpinLensAPI"
+SENSOR_API = "SpinSensorAPI"
+CAPTURE_API = "SpinCaptureAPI"
+TARGET_API = "SpinTargetAPI"
+
+LENS_MODEL = "spin:lens:model"
+LENS_IMAGE_SIZE = "spin:lens:imageSize"
+LENS_NUMBERS = tuple(f"spin:lens:{name}" for name in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
+"""In the order fx, fy, cx, cy, k1, k2, p1, p2, k3."""
+
+SENSOR_CHANNELS = "spin:sensor:channels"
+SENSOR_BIT_DEPTH = "spin:sensor:bitDepth"
+SENSOR_ENCODING = "spin:sensor:encoding"
+
+CAPTURE_FRAME = "spin:capture:frame"
+CAPTURE_SEED = "spin:capture:seed"
+
+TARGET_NAME = "spin:target:name"
+TARGET_KEYPOINTS = "spin:target:keypoints"
+KEYPOINT_NAME = "primvars:keypointName"
+
+CLASS_LABELS = "semantics:labels:class"
+PART_LABELS = "semantics:labels:part"
+
+# Other USD tools' names for OpenCV lenses. Source: NVIDIA ovrtx documentation, "Lens Calibration".
+OMNI_LENS_API = "OmniLensDistortionOpenCvPinholeAPI"
+OMNI_LENS_MODEL = "omni:lensdistortion:model"
+OMNI_LENS = "omni:lensdistortion:opencvPinhole:"
+
+PROVENANCE = "spin"
+"""The key of our dictionary in a layer's customLayerData."""
+
+
+def register() -> None:
+    """Tell USD of the schema. Raises StageError when another program made USD build its registry before."""
+    folder = schemas() / "spin"
+    Plug.Registry().RegisterPlugins(str(folder))
+    if not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(LENS_API):
+        raise StageError(
+            "USD's schema registry was built before spin_usd's schema was registered",
+            do=f"import spin_usd.stage before other USD code, or set PXR_PLUGINPATH_NAME to {folder}",
+        )
+
+
+register()
