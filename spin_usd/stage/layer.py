@@ -1,0 +1,47 @@
+"""Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
+
+from pathlib import Path
+
+from pxr import Sdf, Tf, UsdGeom
+
+from spin_usd.errors import InputError, OutputError
+from spin_usd.stage import schema as schema
+
+TIME_CODES_PER_SECOND = 24.0
+UP_AXIS = UsdGeom.Tokens.z
+METERS_PER_UNIT = 1.0
+
+
+def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
+    """What USD reads from the root layer only, and every layer may be root: axis, units, time, default prim."""
+    layer.defaultPrim = default_prim
+    layer.documentation = documentation
+    root = layer.pseudoRoot
+    root.SetInfo("upAxis", UP_AXIS)
+    root.SetInfo("metersPerUnit", METERS_PER_UNIT)
+    layer.timeCodesPerSecond = layer.framesPerSecond = TIME_CODES_PER_SECOND
+    layer.startTimeCode, layer.endTimeCode = 0.0, float(frames - 1)
+
+
+def open_layer(path: str | Path) -> Sdf.Layer:
+    """The layer in the file at `path`, which must exist. Raises InputError that names the file."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("is not there, or is no file", where=path)
+    try:
+        layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
+    except Tf.ErrorException as error:
+        raise InputError(f"is not a USD layer: {error.args[0] if error.args else error}", where=path) from None
+    if layer is None:
+        raise InputError("is not a USD layer", where=path)
+    return layer
+
+
+def export(layer: Sdf.Layer, path: Path) -> None:
+    """Write `layer` to `path`, folders included. Raises OutputError."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not layer.Export(str(path)):
+            raise OutputError("could not be written", where=path)
+    except (OSError, Tf.ErrorException) as error:
+        raise OutputError(f"could not be written ({error})", where=path) from None
