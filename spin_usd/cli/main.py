@@ -1,0 +1,309 @@
+"""The command line. Heavy things are imported inside the commands: `--help` loads neither bpy nor pxr."""
+
+import json
+import signal
+import sys
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+import spin_usd
+from spin_usd.cli.progress import shown
+from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
+
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="spin-usd",
+    help="Labelled, traceable, reproducible imagery of a spacecraft from layered USD stages.",
+    epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, 130 interrupted.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
+Stage = Annotated[Path, typer.Argument(help="A stage's root layer, such as DIR/dataset.usda.")]
+Frames = Annotated[str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")]
+Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
+Samples = Annotated[int, typer.Option(metavar="N", help="Light samples per pixel.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
+Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]
+LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
+RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
+RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
+ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
+Workers = Annotated[int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")]
+
+
+@app.callback()
+def common(
+    context: typer.Context,
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks; may stand anywhere.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+) -> None:
+    context.obj = {"quiet": quiet}
+    if version:
+        print(f"spin-usd {spin_usd.__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def demo(
+    context: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
+    workers: Workers = None,
+) -> None:
+    """Author the example stage, render and label it, and say where to look."""
+    from spin_usd.dataset.demo import run_demo
+
+    with shown(context.obj["quiet"]) as progress:
+        made = run_demo(out, progress=progress, workers=workers)
+    print(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
+    print(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
+    print(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    _exit_if_failed(made.report.failed)
+
+
+@app.command()
+def author(
+    poses: Annotated[Path, typer.Option(help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")],
+    target: Annotated[str, typer.Option(help="A built-in target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.")],
+    camera: Annotated[str, typer.Option(help="A built-in camera's name, a camera.json or a camera layer.")],
+    out: Annotated[Path, typer.Option(help="Folder to make.")],
+    units_per_metre: Annotated[
+        float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
+    ] = None,
+    frames: Frames = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera."""
+    from spin_usd.dataset.child import Child
+
+    with Child() as child:
+        report = child.call(
+            "author",
+            poses=str(poses),
+            target=target,
+            camera=camera,
+            out=str(out),
+            units_per_metre=units_per_metre,
+            frames=frames,
+            seed=seed,
+        )
+    if as_json:
+        print(json.dumps(report))
+        return
+    for note in report["notes"]:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{report['root']}   ({report['frames']} pictures)")
+
+
+@app.command()
+def plan(
+    context: typer.Context,
+    stage: Stage,
+    frames: Frames = None,
+    variants: Variants = "",
+    samples: Samples = 16,
+    seed: Seed = None,
+    labels: Labels = "all",
+    labels_only: LabelsOnly = False,
+    renderer: RendererName = "blender",
+    radiance: RadianceOption = False,
+    image_format: ImageFormat = "png",
+    as_json: Json = False,
+) -> None:
+    """What a render would cost: pictures, distinct renders, labels, bytes, time."""
+    from spin_usd.dataset import render as rendering
+
+    request = _request(locals())
+    with shown(context.obj["quiet"]) as progress:
+        answer, _, cost = rendering.plan(request, progress=progress)
+    if as_json:
+        print(json.dumps({**asdict(cost), "variants": answer["variants"], "hashes": answer["hashes"]}))
+        return
+    workers = rendering.default_workers()
+    print(f"pictures          {cost.pictures}   ({len(answer['variants'])} variants: {', '.join(answer['variants'])})")
+    print(f"distinct renders  {cost.distinct_renders}")
+    print(f"distinct labels   {cost.distinct_labels}")
+    print(f"disk              about {_size(cost.bytes)}")
+    print(f"time              about {_duration(cost.core_seconds / workers)} with {workers} workers")
+
+
+@app.command()
+def render(
+    context: typer.Context,
+    stage: Stage,
+    out: Annotated[Path, typer.Option(help="The dataset's folder. Run again, it resumes.")],
+    frames: Frames = None,
+    variants: Variants = "",
+    samples: Samples = 16,
+    seed: Seed = None,
+    workers: Workers = None,
+    labels: Labels = "all",
+    labels_only: LabelsOnly = False,
+    renderer: RendererName = "blender",
+    radiance: RadianceOption = False,
+    image_format: ImageFormat = "png",
+    as_json: Json = False,
+) -> None:
+    """Render and label a stage into a dataset."""
+    from spin_usd.dataset import render as rendering
+
+    request = _request(locals())
+    with shown(context.obj["quiet"]) as progress:
+        report = rendering.render(request, out, workers=workers, progress=progress)
+    if as_json:
+        print(json.dumps(asdict(report)))
+    else:
+        print(f"{out}   ({report.made} pictures made, {report.reused} already there, in {report.seconds:.1f} s)")
+    _exit_if_failed(report.failed)
+
+
+@app.command()
+def check(
+    context: typer.Context,
+    path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
+    as_json: Json = False,
+) -> None:
+    """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
+    from spin_usd.dataset.check import check as find
+
+    with shown(context.obj["quiet"]) as progress:
+        kind, findings = find(path, progress=progress)
+    errors = [finding for finding in findings if finding.severity == "error"]
+    if as_json:
+        print(json.dumps({"kind": kind, "findings": [asdict(finding) for finding in findings]}))
+    else:
+        for finding in findings:
+            print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
+        print(f"{kind} {path}: {len(errors)} errors, {len(findings) - len(errors)} warnings")
+    if errors:
+        raise typer.Exit(FINDINGS)
+
+
+@app.command()
+def reproduce(
+    dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
+    frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],
+    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
+    as_json: Json = False,
+) -> None:
+    """Make one picture again from its provenance and compare it with the one there."""
+    from spin_usd.dataset.reproduce import reproduce as again
+
+    compared, versions = again(dataset, frame, variant=variant)
+    if as_json:
+        print(json.dumps({"files": [{**asdict(c), "same": c.same} for c in compared], "versions": versions}))
+    else:
+        for c in compared:
+            print(f"{'same     ' if c.same else 'DIFFERENT'}  {c.path}")
+        for name, (recorded, now) in versions.items():
+            print(f"note: {name} was {recorded or 'absent'}, is {now or 'absent'}", file=sys.stderr)
+    if not all(c.same for c in compared):
+        raise typer.Exit(FINDINGS)
+
+
+@app.command()
+def doctor(
+    folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
+    as_json: Json = False,
+) -> None:
+    """What this machine has and lacks, each line with its remedy."""
+    from spin_usd.dataset.doctor import examine
+
+    lines = []
+    for line in examine(folder):
+        lines.append(line)
+        if not as_json:
+            print(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}", flush=True)
+            if line.remedy:
+                print(f"    {'':26} -> {line.remedy}")
+    if as_json:
+        print(json.dumps([asdict(line) for line in lines]))
+    if not all(line.well for line in lines):
+        raise typer.Exit(FINDINGS)
+
+
+def _request(options: dict[str, Any]) -> Any:
+    """The RenderRequest that the shared options of `plan` and `render` describe."""
+    from spin_usd.dataset.render import RenderRequest
+    from spin_usd.labels.label import LABELS
+
+    names = {"all": tuple(LABELS), "none": ()}
+    labels = names.get(options["labels"], _names(options["labels"]))
+    return RenderRequest(
+        stage=options["stage"],
+        frames=options["frames"],
+        variants=_names(options["variants"]),
+        samples=options["samples"],
+        seed=options["seed"],
+        renderer=options["renderer"],
+        labels=labels,
+        image=not options["labels_only"],
+        radiance=options["radiance"],
+        image_suffix="." + options["image_format"],
+    )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _exit_if_failed(failed: list[tuple[str, str]]) -> None:
+    for name, reason in failed:
+        print(f"failed: {name}: {reason}", file=sys.stderr)
+    if failed:
+        raise typer.Exit(FINDINGS)
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} TB"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def run() -> NoReturn:
+    """The console script: every failure is one sentence and a documented exit code."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    debug = "--debug" in sys.argv[1:]
+    code: Any
+    try:
+        app(args=[a for a in sys.argv[1:] if a != "--debug"], prog_name="spin-usd")
+        code = DONE
+    except SystemExit as e:
+        code = e.code
+        if code == INTERRUPTED:
+            print("interrupted; the same command takes up where this one stopped", file=sys.stderr)
+    except SpinError as e:
+        code = _report(e, str(e), e.exit_code, debug)
+    except Exception as e:
+        what = f"internal error: {type(e).__name__}: {e}".splitlines()[0]
+        code = _report(e, f"{what}; run again with --debug and report it", INTERNAL, debug)
+    sys.exit(code)
+
+
+def _report(error: BaseException, sentence: str, code: int, debug: bool) -> int:
+    print(f"spin-usd: {sentence}", file=sys.stderr)
+    if debug:
+        traceback.print_exception(error)
+    return code
+
+
+if __name__ == "__main__":
+    run()

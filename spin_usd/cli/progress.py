@@ -1,0 +1,64 @@
+"""Progress of long operations on standard error: a bar with an ETA on a terminal, a line now and then elsewhere."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+LINE_EVERY_S = 10.0
+
+
+@contextmanager
+def shown(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
+    """Yields a function to tell of progress: what is being done, how many are done, how many there are."""
+    if quiet:
+        yield lambda what, done, total: None
+    elif sys.stderr.isatty():
+        with _bar() as tell:
+            yield tell
+    else:
+        yield _Lines()
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[str, int, int], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("ETA"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        tasks = {}
+
+        def tell(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=total, completed=done)
+            bar.update(tasks[what], completed=done, total=total)
+
+        yield tell
+
+
+class _Lines:
+    """A line at the start, at the end, and every LINE_EVERY_S seconds, with the time left at the pace so far."""
+
+    def __init__(self) -> None:
+        self.what, self.first, self.began, self.told = "", 0, 0.0, 0.0
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        if what != self.what:
+            self.what, self.first, self.began = what, done, now
+        elif done < total and now - self.told < LINE_EVERY_S:
+            return
+        self.told = now
+        left = ""
+        if self.first < done < total:
+            seconds = (now - self.began) / (done - self.first) * (total - done)
+            left = f", about {seconds:.0f} s left" if seconds < 600 else f", about {seconds / 60:.0f} min left"
+        print(f"{what}: {done} of {total}{left}", file=sys.stderr, flush=True)

@@ -1,0 +1,137 @@
+"""A child process that does what the supervising process must not: import pxr or bpy, open a stage, render.
+
+Started fresh (a fork after `import bpy` hangs), with a clean environment, in a session of its own; spoken to in lines
+of JSON. It dies with its parent. A crash ends the child, never the parent.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from spin_usd import errors
+from spin_usd.errors import RenderError, SpinError
+
+# Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
+KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
+LOG_TAIL = 2000
+
+
+class ChildDiedError(RenderError):
+    """The child process ended before it answered: a crash, a kill, or the memory limit."""
+
+
+class Child:
+    """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
+
+    def __init__(self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None) -> None:
+        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files."""
+        environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
+        environment.update(TMPDIR=str(scratch or tempfile.gettempdir()), SPIN_USD_PARENT=str(os.getpid()))
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "spin_usd.dataset.child_main"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            env=environment,
+            pass_fds=keep_open,
+            start_new_session=True,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def fileno(self) -> int:
+        """Readable when an answer, a progress note or the child's end is there to `receive`."""
+        assert self.process.stdout is not None
+        return self.process.stdout.fileno()
+
+    def send(self, call: str, **arguments: Any) -> None:
+        """Ask the child to do `call`; the answer comes through `receive`."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.write(json.dumps({"call": call, "arguments": arguments}).encode() + b"\n")
+            self.process.stdin.flush()
+        except OSError as broken:
+            raise self._died() from broken
+
+    def receive(self) -> Mapping[str, Any]:
+        """The next line: {"progress": ...} or {"result": ...}; raises what the child raised, or ChildDiedError."""
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        if not line.endswith(b"\n"):
+            raise self._died()
+        answer: Mapping[str, Any] = json.loads(line)
+        if "error" in answer:
+            raise _error(answer["error"])
+        return answer
+
+    def call(self, call: str, *, progress: Callable[[Any], None] | None = None, **arguments: Any) -> Any:
+        """Do `call` in the child and return its result."""
+        self.send(call, **arguments)
+        while "result" not in (answer := self.receive()):
+            if progress:
+                progress(answer["progress"])
+        return answer["result"]
+
+    def close(self) -> None:
+        """Let an idle child end by itself."""
+        assert self.process.stdin is not None
+        try:
+            self.process.stdin.close()
+            self.process.wait(timeout=10)
+        except (OSError, subprocess.TimeoutExpired):
+            self.kill()
+        self._release()
+
+    def kill(self) -> None:
+        """End the child and everything it started, at once."""
+        if self.process.poll() is None:
+            try:
+                os.killpg(self.process.pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+            self.process.wait()
+        self._release()
+
+    def log(self) -> str:
+        """The end of what the child and its libraries printed."""
+        self._log.seek(0, os.SEEK_END)
+        self._log.seek(max(self._log.tell() - LOG_TAIL, 0))
+        return self._log.read().decode(errors="replace")
+
+    def _release(self) -> None:
+        for stream in (self.process.stdout, self.process.stdin):
+            if stream and not stream.closed:
+                try:
+                    stream.close()
+                except OSError:
+                    pass
+
+    def _died(self) -> ChildDiedError:
+        self.process.wait()
+        code = self.process.returncode
+        how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
+        last = (self.log().strip().splitlines() or ["no output"])[-1]
+        return ChildDiedError(f"the worker process ended with {how} ({last})")
+
+
+def _error(raised: Mapping[str, Any]) -> Exception:
+    """The child's exception, made again here."""
+    kind = getattr(errors, raised["kind"], None)
+    if isinstance(kind, type) and issubclass(kind, SpinError):
+        return kind(raised["found"], where=raised["where"], do=raised["do"])
+    return ChildInternalError(raised["kind"], raised["traceback"])
+
+
+class ChildInternalError(RuntimeError):
+    """A defect of ours in the child: the exception's name and its traceback there."""

@@ -1,0 +1,109 @@
+"""The child's side of `dataset.child`: reads requests from standard input, answers on standard output."""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from typing import IO, Any
+
+from spin_usd.errors import SpinError
+
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+def main() -> None:
+    _die_with_parent()
+    answers = _private_standard_output()
+    calls = _calls(lambda value: _write(answers, {"progress": value}))
+    for line in sys.stdin.buffer:
+        request = json.loads(line)
+        try:
+            answer = {"result": calls[request["call"]](**request["arguments"])}
+        except SpinError as e:
+            where = None if e.where is None else str(e.where)
+            answer = {"error": {"kind": type(e).__name__, "found": e.found, "where": where, "do": e.do}}
+        except Exception as e:
+            answer = {"error": {"kind": type(e).__name__, "traceback": traceback.format_exc()}}
+        _write(answers, answer)
+    sys.stderr.flush()
+    os._exit(0)  # the interpreter's teardown with bpy loaded can hang
+
+
+def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
+    """What a child can be asked to do. Imported when asked, so that a child carries only what it needs."""
+    worker: Any = None
+
+    def author(**arguments: Any) -> Any:
+        from spin_usd.dataset.author import author_stage
+
+        return author_stage(**arguments).as_json()
+
+    def plan(**arguments: Any) -> Any:
+        from spin_usd.dataset.plan import make_plan
+
+        return make_plan(progress=progress, **arguments)
+
+    def check_stage(**arguments: Any) -> Any:
+        from spin_usd.dataset.check_stage import stage_findings
+
+        return stage_findings(**arguments)
+
+    def open_worker(**arguments: Any) -> Any:
+        nonlocal worker
+        from spin_usd.dataset.worker import Worker
+
+        worker = Worker(**arguments)
+        return worker.versions
+
+    def picture(**arguments: Any) -> Any:
+        return worker.picture(**arguments)
+
+    def reproduce(**arguments: Any) -> Any:
+        from spin_usd.dataset.remake import make_again
+
+        return make_again(**arguments)
+
+    def try_renderer(name: str) -> Any:
+        from spin_usd.dataset.worker import open_renderer
+
+        renderer = open_renderer(name)
+        found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())
+        renderer.close()
+        return found
+
+    return {
+        "author": author,
+        "check_stage": check_stage,
+        "open_worker": open_worker,
+        "picture": picture,
+        "plan": plan,
+        "reproduce": reproduce,
+        "try_renderer": try_renderer,
+    }
+
+
+def _die_with_parent() -> None:
+    """On Linux the kernel ends this process with its parent; elsewhere the end of standard input does."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != int(os.environ["SPIN_USD_PARENT"]):
+            os._exit(0)  # it was gone before the request
+
+
+def _private_standard_output() -> IO[bytes]:
+    """Answers go to the standard output given; what libraries print goes to standard error, whence to the log."""
+    private = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return private
+
+
+def _write(answers: IO[bytes], answer: dict[str, Any]) -> None:
+    answers.write(json.dumps(answer).encode() + b"\n")
+    answers.flush()
+
+
+if __name__ == "__main__":
+    main()

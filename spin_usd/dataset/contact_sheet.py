@@ -1,0 +1,50 @@
+"""A picture of a dataset for people: image, depth, parts and dense pose of some frames side by side."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store, write_atomically
+from spin_usd.errors import InputError
+from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.labels import preview
+
+COLUMNS = ("image", "depth", "segmentation", "dense_pose")
+
+
+def write_contact_sheet(dataset: Path, path: Path, *, frames: int = 8) -> Path:
+    """Lay out up to `frames` pictures, spread over the dataset, a row each, as a PNG at `path`."""
+    store = Store(root=dataset)
+    records = [read_json(record, "record-1") for record in _spread(list(store.records()), frames)]
+    if not records:
+        raise InputError("holds no picture", where=dataset, do="render it first")
+    rows = [_row(store, record) for record in records]
+    sheet = preview.contact_sheet(rows)
+    write_atomically(path, lambda temporary: write_image(temporary, sheet, channels=("R", "G", "B")))
+    return path
+
+
+def _spread(items: list[Path], count: int) -> list[Path]:
+    if len(items) <= count:
+        return items
+    return [items[i] for i in np.unique(np.linspace(0, len(items) - 1, count).astype(int))]
+
+
+def _row(store: Store, record: dict[str, Any]) -> list[np.ndarray[Any, Any]]:
+    arrays = {
+        kind: read_image(store.root / record["files"][kind]["path"])[0] for kind in COLUMNS if kind in record["files"]
+    }
+    shown = []
+    for kind, array in arrays.items():
+        match kind:
+            case "image":
+                shown.append(preview.image(array))
+            case "depth":
+                shown.append(preview.depth(array))
+            case "segmentation":
+                shown.append(preview.segmentation(array))
+            case "dense_pose":
+                shown.append(preview.dense_pose(array))
+    return shown

@@ -1,0 +1,39 @@
+"""The example, end to end: authors a stage, renders and labels it, and lays out a contact sheet."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd import resources
+from spin_usd.dataset.child import Child
+from spin_usd.dataset.contact_sheet import write_contact_sheet
+from spin_usd.dataset.render import Progress, RenderReport, RenderRequest, render
+from spin_usd.errors import InputError
+
+POSES = "tango_speedplus_poses.json"
+SAMPLES = 32
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demo:
+    """Where to look."""
+
+    stage: Path
+    dataset: Path
+    contact_sheet: Path
+    report: RenderReport
+
+
+def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> Demo:
+    """Make the example in the folder `out`; what an earlier run made there is used again."""
+    stage = out / "stage" / "dataset.usda"
+    if not stage.exists():
+        if out.exists() and any(out.iterdir()):
+            raise InputError("is not empty and holds no demo", where=out, do="choose another folder with --out")
+        progress("authoring", 0, 1)
+        with Child() as child:
+            poses = str(resources.stages() / "examples" / POSES)
+            child.call("author", poses=poses, target="tango", camera="speedplus", out=str(stage.parent.absolute()))
+    dataset = out / "dataset"
+    report = render(RenderRequest(stage=stage, samples=SAMPLES), dataset, workers=workers, progress=progress)
+    sheet = write_contact_sheet(dataset, out / "contact_sheet.png")
+    return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)

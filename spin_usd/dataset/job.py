@@ -1,0 +1,57 @@
+"""What a run is asked to do, as the supervising process and its children tell each other."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.scene.keys import RenderSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """A run over the stage copied into the dataset `root`. `kinds` are the files wanted of every picture."""
+
+    root: str
+    stage: str
+    kinds: tuple[str, ...]
+    image_suffix: str
+    settings: RenderSettings
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Job":
+        settings = RenderSettings(**value["settings"])
+        return cls(**{**value, "kinds": tuple(value["kinds"]), "settings": settings})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedPicture:
+    """One picture to make: where it stands in the stage, the three keys of its content, and the pixels to render."""
+
+    variant: str
+    index: int
+    frame: str
+    time_code: float
+    geometry: str
+    radiance: str
+    exposure: str
+    region: tuple[int, int, int, int]
+
+    @property
+    def region_pixels(self) -> int:
+        x0, y0, x1, y1 = self.region
+        return max(x1 - x0, 0) * max(y1 - y0, 0)
+
+    @property
+    def keys(self) -> dict[str, str]:
+        return {"geometry": self.geometry, "radiance": self.radiance, "exposure": self.exposure}
+
+    @property
+    def name(self) -> str:
+        return f"{self.variant}/{self.frame}"
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "PlannedPicture":
+        return cls(**{**value, "region": tuple(value["region"])})

@@ -1,0 +1,68 @@
+"""One scene to the arrays of one picture: the sentence that the other packages are the words of."""
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.labels.label import LABELS
+from spin_usd.render.renderer import Renderer
+from spin_usd.scene.keys import RenderSettings, frame_seed
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.surface import visible_surface
+from spin_usd.sensor.detector import expose
+
+IMAGE = "image"
+RADIANCE = "radiance"
+RADIANCE_CHANNELS = ("R", "G", "B")
+IMAGE_CHANNELS = {"mono": ("Y",), "rgb": ("R", "G", "B")}
+KINDS = (IMAGE, RADIANCE, *LABELS)
+
+
+class Stopwatch:
+    """Seconds spent by kind of work."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, work: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[work] = self.seconds.get(work, 0.0) + time.perf_counter() - start
+
+
+def make_picture(
+    scene: Scene, renderer: Renderer, settings: RenderSettings, kinds: Sequence[str], watch: Stopwatch
+) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...]]]:
+    """Kind, array and channel names of each of the `kinds`, of the whole frame; renders only what they need."""
+    labels = [LABELS[kind] for kind in LABELS if kind in kinds]
+    shape = scene.camera.frame.shape
+    if labels:
+        with watch("label pass"):
+            visibility = renderer.visibility(scene)
+        with watch("labels"):
+            surface = visible_surface(scene, visibility)
+        for label in labels:
+            with watch("labels"):
+                array = label.make(surface, shape)
+            yield label.name, array, label.channels
+    if IMAGE in kinds or RADIANCE in kinds:
+        with watch("beauty pass"):
+            radiance = renderer.radiance(scene, samples=settings.samples, seed=frame_seed(scene, settings))
+        if IMAGE in kinds:
+            with watch("sensor"):
+                image = expose(radiance, scene.sensor, shape)
+            yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
+        if RADIANCE in kinds:
+            yield RADIANCE, _full_frame(radiance, shape), RADIANCE_CHANNELS
+
+
+def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float32]:
+    frame = np.zeros((*shape, 3), np.float32)
+    frame[radiance.region.slices] = radiance.rgb
+    return frame

@@ -1,0 +1,98 @@
+"""What a run would make: every picture with its keys. Runs in a child process, for it opens the stage."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.errors import InputError
+from spin_usd.formats.pose_list import slice_of
+from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
+from spin_usd.stage.compose import copy_stage
+from spin_usd.stage.read import StageReader
+
+PROGRESS_EVERY = 500
+
+
+def make_plan(
+    *,
+    stage: str,
+    variants: Sequence[str],
+    frames: str | None,
+    renderer: str,
+    samples: int,
+    seed: int | None,
+    copy_to: str | None = None,
+    progress: Callable[[Any], None],
+) -> dict[str, Any]:
+    """The plan of a run over `stage` as JSON: settings, per variant the stage's hash, and the pictures.
+
+    `variants` empty means nominal alone, ["all"] all of them. `copy_to`: first copy the stage into that folder and
+    plan from the copy, whose root layer is returned as "root".
+    """
+    root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
+    first = StageReader(root)
+    wanted = _wanted_variants(variants, first.variants)
+    settings = RenderSettings(renderer=renderer, samples=samples, seed=first.seed if seed is None else seed)
+    chosen = range(len(first.frames))[slice_of(frames)] if frames else range(len(first.frames))
+    if not chosen:
+        raise InputError(f"--frames {frames} selects none of the {len(first.frames)} pictures", where=stage)
+    pictures: list[dict[str, Any]] = []
+    hashes: dict[str, str] = {}
+    for variant in wanted:
+        reader = first if variant == first.variant else StageReader(root, variant=variant)
+        hashes[variant] = reader.stage_hash
+        for index in chosen:
+            pictures.append(asdict(_planned(reader, index, settings)))
+            if len(pictures) % PROGRESS_EVERY == 0:
+                progress([len(pictures), len(wanted) * len(chosen)])
+    return {
+        "root": str(root),
+        "settings": asdict(settings),
+        "variants": wanted,
+        "hashes": hashes,
+        "frames": len(first.frames),
+        "description": _description(first),
+        "pictures": pictures,
+    }
+
+
+def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
+    if list(asked) == ["all"]:
+        return list(known)
+    for variant in asked:
+        if variant not in known:
+            raise InputError(f"the stage has no variant {variant!r}", do=f"choose among {', '.join(known)}, or all")
+    return list(dict.fromkeys(asked)) or [known[0]]
+
+
+def _planned(reader: StageReader, index: int, settings: RenderSettings) -> PlannedPicture:
+    frame = reader.frames[index]
+    scene = reader.scene(frame)
+    region = scene.region
+    return PlannedPicture(
+        variant=reader.variant,
+        index=index,
+        frame=frame.name,
+        time_code=frame.time_code,
+        geometry=geometry_key(scene, settings.renderer),
+        radiance=radiance_key(scene, settings),
+        exposure=exposure_key(scene, settings),
+        region=(region.x0, region.y0, region.x1, region.y1),
+    )
+
+
+def _description(reader: StageReader) -> dict[str, Any]:
+    """What dataset.json says of the target."""
+    scene = reader.scene(reader.frames[0])
+    target = scene.target
+    return {
+        "target": target.name,
+        "parts": {str(p.id): {"path": p.path, "class": p.class_name, "name": p.name} for p in target.parts},
+        "keypoints": {
+            name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)
+        },
+        "camera": [scene.camera.width, scene.camera.height],
+        "channels": scene.sensor.channels,
+    }

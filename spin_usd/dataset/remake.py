@@ -1,0 +1,49 @@
+"""The child's part of `reproduce`: one recorded picture rendered again."""
+
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.job import Job
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store, sha256_of
+from spin_usd.dataset.worker import Worker
+from spin_usd.errors import InputError
+from spin_usd.scene.keys import RenderSettings
+
+
+def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str, Any]:
+    """Render into `folder` from the dataset's stage with the record's settings, and compare digests."""
+    provenance = record["provenance"]
+    render, kinds = provenance["render"], tuple(record["files"])
+    job = Job(
+        root=folder,
+        stage=str(Path(dataset) / provenance["stage"]["root"]),
+        kinds=kinds,
+        image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
+        settings=RenderSettings(
+            renderer=render["renderer"], samples=render["samples"], seed=provenance["seed"]["dataset"]
+        ),
+    )
+    worker = Worker(job=job.as_json())
+    reader = worker.reader(record["variant"])
+    if record["index"] >= len(reader.frames) or reader.frames[record["index"]].name != record["frame"]:
+        raise InputError(f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset)
+    worker.picture(variant=record["variant"], index=record["index"], kinds=kinds)
+    again = read_json(worker.store.record(record["variant"], record["frame"]), "record-1")
+    recorded, now = provenance["versions"], worker.versions
+    return {
+        "files": [_compared(Store(root=Path(dataset)), kind, record, again) for kind in kinds],
+        "versions": {k: [recorded.get(k, ""), now.get(k, "")] for k in sorted({*recorded, *now}) if recorded.get(k) != now.get(k)},
+    }
+
+
+def _compared(store: Store, kind: str, record: dict[str, Any], again: dict[str, Any]) -> dict[str, Any]:
+    entry = record["files"][kind]
+    path = store.root / entry["path"]
+    return {
+        "kind": kind,
+        "path": entry["path"],
+        "recorded": entry["sha256"],
+        "found": sha256_of(path) if path.is_file() else None,
+        "again": again["files"][kind]["sha256"],
+    }

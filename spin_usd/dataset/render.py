@@ -1,0 +1,226 @@
+"""A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from spin_usd.dataset.child import Child
+from spin_usd.dataset.cost import Estimate, estimate
+from spin_usd.dataset.job import Job, PlannedPicture
+from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import TEMPORARY, Store, write_json
+from spin_usd.dataset.supervise import Task, supervise
+from spin_usd.errors import InputError
+from spin_usd.labels.label import LABELS
+from spin_usd.scene.keys import RenderSettings
+
+MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+IMAGE_SUFFIXES = (".png", ".jpg")
+
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many are done and how many there are."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderRequest:
+    """What the user asked of `render` or `plan`."""
+
+    stage: Path
+    frames: str | None = None
+    variants: tuple[str, ...] = ()
+    samples: int = 16
+    seed: int | None = None
+    renderer: str = "blender"
+    labels: tuple[str, ...] = tuple(LABELS)
+    image: bool = True
+    radiance: bool = False
+    image_suffix: str = ".png"
+
+    def __post_init__(self) -> None:
+        for label in self.labels:
+            if label not in LABELS:
+                raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
+        if not 1 <= self.samples <= 1 << 20:
+            raise InputError(f"--samples is {self.samples}", do="choose 1 to 1048576")
+        if self.renderer not in ("blender", "raycast"):
+            raise InputError(f"there is no renderer {self.renderer!r}", do="choose blender or raycast")
+        if self.image_suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"images cannot be {self.image_suffix!r}", do=f"choose {' or '.join(IMAGE_SUFFIXES)}")
+        if not self.kinds:
+            raise InputError("no file is asked for", do="ask for labels, the image, or both")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of file wanted of each picture."""
+        wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.radiance else [])}
+        return tuple(kind for kind in KINDS if kind in wanted)
+
+
+@dataclass(kw_only=True)
+class RenderReport:
+    """What a run did. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers."""
+
+    pictures: int
+    made: int = 0
+    reused: int = 0
+    failed: list[tuple[str, str]] = field(default_factory=list)
+    seconds: float = 0.0
+    work: dict[str, float] = field(default_factory=dict)
+
+
+def plan(request: RenderRequest, *, progress: Progress) -> tuple[Mapping[str, Any], list[PlannedPicture], Estimate]:
+    """What a run would make and about what it would cost; writes nothing."""
+    with Child() as child:
+        answer = _plan(child, request, request.stage, None, progress)
+    pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
+    return answer, pictures, estimate(pictures, answer["description"], request.kinds, request.renderer, request.samples)
+
+
+def render(request: RenderRequest, out: Path, *, workers: int | None = None, progress: Progress) -> RenderReport:
+    """Make the dataset in the folder `out`, or what is missing of it."""
+    began = time.monotonic()
+    store = Store(root=out.absolute())
+    if not request.stage.exists():
+        raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
+    store.prepare()
+    with store.locked() as lock:
+        with Child(scratch=store.work) as child:
+            answer = _plan(child, request, request.stage, store.work / "stage", progress)
+        pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
+        root = _adopt_stage(store, Path(answer["root"]).relative_to(store.work / "stage"))
+        write_json(store.description, _description(store, answer, root, request.kinds))
+        report = RenderReport(pictures=len(pictures))
+        tasks = [task for picture in pictures if (task := _remaining(store, picture, request))]
+        report.reused = len(pictures) - len(tasks)
+        if tasks:
+            job = Job(
+                root=str(store.root),
+                stage=root,
+                kinds=request.kinds,
+                image_suffix=request.image_suffix,
+                settings=RenderSettings(**answer["settings"]),
+            )
+            _run(job, tasks, workers, lock, store, _Listener(report, progress))
+        report.seconds = time.monotonic() - began
+    return report
+
+
+class _Listener:
+    def __init__(self, report: RenderReport, progress: Progress) -> None:
+        self.report, self.progress = report, progress
+        progress("rendering", report.reused, report.pictures)
+
+    def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
+        self.report.made += 1
+        for work, seconds in result["seconds"].items():
+            self.report.work[work] = self.report.work.get(work, 0.0) + seconds
+        self._tell()
+
+    def failed(self, picture: PlannedPicture, reason: str) -> None:
+        self.report.failed.append((picture.name, reason))
+        self._tell()
+
+    def _tell(self) -> None:
+        report = self.report
+        self.progress("rendering", report.reused + report.made + len(report.failed), report.pictures)
+
+
+def _plan(
+    child: Child, request: RenderRequest, stage: Path, copy_to: Path | None, progress: Progress
+) -> Mapping[str, Any]:
+    answer: Mapping[str, Any] = child.call(
+        "plan",
+        stage=str(stage.absolute()),
+        variants=request.variants,
+        frames=request.frames,
+        renderer=request.renderer,
+        samples=request.samples,
+        seed=request.seed,
+        copy_to=str(copy_to) if copy_to else None,
+        progress=lambda counts: progress("planning", *counts),
+    )
+    return answer
+
+
+def _run(job: Job, tasks: list[Task], workers: int | None, lock: int, store: Store, listener: _Listener) -> None:
+    cpus = usable_cpus()
+    count = min(workers or default_workers(), len(tasks))
+    share = max(len(cpus) // count, 1)
+
+    def start(number: int) -> Child:
+        child = Child(keep_open=(lock,), scratch=store.work)
+        mine = [cpus[(number * share + i) % len(cpus)] for i in range(share)]
+        child.send("open_worker", job=job.as_json(), cpus=mine)
+        return child
+
+    memory_limit = max(psutil.virtual_memory().total // 2 // count, MEMORY_PER_WORKER)
+    supervise(tasks, workers=count, start=start, listener=listener, memory_limit=memory_limit)
+
+
+def usable_cpus() -> list[int]:
+    """The processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
+
+
+def default_workers() -> int:
+    """As many as there are processors and memory for."""
+    return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
+
+
+def _adopt_stage(store: Store, root: Path) -> str:
+    """Put the copied stage in its place; returns its root layer, relative to the dataset."""
+    old = store.root / f"stage{TEMPORARY}old"
+    with suppress(FileNotFoundError):
+        store.stage.rename(old)
+    (store.work / "stage").rename(store.stage)
+    shutil.rmtree(old, ignore_errors=True)
+    return (Path("stage") / root).as_posix()
+
+
+def _description(store: Store, answer: Mapping[str, Any], root: str, kinds: Sequence[str]) -> dict[str, Any]:
+    """dataset.json, by schema dataset-1; what earlier runs made of other variants stays listed."""
+    meanings = {IMAGE: "what the sensor wrote", RADIANCE: "linear radiance R, G, B, W/m2/sr, float32"}
+    meanings |= {name: label.meaning for name, label in LABELS.items()}
+    described = answer["description"]
+    before = read_json(store.description, "dataset-1") if store.description.exists() else None
+    hashes = (before["stage"]["hashes"] if before else {}) | answer["hashes"]
+    return {
+        "schema": "dataset-1",
+        "stage": {"root": root, "hashes": hashes},
+        "target": described["target"],
+        "parts": described["parts"],
+        "keypoints": described["keypoints"],
+        "variants": list(hashes),
+        "frames": answer["frames"],
+        "files": {kind: meanings[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
+    }
+
+
+def _remaining(store: Store, picture: PlannedPicture, request: RenderRequest) -> Task | None:
+    """What is left to make of a picture: None when its record has the same keys and all the files are there.
+
+    A picture made again keeps the kinds of file it had.
+    """
+    try:
+        record = json.loads(store.record(picture.variant, picture.frame).read_text())
+        had, keys = record["files"], record["provenance"]["keys"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return Task(picture=picture, kinds=request.kinds)
+    decisive = list(keys) if IMAGE in had or RADIANCE in had else ["geometry"]
+    same = all(keys[key] == picture.keys[key] for key in decisive)
+    as_asked = IMAGE not in request.kinds or had.get(IMAGE, {}).get("path", "").endswith(request.image_suffix)
+    whole = set(request.kinds) <= set(had) and all((store.root / had[kind]["path"]).is_file() for kind in had)
+    if same and as_asked and whole:
+        return None
+    return Task(picture=picture, kinds=tuple(kind for kind in KINDS if kind in request.kinds or kind in had))

@@ -1,0 +1,148 @@
+"""A dataset's folder: names, atomic writes, the lock, and what an interrupted run left behind.
+
+    dataset.json                         schema dataset-1
+    stage/                               the layers that made it
+    records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
+    <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError, OutputError
+
+WORK = ".work"
+LOCK = ".lock"
+TEMPORARY = ".tmp-"
+LOCK_PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
+
+
+@dataclass(frozen=True, kw_only=True)
+class Store:
+    """The dataset in the folder `root`."""
+
+    root: Path
+
+    @property
+    def description(self) -> Path:
+        return self.root / "dataset.json"
+
+    @property
+    def stage(self) -> Path:
+        return self.root / "stage"
+
+    @property
+    def work(self) -> Path:
+        """Temporary files of a run; gone when none is running."""
+        return self.root / WORK
+
+    def record(self, variant: str, frame: str) -> Path:
+        return self.root / "records" / variant / f"{frame}.json"
+
+    def file(self, kind: str, variant: str, frame: str, suffix: str) -> Path:
+        return self.root / kind / variant / f"{frame}{suffix}"
+
+    def relative(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix()
+
+    def records(self) -> Iterator[Path]:
+        """All records, ordered by variant and frame."""
+        return iter(sorted((self.root / "records").glob("*/*.json")))
+
+    def prepare(self) -> None:
+        """Make the folder; InputError when it holds something that is no dataset, OutputError when it is read-only."""
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            foreign = not self.description.exists() and any(
+                entry.name not in (LOCK, WORK, "stage") for entry in self.root.iterdir()
+            )
+        except OSError as e:
+            raise OutputError(f"cannot be used as an output folder ({e.strerror})", where=self.root) from e
+        if foreign:
+            raise InputError("holds files but no dataset.json", where=self.root, do="choose an empty folder")
+
+    @contextmanager
+    def locked(self) -> Iterator[int]:
+        """Hold the dataset for this run and yield the lock's descriptor, which workers keep open too.
+
+        InputError when another run has it.
+        """
+        try:
+            lock = os.open(self.root / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.root) from e
+        try:
+            self._acquire(lock)
+            self.sweep()
+            self.work.mkdir(exist_ok=True)
+            yield lock
+            self.sweep()
+        finally:
+            os.close(lock)
+
+    def _acquire(self, lock: int) -> None:
+        give_up = time.monotonic() + LOCK_PATIENCE_S
+        while True:
+            try:
+                return fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as e:
+                if time.monotonic() > give_up:
+                    do = "wait for it, or end it"
+                    raise InputError("another run is writing this dataset", where=self.root, do=do) from e
+                time.sleep(0.05)
+
+    def sweep(self) -> None:
+        """Remove every temporary file and folder, of this run or of one that was killed."""
+        shutil.rmtree(self.work, ignore_errors=True)
+        for folder, folders, files in os.walk(self.root):
+            for name in folders + files:
+                if TEMPORARY in name:
+                    path = Path(folder, name)
+                    shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> str:
+    """Let `write` fill a temporary file beside `path`, force it to disk, rename it, and return its sha256 (hex).
+
+    `path` never holds half a file. Raises OutputError, leaving nothing.
+    """
+    temporary = path.with_name(f"{path.stem}{TEMPORARY}{os.getpid()}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(temporary)
+        with temporary.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as e:
+        temporary.unlink(missing_ok=True)
+        if isinstance(e, OutputError):
+            raise OutputError(e.found, where=path, do=e.do) from e
+        do = "free some space or choose another folder"
+        raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do) from e
+    return digest
+
+
+def write_json(path: Path, value: Mapping[str, Any]) -> str:
+    """`value` as JSON at `path`, atomically; returns its sha256."""
+    text = json.dumps(value, indent=1, allow_nan=False) + "\n"
+    return write_atomically(path, lambda temporary: _write_text(temporary, text))
+
+
+def sha256_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _write_text(path: Path, text: str) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        file.write(text)

@@ -1,0 +1,149 @@
+"""Feeds workers picture by picture, outlives their crashes, and bounds their memory."""
+
+import selectors
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from spin_usd.dataset.child import Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.errors import OutputError, RenderError, SpinError
+
+TRIES = 2  # a picture whose worker died is tried once more: the next worker may have more luck
+STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first picture is not a picture's fault
+HANG_S = 3600.0  # no answer for so long is taken for a hang
+
+
+class Listener(Protocol):
+    """Told of each picture as it ends."""
+
+    def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None: ...
+
+    def failed(self, picture: PlannedPicture, reason: str) -> None: ...
+
+
+@dataclass(kw_only=True)
+class Task:
+    """A picture to make, the kinds of file wanted, and how often it was tried."""
+
+    picture: PlannedPicture
+    kinds: tuple[str, ...]
+    tries: int = 0
+
+
+@dataclass(kw_only=True, eq=False)
+class Slot:
+    """One worker's place: its child process now, and what that is doing."""
+
+    number: int
+    child: Child
+    task: Task | None = None
+    starts: int = 1
+    since: float = field(default_factory=time.monotonic)
+
+
+def supervise(
+    tasks: Iterable[Task],
+    *,
+    workers: int,
+    start: Callable[[int], Child],
+    listener: Listener,
+    memory_limit: int,
+    hang_s: float = HANG_S,
+) -> None:
+    """Make all pictures with `workers` children; returns when each is done or has failed twice.
+
+    `start(number)` starts a child that was already sent its "open_worker". `memory_limit` in bytes: a worker above it
+    is replaced after its picture. Raises OutputError when results cannot be written, RenderError when no worker starts.
+    """
+    queue = deque(tasks)
+    with selectors.DefaultSelector() as selector:
+        slots = []
+        try:
+            for number in range(min(workers, len(queue))):
+                slots.append(Slot(number=number, child=start(number)))
+                selector.register(slots[-1].child, selectors.EVENT_READ, slots[-1])
+            while selector.get_map():
+                for key, _ in selector.select(timeout=1.0):
+                    _advance(key.data, queue, selector, start, listener, memory_limit)
+                for slot in slots:
+                    if time.monotonic() - slot.since > hang_s and slot.child.process.poll() is None:
+                        slot.child.process.kill()
+        finally:
+            for slot in slots:
+                slot.child.kill()
+
+
+def _advance(
+    slot: Slot,
+    queue: deque[Task],
+    selector: selectors.BaseSelector,
+    start: Callable[[int], Child],
+    listener: Listener,
+    memory_limit: int,
+) -> None:
+    """Take one slot's answer, tell of it, and give it the next picture."""
+    task, slot.task = slot.task, None
+    memory = 0
+    try:
+        answer = slot.child.receive()
+        if task is not None:
+            memory = answer["result"]["memory"]
+            slot.starts = 0
+            listener.done(task.picture, answer["result"])
+    except ChildDiedError as died:
+        _after_death(slot, task, queue, died, listener)
+        if queue:
+            _replace(slot, selector, start)
+        else:
+            _retire(slot, selector)
+        return
+    except OutputError:
+        raise
+    except (SpinError, ChildInternalError) as reason:
+        if task is None:
+            raise
+        listener.failed(task.picture, str(reason))
+    if not queue:
+        _retire(slot, selector)
+    elif memory > memory_limit:
+        _replace(slot, selector, start)
+    else:
+        _give(slot, queue)
+
+
+def _give(slot: Slot, queue: deque[Task]) -> None:
+    slot.task, slot.since = queue.popleft(), time.monotonic()
+    picture = slot.task.picture
+    try:
+        slot.child.send("picture", variant=picture.variant, index=picture.index, kinds=slot.task.kinds)
+    except ChildDiedError:
+        pass  # its end is readable too, and is dealt with there
+
+
+def _after_death(
+    slot: Slot, task: Task | None, queue: deque[Task], died: ChildDiedError, listener: Listener
+) -> None:
+    if task is None:
+        if slot.starts >= STARTS_PER_SLOT:
+            raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died
+    elif task.tries + 1 >= TRIES:
+        listener.failed(task.picture, f"{died.found}, {TRIES} times")
+    else:
+        task.tries += 1
+        queue.appendleft(task)
+
+
+def _retire(slot: Slot, selector: selectors.BaseSelector) -> None:
+    selector.unregister(slot.child)
+    slot.child.close()
+
+
+def _replace(slot: Slot, selector: selectors.BaseSelector, start: Callable[[int], Child]) -> None:
+    selector.unregister(slot.child)
+    slot.child.kill()
+    slot.child, slot.since = start(slot.number), time.monotonic()
+    slot.starts += 1
+    selector.register(slot.child, selectors.EVENT_READ, slot)

@@ -1,0 +1,142 @@
+"""A worker: one renderer kept open, pictures made one after another, each written and recorded."""
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from spin_usd.dataset.job import Job
+from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_picture
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store, write_atomically, write_json
+from spin_usd.dataset.versions import library_versions
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.formats.image_file import write_image
+from spin_usd.labels.label import LABELS
+from spin_usd.render.renderer import Renderer
+from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
+from spin_usd.scene.model import Scene
+from spin_usd.stage.read import StageReader
+
+
+class Worker:
+    """Lives in a child process. `cpus`: the processors it may use (Blender's own thread limit burns a second core)."""
+
+    def __init__(self, *, job: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
+        if cpus and sys.platform == "linux":
+            os.sched_setaffinity(0, cpus)
+        self.job = Job.from_json(job)
+        self.store = Store(root=Path(self.job.root))
+        self.renderer = open_renderer(self.job.settings.renderer)
+        self.versions = library_versions() | self.renderer.versions()
+        self._reader: StageReader | None = None
+
+    def picture(self, *, variant: str, index: int, kinds: Sequence[str]) -> dict[str, Any]:
+        """Make picture `index` of `variant`; returns the seconds spent by kind of work and the memory now used."""
+        watch = Stopwatch()
+        with watch("stage"):
+            reader = self.reader(variant)
+            scene = reader.scene(reader.frames[index])
+        before = self.withdraw(variant, scene.frame.name)
+        files = {}
+        for kind, array, channels in make_picture(scene, self.renderer, self.job.settings, kinds, watch):
+            path = self.store.file(kind, variant, scene.frame.name, suffix_of(kind, self.job.image_suffix))
+            with watch("files"):
+                digest = write_atomically(path, lambda temporary: write_image(temporary, array, channels=channels))
+            files[kind] = {"path": self.store.relative(path), "sha256": digest}
+        record = make_record(reader, scene, self.job, files, self.versions)
+        with watch("files"):
+            write_json(self.store.record(variant, scene.frame.name), record)
+            for stale in before - {entry["path"] for entry in files.values()}:
+                (self.store.root / stale).unlink(missing_ok=True)
+        return {"seconds": watch.seconds, "memory": psutil.Process().memory_info().rss}
+
+    def withdraw(self, variant: str, frame: str) -> set[str]:
+        """Remove a picture's old record, so that none ever describes files being replaced; returns those files."""
+        record = self.store.record(variant, frame)
+        try:
+            paths = {entry["path"] for entry in read_json(record, "record-1")["files"].values()}
+        except InputError:
+            paths = set()
+        record.unlink(missing_ok=True)
+        return paths
+
+    def reader(self, variant: str) -> StageReader:
+        """The stage in that variant. One is kept: pictures come ordered by variant."""
+        if self._reader is None or self._reader.variant != variant:
+            self._reader = StageReader(self.store.root / self.job.stage, variant=variant)
+        return self._reader
+
+
+def open_renderer(name: str) -> Renderer:
+    """The renderer of that name: `blender` or `raycast`."""
+    if name == "raycast":
+        from spin_usd.render.raycast import RaycastRenderer
+
+        return RaycastRenderer()
+    if name == "blender":
+        from spin_usd.render.blender.renderer import BlenderRenderer
+
+        return BlenderRenderer()
+    raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
+
+
+def suffix_of(kind: str, image_suffix: str) -> str:
+    """The file name extension of a kind of file."""
+    if kind == IMAGE:
+        return image_suffix
+    return ".exr" if kind == RADIANCE else LABELS[kind].suffix
+
+
+def make_record(
+    reader: StageReader, scene: Scene, job: Job, files: dict[str, Any], versions: dict[str, str]
+) -> dict[str, Any]:
+    """The picture's record, by schema record-1."""
+    camera, pose, region = scene.camera, scene.T_cam_body, scene.region
+    return {
+        "schema": "record-1",
+        "frame": scene.frame.name,
+        "index": scene.frame.index,
+        "variant": reader.variant,
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            "fx": camera.fx,
+            "fy": camera.fy,
+            "cx": camera.cx,
+            "cy": camera.cy,
+            "distortion": list(camera.distortion),
+        },
+        "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        "files": files,
+        "provenance": {
+            "stage": {
+                "root": job.stage,
+                "hash": reader.stage_hash,
+                "files": reader.used_files,
+                "variants": reader.variant_selections,
+            },
+            "keys": keys(scene, job.settings),
+            "render": {
+                "renderer": job.settings.renderer,
+                "samples": job.settings.samples,
+                "denoised": False,
+                "region": [region.x0, region.y0, region.x1, region.y1],
+            },
+            "time_code": scene.frame.time_code,
+            "seed": {"dataset": job.settings.seed, "picture": frame_seed(scene, job.settings)},
+            "versions": versions,
+        },
+    }
+
+
+def keys(scene: Scene, settings: RenderSettings) -> dict[str, str]:
+    """The picture's three keys."""
+    return {
+        "geometry": geometry_key(scene, settings.renderer),
+        "radiance": radiance_key(scene, settings),
+        "exposure": exposure_key(scene, settings),
+    }
