@@ -40,17 +40,22 @@ ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")]
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(f"spin-usd {spin_usd.__version__}")
+        raise typer.Exit
+
+
 @app.callback()
 def common(
     context: typer.Context,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks; may stand anywhere.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False,
-    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
+    ] = False,
 ) -> None:
     context.obj = {"quiet": quiet}
-    if version:
-        print(f"spin-usd {spin_usd.__version__}")
-        raise typer.Exit
 
 
 @app.command()
