@@ -1,0 +1,112 @@
+"""Mesh files (OBJ, PLY, STL, glTF, GLB) in, MeshAsset in metres out.
+
+Points stay doubles in the file's order; nothing is merged or smoothed. The file's axes are the body axes.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from spin_usd.errors import GeometryError, InputError
+from spin_usd.formats.obj_file import read_obj
+from spin_usd.formats.trimesh_file import GLTF, read_with_trimesh
+from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.model import MAX_FACES
+
+FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
+PLAUSIBLE_SIZE = (1e-3, 1e3)  # metres
+UNIT_LIMITS = (1e-9, 1e9)
+
+
+def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> MeshAsset:
+    """The model in the file at `path`, metres.
+
+    `units_per_metre` is 100 for a file in centimetres; glTF alone has a unit of its own, the metre.
+    Raises InputError that names the file.
+    """
+    path = Path(path)
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(f"is none of the mesh formats {', '.join(READERS)}", where=path)
+    if not path.is_file():
+        raise InputError("is not there, or is no file", where=path)
+    scale = _units(path, units_per_metre)
+    try:
+        asset = reader(path)
+        asset = replace(asset, parts=tuple(replace(part, points=part.points / scale) for part in asset.parts))
+        asset = _without_flat_faces(asset)
+        return replace(asset, notes=(*asset.notes, *_remarks(asset, path, scale)))
+    except GeometryError as error:
+        raise InputError(str(error), where=path) from None
+
+
+def _units(path: Path, units_per_metre: float | None) -> float:
+    is_gltf = path.suffix.lower() in GLTF
+    if units_per_metre is None and not is_gltf:
+        raise InputError(
+            "does not say its unit of length",
+            where=path,
+            do="give --units-per-metre, for example 100 for centimetres or 1000 for millimetres",
+        )
+    scale = 1.0 if units_per_metre is None else float(units_per_metre)
+    if not UNIT_LIMITS[0] <= scale <= UNIT_LIMITS[1]:
+        raise InputError(f"units per metre is {units_per_metre!r}, expected a number above zero, such as 100")
+    return scale
+
+
+def _without_flat_faces(asset: MeshAsset) -> MeshAsset:
+    """Faces without area are dropped, with a note; GeometryError when nothing is left."""
+    keep = [~flat_faces(part) for part in asset.parts]
+    dropped = sum(int((~k).sum()) for k in keep)
+    if not dropped:
+        return asset
+    parts = tuple(_kept(part, k) for part, k in zip(asset.parts, keep, strict=True) if k.any())
+    if not parts:
+        raise GeometryError("all faces have zero area")
+    return replace(asset, parts=parts, notes=(*asset.notes, f"{dropped} of {asset.faces} faces have no area: dropped"))
+
+
+def flat_faces(part: MeshPart) -> NDArray[np.bool_]:
+    """(F,) which faces have no area."""
+    corners, starts = part.points[part.face_indices], part.face_starts
+    following = np.arange(1, len(corners) + 1)
+    following[starts + part.face_counts - 1] = starts
+    first = np.repeat(corners[starts], part.face_counts, axis=0)
+    twice_areas = np.add.reduceat(np.cross(corners - first, corners[following] - first), starts)
+    edges = np.linalg.norm(corners[following] - corners, axis=1)
+    longest = np.maximum.reduceat(edges, starts)
+    return np.asarray(np.linalg.norm(twice_areas, axis=1) <= FLAT_FACE * longest**2)
+
+
+def _kept(part: MeshPart, keep: NDArray[np.bool_]) -> MeshPart:
+    corners = np.repeat(keep, part.face_counts)
+    return replace(
+        part,
+        face_counts=part.face_counts[keep],
+        face_indices=part.face_indices[corners],
+        face_material=part.face_material[keep],
+        normals=None if part.normals is None else part.normals[corners],
+    )
+
+
+def _remarks(asset: MeshAsset, path: Path, scale: float) -> list[str]:
+    if asset.faces > MAX_FACES:
+        raise GeometryError(f"the model has {asset.faces} faces, expected at most {MAX_FACES}")
+    size = float(asset.size.max())
+    notes = []
+    if not PLAUSIBLE_SIZE[0] <= size <= PLAUSIBLE_SIZE[1]:
+        notes.append(f"the model is {size:.3g} m long at {scale:g} units per metre: check the unit")
+    if path.suffix.lower() in GLTF and scale != 1:
+        notes.append(f"glTF is in metres by its standard; {scale:g} units per metre was used, as given")
+    return notes
+
+
+READERS: dict[str, Callable[[Path], MeshAsset]] = {
+    ".obj": read_obj,
+    ".ply": read_with_trimesh,
+    ".stl": read_with_trimesh,
+    ".gltf": read_with_trimesh,
+    ".glb": read_with_trimesh,
+}

@@ -1,0 +1,69 @@
+"""MTL material libraries: constant colours in, UsdPreviewSurface's constants out.
+
+Kd is the diffuse colour, Ks the reflectance at normal incidence (specular workflow), Ns the Blinn-Phong exponent:
+roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular BRDF Reference", 2013). Pm and Pr, where there, are metallic and
+roughness. Colours are taken as linear.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.scene.model import Color, Material
+
+
+def read_mtl(path: Path, text: str) -> tuple[dict[str, Material], list[str]]:
+    """The materials in `text` by name, and notes. Raises InputError that names `path` and the line."""
+    found: dict[str, Material] = {}
+    maps: set[str] = set()
+    name = None
+    for number, line in enumerate(text.splitlines(), 1):
+        key, _, rest = line.partition("#")[0].strip().partition(" ")
+        if key == "newmtl":
+            name = rest.strip()
+            found[name] = Material(path=name)
+        elif key.startswith(("map_", "bump", "norm", "disp")):
+            maps.add(key)
+        elif key and name is not None:
+            found[name] = _changed(found[name], key, rest.split(), f"{path}, line {number}")
+    notes = [f"textures of {path.name} are not carried over: {', '.join(sorted(maps))}"] if maps else []
+    return found, notes
+
+
+def _changed(material: Material, key: str, fields: list[str], where: str) -> Material:
+    if key == "Kd":
+        return replace(material, diffuse_color=_color(fields, where))
+    if key == "Ks":
+        return replace(material, specular_color=_color(fields, where), use_specular_workflow=True)
+    if key == "Ke":
+        return replace(material, emissive_color=_color(fields, where))
+    if key == "Ns":
+        return replace(material, roughness=(2 / (_number(fields, where, high=1e6) + 2)) ** 0.25)
+    if key == "Pr":
+        return replace(material, roughness=_number(fields, where))
+    if key == "Pm":
+        return replace(material, metallic=_number(fields, where), use_specular_workflow=False)
+    if key == "d":
+        return replace(material, opacity=_number(fields, where))
+    if key == "Tr":
+        return replace(material, opacity=1 - _number(fields, where))
+    return material
+
+
+def _color(fields: list[str], where: str) -> Color:
+    if len(fields) == 1:
+        fields = fields * 3
+    if len(fields) != 3:
+        raise InputError(f"{' '.join(fields)[:40]!r} is not a colour", where=where)
+    r, g, b = (_number([text], where, high=1e6) for text in fields)
+    return r, g, b
+
+
+def _number(fields: list[str], where: str, high: float = 1.0) -> float:
+    try:
+        value = float(fields[0])
+    except (ValueError, IndexError):
+        raise InputError(f"{' '.join(fields)[:40]!r} is not a number", where=where) from None
+    if not 0 <= value <= high:
+        raise InputError(f"{value!r} is not within 0 and {high:g}", where=where)
+    return value

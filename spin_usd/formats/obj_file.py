@@ -1,0 +1,163 @@
+"""Wavefront OBJ and MTL, as the file says it: polygons, corner normals, a material per face, groups in file order.
+
+trimesh reads OBJ too, but cuts polygons, merges corners into vertices and keeps one material per group; it serves as
+the authority in the tests. Source: P. Bourke, "Object Files (.obj)", "MTL material format".
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.formats.mtl_file import read_mtl
+from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.model import Material
+
+NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
+
+
+@dataclass
+class _Faces:
+    """The faces of one part while the file is read: corners as (point, normal), normal -1 where there is none."""
+
+    name: str
+    counts: list[int] = field(default_factory=list)
+    corners: list[tuple[int, int]] = field(default_factory=list)
+    materials: list[int] = field(default_factory=list)
+
+
+def read_obj(path: Path) -> MeshAsset:
+    """The model in the file's own units. Raises InputError that names the file and the line."""
+    points: list[list[float]] = []
+    normals: list[list[float]] = []
+    parts: dict[tuple[str, str], _Faces] = {}
+    materials: dict[str, int] = {}
+    libraries: list[str] = []
+    group, material = ("", ""), -1
+    for where, key, rest in _statements(path):
+        if key == "v":
+            points.append(_vector(rest, where))
+        elif key == "vn":
+            normals.append(_vector(rest, where))
+        elif key == "f":
+            faces = parts.setdefault(group, _Faces(_part_name(group, path)))
+            corners = [_corner(text, len(points), len(normals), where) for text in rest.split()]
+            if len(corners) < 3:
+                raise InputError(f"a face has {len(corners)} corners, expected 3 or more", where=where)
+            faces.counts.append(len(corners))
+            faces.corners += corners
+            faces.materials.append(material)
+        elif key == "o":
+            group = (rest, "")
+        elif key == "g":
+            group = (group[0], rest)
+        elif key == "usemtl":
+            material = materials.setdefault(rest, len(materials))
+        elif key == "mtllib":
+            libraries.append(rest)
+    if not parts:
+        raise InputError("holds no faces", where=path)
+    found, notes = _materials(path, list(materials), libraries)
+    xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
+    return MeshAsset(
+        name=path.stem,
+        parts=tuple(_part(faces, xyz, directions) for faces in parts.values()),
+        materials=found,
+        notes=notes,
+    )
+
+
+def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
+    """(where, keyword, rest) of every line that says something; a backslash continues a line."""
+    pending = ""
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        line = pending + line.partition("#")[0].strip()
+        if line.endswith("\\"):
+            pending = line[:-1] + " "
+            continue
+        pending = ""
+        key, _, rest = line.partition(" ")
+        if key:
+            yield f"{path}, line {number}", key, rest.strip()
+
+
+def read_text(path: Path) -> str:
+    """UTF-8, or Latin-1 where it is not: exporters write names in either."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
+    if b"\0" in data[:4096]:
+        raise InputError("is not a text file", where=path)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def _vector(rest: str, where: str) -> list[float]:
+    try:
+        x, y, z = (float(text) for text in rest.split()[:3])
+    except ValueError:
+        raise InputError(f"{rest[:60]!r} is not three numbers", where=where) from None
+    return [x, y, z]
+
+
+def _corner(text: str, points: int, normals: int, where: str) -> tuple[int, int]:
+    """Indices from 0 of "v", "v/vt", "v//vn" or "v/vt/vn"; negative ones count back from the latest."""
+    fields = text.split("/")
+    try:
+        point = int(fields[0])
+        normal = int(fields[2]) if len(fields) == 3 and fields[2] else 0
+    except ValueError:
+        raise InputError(f"{text[:40]!r} is not a face's corner", where=where) from None
+    point += points if point < 0 else -1
+    normal += normals if normal < 0 else -1
+    if not 0 <= point < points:
+        raise InputError(f"a face has point {text[:40]!r} of {points}", where=where, do="the index is out of range")
+    if normal >= normals or normal < -1:
+        raise InputError(f"a face has normal {text[:40]!r} of {normals}", where=where, do="the index is out of range")
+    return point, normal
+
+
+def _part_name(group: tuple[str, str], path: Path) -> str:
+    names = [name for name in group if name.lower() not in NO_NAMES]
+    return " ".join(names) or path.stem
+
+
+def _part(faces: _Faces, points: Float, normals: Float) -> MeshPart:
+    """The part with only the points that it uses, in their order in the file."""
+    corners = np.array(faces.corners, np.int64)
+    used, indices = np.unique(corners[:, 0], return_inverse=True)
+    has_normals = bool((corners[:, 1] >= 0).all())
+    return MeshPart(
+        name=faces.name,
+        points=points[used],
+        face_counts=np.array(faces.counts, np.int32),
+        face_indices=indices.astype(np.int32),
+        normals=normals[corners[:, 1]] if has_normals else None,
+        face_material=np.array(faces.materials, np.int32),
+    )
+
+
+def _materials(path: Path, names: list[str], libraries: list[str]) -> tuple[tuple[Material, ...], tuple[str, ...]]:
+    """A material for each of `names`, from the MTL files beside the OBJ where there are any, and notes."""
+    known: dict[str, Material] = {}
+    notes: list[str] = []
+    for library in libraries:
+        beside = path.parent / library
+        if Path(library).name != library:
+            notes.append(f"the material library {library!r} is not beside the model and was not read")
+        elif not beside.is_file():
+            notes.append(f"the material library {library!r} is missing")
+        else:
+            found, remarks = read_mtl(beside, read_text(beside))
+            known |= found
+            notes += remarks
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        notes.append(f"{len(unknown)} of {len(names)} materials have no definition and are neutral grey")
+    return tuple(known.get(name, Material(path=name)) for name in names), tuple(notes)
