@@ -19,7 +19,8 @@ INTERRUPTED = 130
 app = typer.Typer(
     name="spin-usd",
     help="Labelled, traceable, reproducible imagery of a spacecraft from layered USD stages.",
-    epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, 130 interrupted.",
+    epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, "
+    "130 interrupted.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
@@ -28,7 +29,9 @@ app = typer.Typer(
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 Stage = Annotated[Path, typer.Argument(help="A stage's root layer, such as DIR/dataset.usda.")]
-Frames = Annotated[str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")]
+Frames = Annotated[
+    str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
+]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
 Samples = Annotated[int, typer.Option(metavar="N", help="Light samples per pixel.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
@@ -37,7 +40,9 @@ LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
 RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
-Workers = Annotated[int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")]
+Workers = Annotated[
+    int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")
+]
 
 
 def _print_version(asked: bool) -> None:

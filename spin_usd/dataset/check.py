@@ -39,7 +39,9 @@ def check(path: Path, *, progress: Callable[[str, int, int], None]) -> tuple[str
         return "stage", _stage_findings(path)
     if (path / "dataset.usda").is_file():
         return "stage", _stage_findings(path / "dataset.usda")
-    raise InputError("is neither a stage nor a dataset", where=path, do="give a .usda file, or a folder with dataset.json")
+    raise InputError(
+        "is neither a stage nor a dataset", where=path, do="give a .usda file, or a folder with dataset.json"
+    )
 
 
 def _stage_findings(path: Path) -> list[Finding]:
@@ -79,9 +81,7 @@ def _stage_of(store: Store, description: dict[str, Any]) -> Iterator[Finding]:
         yield Finding(code="stage", where=str(e.where or stage), message=e.found)
 
 
-def _record_findings(
-    store: Store, path: Path, description: dict[str, Any], listed: set[str]
-) -> Iterator[Finding]:
+def _record_findings(store: Store, path: Path, description: dict[str, Any], listed: set[str]) -> Iterator[Finding]:
     name = store.relative(path)
     try:
         record = read_json(path, "record-1")
@@ -118,11 +118,15 @@ def _label_findings(store: Store, record: dict[str, Any], name: str, parts: int)
     shape = (record["camera"]["height"], record["camera"]["width"])
     for kind, array in arrays.items():
         if array.shape[:2] != shape:
-            yield Finding(code="size", where=record["files"][kind]["path"], message=f"is {array.shape[:2]}, not {shape}")
+            yield Finding(
+                code="size", where=record["files"][kind]["path"], message=f"is {array.shape[:2]}, not {shape}"
+            )
             return
     ids, depth, dense = (arrays.get(kind) for kind in ("segmentation", "depth", "dense_pose"))
     if ids is not None and int(ids.max(initial=0)) > parts:
-        yield Finding(code="parts", where=name, message=f"segmentation holds id {ids.max()}, dataset.json lists {parts}")
+        yield Finding(
+            code="parts", where=name, message=f"segmentation holds id {ids.max()}, dataset.json lists {parts}"
+        )
     if ids is not None and depth is not None and ((ids > 0) != (depth > 0)).any():
         yield Finding(code="support", where=name, message="segmentation and depth cover different pixels")
     if ids is None or dense is None:

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from spin_usd.stage.check import check_stage
-
 
 def stage_findings(*, stage: str) -> list[dict[str, Any]]:
     """Every finding on the stage whose root layer is `stage`."""

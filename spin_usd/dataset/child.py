@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -96,10 +97,8 @@ class Child:
     def kill(self) -> None:
         """End the child and everything it started, at once."""
         if self.process.poll() is None:
-            try:
+            with suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
             self.process.wait()
         self._release()
 
@@ -112,10 +111,8 @@ class Child:
     def _release(self) -> None:
         for stream in (self.process.stdout, self.process.stdin):
             if stream and not stream.closed:
-                try:
+                with suppress(OSError):
                     stream.close()
-                except OSError:
-                    pass
 
     def _died(self) -> ChildDiedError:
         self.process.wait()

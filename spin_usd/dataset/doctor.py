@@ -70,7 +70,9 @@ def _children() -> Iterator[Line]:
 
 
 def _processors() -> Line:
-    return Line(subject="processors", found=f"{len(usable_cpus())} usable; render would start {default_workers()} workers")
+    return Line(
+        subject="processors", found=f"{len(usable_cpus())} usable; render would start {default_workers()} workers"
+    )
 
 
 def _memory() -> Line:

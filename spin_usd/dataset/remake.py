@@ -27,13 +27,17 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
     worker = Worker(job=job.as_json())
     reader = worker.reader(record["variant"])
     if record["index"] >= len(reader.frames) or reader.frames[record["index"]].name != record["frame"]:
-        raise InputError(f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset)
+        raise InputError(
+            f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset
+        )
     worker.picture(variant=record["variant"], index=record["index"], kinds=kinds)
     again = read_json(worker.store.record(record["variant"], record["frame"]), "record-1")
     recorded, now = provenance["versions"], worker.versions
     return {
         "files": [_compared(Store(root=Path(dataset)), kind, record, again) for kind in kinds],
-        "versions": {k: [recorded.get(k, ""), now.get(k, "")] for k in sorted({*recorded, *now}) if recorded.get(k) != now.get(k)},
+        "versions": {
+            k: [recorded.get(k, ""), now.get(k, "")] for k in sorted({*recorded, *now}) if recorded.get(k) != now.get(k)
+        },
     }
 
 

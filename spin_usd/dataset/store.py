@@ -1,9 +1,9 @@
 """A dataset's folder: names, atomic writes, the lock, and what an interrupted run left behind.
 
-    dataset.json                         schema dataset-1
-    stage/                               the layers that made it
-    records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
-    <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+dataset.json                         schema dataset-1
+stage/                               the layers that made it
+records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
+<kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 """
 
 import fcntl

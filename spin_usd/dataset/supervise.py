@@ -4,6 +4,7 @@ import selectors
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -117,15 +118,11 @@ def _advance(
 def _give(slot: Slot, queue: deque[Task]) -> None:
     slot.task, slot.since = queue.popleft(), time.monotonic()
     picture = slot.task.picture
-    try:
+    with suppress(ChildDiedError):  # its end is readable too, and is dealt with there
         slot.child.send("picture", variant=picture.variant, index=picture.index, kinds=slot.task.kinds)
-    except ChildDiedError:
-        pass  # its end is readable too, and is dealt with there
 
 
-def _after_death(
-    slot: Slot, task: Task | None, queue: deque[Task], died: ChildDiedError, listener: Listener
-) -> None:
+def _after_death(slot: Slot, task: Task | None, queue: deque[Task], died: ChildDiedError, listener: Listener) -> None:
     if task is None:
         if slot.starts >= STARTS_PER_SLOT:
             raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died

@@ -12,4 +12,8 @@ DECISIVE = ("usd-core", "numpy", "OpenImageIO")
 def library_versions() -> dict[str, str]:
     """Names and versions, with the processor family: Cycles' last bits depend on its instructions."""
     found = {name: version(name) for name in DECISIVE}
-    return {"spin_usd": spin_usd.__version__, "python": platform.python_version(), "machine": platform.machine()} | found
+    return {
+        "spin_usd": spin_usd.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    } | found

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ class Worker:
         for kind, array, channels in make_picture(scene, self.renderer, self.job.settings, kinds, watch):
             path = self.store.file(kind, variant, scene.frame.name, suffix_of(kind, self.job.image_suffix))
             with watch("files"):
-                digest = write_atomically(path, lambda temporary: write_image(temporary, array, channels=channels))
+                digest = write_atomically(path, partial(write_image, array=array, channels=channels))
             files[kind] = {"path": self.store.relative(path), "sha256": digest}
         record = make_record(reader, scene, self.job, files, self.versions)
         with watch("files"):

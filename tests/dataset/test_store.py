@@ -1,0 +1,80 @@
+import resource
+import subprocess
+import sys
+
+import pytest
+
+from spin_usd.dataset.store import Store, sha256_of, write_atomically, write_json
+from spin_usd.errors import InputError, OutputError
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path):
+    path = tmp_path / "a.json"
+    write_json(path, {"kept": 1})
+
+    def fails(temporary):
+        temporary.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OutputError, match="No space left"):
+        write_atomically(path, fails)
+    assert path.read_text() == '{\n "kept": 1\n}\n'
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_digest_is_that_of_the_file(tmp_path):
+    digest = write_atomically(tmp_path / "x", lambda temporary: temporary.write_bytes(b"abc"))
+    # FIPS 180-2, appendix B.1
+    assert digest == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert sha256_of(tmp_path / "x") == digest
+
+
+def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_path):
+    """The kernel's own refusal, as on a full disk, from a process that may write files of 4 kB at most."""
+    code = (
+        "import signal, sys; from pathlib import Path; from spin_usd.dataset.store import write_atomically\n"
+        "from spin_usd.errors import OutputError\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "try: write_atomically(Path(sys.argv[1]), lambda t: t.write_bytes(b'x' * 100_000))\n"
+        "except OutputError as e: print(e); sys.exit(7)"
+    )
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))  # noqa: E731
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "big")], preexec_fn=limit, capture_output=True, text=True
+    )
+    assert done.returncode == 7, done.stderr
+    assert "big" in done.stdout
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_lock_sweeps_what_a_killed_run_left(tmp_path):
+    store = Store(root=tmp_path)
+    (tmp_path / "image" / "nominal").mkdir(parents=True)
+    (tmp_path / "image" / "nominal" / "a.tmp-123.png").write_text("half")
+    (tmp_path / "image" / "nominal" / "a.png").write_text("whole")
+    (tmp_path / ".work" / "deep").mkdir(parents=True)
+    with store.locked():
+        assert (tmp_path / "image" / "nominal" / "a.png").exists()
+        assert not (tmp_path / "image" / "nominal" / "a.tmp-123.png").exists()
+        assert store.work.is_dir()
+        assert not (store.work / "deep").exists()
+    assert not store.work.exists()
+
+
+def test_a_second_run_on_the_same_dataset_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("spin_usd.dataset.store.LOCK_PATIENCE_S", 0.2)
+    store = Store(root=tmp_path)
+    with store.locked(), pytest.raises(InputError, match="another run"), store.locked():
+        pass
+
+
+def test_a_folder_with_foreign_files_is_refused(tmp_path):
+    (tmp_path / "thesis.tex").write_text("")
+    with pytest.raises(InputError, match=r"no dataset\.json"):
+        Store(root=tmp_path).prepare()
+
+
+def test_an_output_path_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError):
+        Store(root=tmp_path / "file").prepare()

@@ -1,0 +1,78 @@
+"""What a researcher's own bpy script would do: the whole frame, all passes in one multilayer EXR, and a PNG.
+
+Started by bench_frames.py: `bench_plain.py SCENE.npz FOLDER SAMPLES`, then a line of 12 numbers (rotation and
+translation from body to OpenCV camera) per frame on standard input; answers the seconds it took, on standard output.
+No distortion (a plain perspective camera), no body coordinates beyond the Position pass: less than spin_usd delivers.
+"""
+
+import os
+import sys
+import time
+
+import bpy
+import mathutils
+import numpy as np
+
+
+def build(scene_file: str, samples: int) -> tuple[bpy.types.Scene, bpy.types.Object]:
+    data = np.load(scene_file)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    width, height, fx, cx, cy = data["camera"]
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = samples, False, False
+    scene.cycles.max_bounces = 4
+    scene.render.resolution_x, scene.render.resolution_y = int(width), int(height)
+    scene.render.use_persistent_data = True
+    scene.world = bpy.data.worlds.new("black")
+    scene.world.color = (0, 0, 0)
+    camera = bpy.data.cameras.new("camera")
+    camera.sensor_width, camera.lens = 36, 36 * fx / width
+    camera.shift_x, camera.shift_y = (width / 2 - cx) / width, (cy - height / 2) / width
+    scene.camera = bpy.data.objects.new("camera", camera)
+    scene.collection.objects.link(scene.camera)
+    mesh = bpy.data.meshes.new("target")
+    mesh.from_pydata(data["points"].tolist(), [], data["faces"].tolist())
+    target = bpy.data.objects.new("target", mesh)
+    target.rotation_mode, target.pass_index = "QUATERNION", 1
+    scene.collection.objects.link(target)
+    material = bpy.data.materials.new("grey")
+    principled = material.node_tree.nodes["Principled BSDF"]
+    principled.inputs["Base Color"].default_value = (*data["color"], 1)
+    principled.inputs["Metallic"].default_value, principled.inputs["Roughness"].default_value = data["metal_rough"]
+    mesh.materials.append(material)
+    sun = bpy.data.lights.new("sun", "SUN")
+    sun.energy, sun.angle = float(data["sun"][3]), 0.00925
+    lamp = bpy.data.objects.new("sun", sun)
+    lamp.rotation_mode = "QUATERNION"
+    lamp.rotation_quaternion = mathutils.Vector(data["sun"][:3]).to_track_quat("-Z", "Y")
+    scene.collection.objects.link(lamp)
+    layer = scene.view_layers[0]
+    layer.use_pass_z = layer.use_pass_position = layer.use_pass_object_index = True
+    return scene, target
+
+
+def main() -> None:
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)  # what Blender prints is no answer
+    scene, target = build(sys.argv[1], int(sys.argv[3]))
+    print("ready", file=answers)
+    for i, line in enumerate(sys.stdin):
+        began = time.perf_counter()
+        numbers = np.array(line.split(), float)
+        flip = np.diag([1.0, -1.0, -1.0])
+        rotation = mathutils.Matrix((flip @ numbers[:9].reshape(3, 3)).tolist())
+        target.rotation_quaternion, target.location = rotation.to_quaternion(), flip @ numbers[9:]
+        image = scene.render.image_settings
+        image.media_type, image.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
+        image.color_depth, image.exr_codec = "32", "ZIP"
+        scene.render.filepath = os.path.join(sys.argv[2], f"{i:06d}.exr")
+        bpy.ops.render.render(write_still=True)
+        image.media_type, image.file_format = "IMAGE", "PNG"
+        bpy.data.images["Render Result"].save_render(os.path.join(sys.argv[2], f"{i:06d}.png"))
+        print(time.perf_counter() - began, file=answers)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
