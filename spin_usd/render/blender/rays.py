@@ -1,0 +1,169 @@
+"""How camera rays start: the decision, and the text of the camera shader that starts them.
+
+Blender's world here has a camera's axes (x right, y up, looking along -z). Up to NEAR_RADII target radii its origin is
+the camera, whose rays start there. Further off its origin is the target's centre, and each ray starts just before the
+target, so that every float32 number has the target's own size at any range.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import RenderError
+from spin_usd.geometry import lens
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.scene.model import Scene
+
+# float32 resolves a range of 16 radii to radius * 2**-20: depth order to a millionth of the target's size, and by the
+# camera's axes pixels to 2**-24 of their distance from the principal point.
+NEAR_RADII = 16.0
+CLEARANCE = 1.01  # rays start this many radii before the target's centre: outside its bounding sphere
+PLAIN_FOCAL = (1 / 8, 16.0)  # fx / width within which Cycles' own float32 field of view keeps 1e-4 px
+INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
+INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
+MAX_INVERSE_STEPS = 12
+GRID = 65  # points per axis on which the inverse is fitted and proved
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """A camera and its target. centre (3,) of the target in the camera frame `cam`, metres; its radius, metres."""
+
+    camera: Camera
+    centre: Float
+    radius: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> "View":
+        mesh = scene.target.mesh
+        return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
+
+    @property
+    def distance(self) -> float:
+        return float(np.linalg.norm(self.centre))
+
+    @property
+    def near(self) -> bool:
+        """Whether rays start at the camera. A target at a right angle or behind has no ray of its own to start on."""
+        x, y, z = np.abs(self.centre)
+        return self.distance <= NEAR_RADII * self.radius or bool(self.centre[2] <= 0.05 * max(x, y, z))
+
+    @property
+    def plain(self) -> bool:
+        """Whether Blender's own perspective camera is as exact as the shader."""
+        low, high = PLAIN_FOCAL
+        return self.near and not self.camera.distorted and low <= self.camera.fx / self.camera.width <= high
+
+    @property
+    def target_location(self) -> Float:
+        """(3,) where the target's centre lies in Blender's world, metres."""
+        return T_USDCAM_CAM.points(self.centre) if self.near else np.zeros(3)
+
+    @property
+    def depth(self) -> float:
+        """Length of ray within which the target lies, metres."""
+        return self.distance + 2 * self.radius if self.near else 4 * CLEARANCE * self.radius
+
+    def shader(self, *, centred: bool) -> str:
+        """OSL text of the camera shader. `centred` sends every ray through its pixel's exact centre.
+
+        Blender calls it with a camera that looks along +z with y up. Its numbers are constants in the text: parameters
+        would need Blender's `oslquery` bindings, which clash with OpenImageIO's.
+        """
+        c = self.camera
+        start, steps = lens_inverse(c)
+        snap = "column = floor(column) + 0.5; row = floor(row) + 0.5;" if centred else ""
+        k1, k2, p1, p2, k3 = map(_number, c.distortion)
+        return f"""
+shader spin_camera(output point position = 0.0, output vector direction = 0.0, output color throughput = 1.0)
+{{
+  point raster = camera_shader_raster_position();
+  float column = raster[0] * {c.width}.0, row = {c.height}.0 - raster[1] * {c.height}.0;
+  {snap}
+  float x0 = (column - {_number(c.cx)}) * {_number(1 / c.fx)}, y0 = (row - {_number(c.cy)}) * {_number(1 / c.fy)};
+  float s = x0 * x0 + y0 * y0, start = {_horner(start, "s")}, x = x0 * start, y = y0 * start;
+  for (int i = 0; i < {steps}; ++i) {{
+    float xx = x * x, yy = y * y, xy = x * y, r2 = xx + yy;
+    float radial = 1.0 + r2 * ({k1} + r2 * ({k2} + r2 * {k3}));
+    float ex = x * radial + 2.0 * {p1} * xy + {p2} * (r2 + 2.0 * xx) - x0;
+    float ey = y * radial + {p1} * (r2 + 2.0 * yy) + 2.0 * {p2} * xy - y0;
+    float slope = 2.0 * ({k1} + r2 * (2.0 * {k2} + 3.0 * {k3} * r2));
+    float a = radial + slope * xx + 2.0 * {p1} * y + 6.0 * {p2} * x;
+    float b = slope * xy + 2.0 * {p1} * x + 2.0 * {p2} * y;
+    float d = radial + slope * yy + 6.0 * {p1} * y + 2.0 * {p2} * x;
+    float det = a * d - b * b;
+    x -= (d * ex - b * ey) / det;
+    y -= (a * ey - b * ex) / det;
+  }}
+  direction = normalize(vector(x, -y, 1.0));
+  {self._position()}
+}}
+"""
+
+    def _position(self) -> str:
+        """The statement that sets where the ray starts."""
+        if self.near:
+            return "position = point(0.0, 0.0, 0.0);"
+        x, y, z = self.centre
+        return (
+            # Where the ray meets the plane of the centre, then back to just before the bounding sphere.
+            f"vector p = vector((x - {_number(x / z)}) * {_number(z)}, ({_number(y / z)} - y) * {_number(z)}, 0.0);\n"
+            f"  position = p - (dot(p, direction) + {_number(CLEARANCE * self.radius)}) * direction;"
+        )
+
+
+@lru_cache(maxsize=16)
+def lens_inverse(camera: Camera) -> tuple[tuple[float, ...], int]:
+    """The cheapest inverse of the camera's lens: a polynomial in the squared distorted radius (lowest power first)
+    that scales distorted to undistorted coordinates, and how many Newton steps must follow it.
+
+    Raises RenderError when MAX_INVERSE_STEPS do not reach INVERSE_ERROR_PX somewhere in the frame.
+    """
+    if not camera.distorted:
+        return (1.0,), 0
+    u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
+    pixels = np.stack([u.ravel(), v.ravel()], -1)
+    distorted = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    true = camera.normalised(pixels)
+    start = _radial_start(distorted, true)
+    guess = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), start)[:, None]
+    for steps in range(MAX_INVERSE_STEPS + 1):
+        if float(np.abs((guess - true) * (camera.fx, camera.fy)).max()) <= INVERSE_ERROR_PX:
+            return start, steps
+        guess = _newton_step(guess, distorted, camera.distortion)
+    raise RenderError(
+        f"the lens distortion {list(camera.distortion)} needs more than {MAX_INVERSE_STEPS} steps to invert",
+        do="use coefficients that stay well within the lens's invertible range over the whole frame",
+    )
+
+
+def _radial_start(distorted: Float, true: Float) -> tuple[float, ...]:
+    """Coefficients, lowest power first, of the least-squares polynomial in r2 that takes `distorted` to `true`."""
+    r2 = (distorted**2).sum(1)
+    scale = max(float(r2.max()), np.finfo(float).tiny)
+    powers = (r2 / scale)[:, None] ** np.arange(INVERSE_DEGREE + 1)
+    columns = np.concatenate([powers * distorted[:, :1], powers * distorted[:, 1:]])
+    fit = np.linalg.lstsq(columns, np.concatenate([true[:, 0], true[:, 1]]), rcond=None)[0]
+    return tuple(float(c) for c in fit / scale ** np.arange(INVERSE_DEGREE + 1))
+
+
+def _newton_step(xy: Float, distorted: Float, distortion: tuple[float, ...]) -> Float:
+    """One Newton step of the lens inverse; points (N, 2)."""
+    error = lens.distort(xy, distortion) - distorted
+    jacobian = lens.distortion_jacobian(xy, distortion)
+    return xy - np.linalg.solve(jacobian, error[..., None])[..., 0]
+
+
+def _number(value: float) -> str:
+    """An OSL float literal, parenthesised so that its sign meets no other."""
+    return f"({float(value):.17e})"
+
+
+def _horner(coefficients: tuple[float, ...], variable: str) -> str:
+    text = _number(coefficients[-1])
+    for c in reversed(coefficients[:-1]):
+        text = f"({_number(c)} + {variable} * {text})"
+    return text

@@ -1,0 +1,83 @@
+"""The Blender renderer: Cycles, held open from frame to frame."""
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import OpenImageIO
+
+from spin_usd.render.blender.camera import CameraRig
+from spin_usd.render.blender.light import SunRig
+from spin_usd.render.blender.material import label_material
+from spin_usd.render.blender.mesh import TargetObject
+from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
+from spin_usd.render.blender.rays import View
+from spin_usd.render.blender.settings import BEAUTY, LABEL, TRANSPARENT_BOUNCES, assign, new_scene
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance, Visibility
+
+
+class BlenderRenderer:
+    """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it."""
+
+    name = "blender"
+
+    def __init__(self) -> None:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self._scratch = scratch_folder()
+        folder = Path(self._scratch.name)
+        self._label, self._beauty = new_scene("label", LABEL), new_scene("beauty", BEAUTY)
+        self._label.view_layers[0].material_override = label_material()
+        self._label_camera = CameraRig(self._label, folder, centred=True)
+        self._beauty_camera = CameraRig(self._beauty, folder, centred=False)
+        self._target = TargetObject((self._label, self._beauty))
+        self._suns = SunRig(self._beauty)
+        self._readback = Readback(folder)
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
+        region = scene.region
+        if region.empty:
+            return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
+        self._show(scene, self._label_camera)
+        numbers = self._readback.render(self._label, region)[..., 0]
+        return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
+
+    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
+        """Linear radiance of `scene.region`, W/m2/sr. Raises RenderError, UnsupportedError."""
+        region = scene.region
+        if region.empty:
+            return Radiance(region=region, rgb=np.zeros((*region.shape, 3), np.float32))
+        self._show(scene, self._beauty_camera)
+        self._suns.shine(scene.lights)
+        assign(self._beauty.cycles, self._effort(samples, seed))
+        return Radiance(region=region, rgb=self._readback.render(self._beauty, region))
+
+    def versions(self) -> dict[str, str]:
+        """Names and versions of the software that decides the result."""
+        return {
+            "blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}",
+            "OpenImageIO": str(OpenImageIO.VERSION_STRING),
+            "numpy": np.__version__,
+        }
+
+    def close(self) -> None:
+        """Free the scene and the temporary folder."""
+        self._scratch.cleanup()
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+
+    def _show(self, scene: Scene, camera: CameraRig) -> None:
+        view = View.of(scene)
+        self._target.show(scene, view)
+        camera.aim(view)
+        camera.crop(scene.region)
+
+    def _effort(self, samples: int, seed: int) -> dict[str, Any]:
+        """What the materials and the user ask of the path tracer."""
+        return {
+            "samples": samples,
+            "seed": seed,
+            "use_light_tree": self._target.emissive,  # one Sun needs no tree
+            "transparent_max_bounces": TRANSPARENT_BOUNCES if self._target.transparent else 0,
+        }
