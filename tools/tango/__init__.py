@@ -1,0 +1,1 @@
+"""Tango, the smaller PRISMA spacecraft, as a parametric model; run by tools/build_tango."""

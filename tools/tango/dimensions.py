@@ -1,0 +1,75 @@
+"""The numbers of the spacecraft: metres, Tango's body axes (origin in the plane of the bottom plate, +z to the panel).
+
+The eleven official points are facts of the SPEED+ data set (tango3Dpoints, in their published order); the model is
+built around them and holds them exactly. The other proportions were estimated from published pictures. Tango's
+sides are taken as upright: its body was 0.57 m deep, which is the depth of the bottom plate, and the panel
+stands over it on both sides.
+"""
+
+# name, x, y, z; the order is the official one, 1 to 11, and the number ends the name.
+OFFICIAL_POINTS: tuple[tuple[str, float, float, float], ...] = (
+    ("top_corner_1", -0.3700, -0.3850, 0.3215),
+    ("top_corner_2", -0.3700, 0.3850, 0.3215),
+    ("top_corner_3", 0.3700, 0.3850, 0.3215),
+    ("top_corner_4", 0.3700, -0.3850, 0.3215),
+    ("bottom_corner_5", -0.3700, -0.2640, 0.0000),
+    ("bottom_corner_6", -0.3700, 0.3040, 0.0000),
+    ("bottom_corner_7", 0.3700, 0.3040, 0.0000),
+    ("bottom_corner_8", 0.3700, -0.2640, 0.0000),
+    ("antenna_tip_9", -0.5427, 0.4877, 0.2535),
+    ("antenna_tip_10", 0.5427, 0.4877, 0.2591),
+    ("antenna_tip_11", 0.3050, -0.5790, 0.2515),
+)
+POINT = {name: (x, y, z) for name, x, y, z in OFFICIAL_POINTS}
+
+# Body: a deck below, blankets around; they stay inside the corner points by the depth of their wrinkles.
+X = 0.370
+Y_BACK, Y_FRONT = -0.264, 0.304
+Y_MIDDLE = (Y_BACK + Y_FRONT) / 2
+DECK = 0.010
+BLANKET_INSET = 0.0045
+BLANKET_WRINKLE = 0.0040
+BLANKET_CELL = 0.040
+TAPE_WIDTH, TAPE_THICKNESS = 0.014, 0.0012
+
+# Solar panel: a honeycomb plate with a rim; two halves of 4 x 18 cells (80 x 40 mm class, two corners cropped).
+PANEL_Y = 0.385
+PANEL_BOTTOM, PANEL_TOP = 0.2995, 0.3215
+PANEL_RIM, PANEL_RECESS = 0.006, 0.0012
+CELL_THICKNESS = 0.0008
+CELL_AREA_X = (0.022, 0.350)
+CELL_AREA_Y = (-0.366, 0.366)
+CELL_COLUMNS, CELL_ROWS = 4, 18
+CELL_GAP = 0.0024
+CELL_CROP = 0.009
+
+# Main antennas: where each rod starts, its radii at base and tip, and the height of the collar at its base.
+ANTENNA_BASE = {
+    "antenna_tip_9": (-0.3660, 0.3720, 0.2545),
+    "antenna_tip_10": (0.3660, 0.3720, 0.2545),
+    "antenna_tip_11": (0.3000, -0.3000, 0.2470),
+}
+ANTENNA_RADII = {
+    "antenna_tip_9": (0.0410, 0.0290),
+    "antenna_tip_10": (0.0410, 0.0290),
+    "antenna_tip_11": (0.0310, 0.0250),
+}
+COLLAR_HEIGHT = 0.030
+WHIP_BASE = (X, 0.0, 0.2530)
+WHIP_TIP_X, WHIP_RADIUS = 0.500, 0.0018
+PATCH_RADIUS, PATCH_HEIGHT = 0.0367, 0.010
+PATCH_CENTRE = (X, -0.120, 0.250)
+
+# Struts that carry the panel and stiffen the corners: flat bars of this section.
+STRUT_WIDTH, STRUT_THICKNESS = 0.010, 0.010
+
+# The +y side: a radiator in two steps, and the optical heads below the panel's edge.
+RADIATOR = ((-0.070, 0.180, 0.012, 0.150), (-0.150, -0.072, 0.014, 0.120))
+RADIATOR_THICKNESS = 0.015
+HEAD_X = (-0.018, 0.028, 0.074)
+HEAD_END_Y = (0.455, 0.415, 0.415)
+HEAD_Z, HEAD_RADIUS = 0.2880, 0.0110
+
+# Below: the separation ring, and three release feet around it.
+RING_RADII, RING_HEIGHT = (0.128, 0.142), 0.011
+FOOT_RADIUS, FOOT_HEIGHT, HOOK_HEIGHT = 0.205, 0.010, 0.020
