@@ -92,25 +92,33 @@ def render(request: RenderRequest, out: Path, *, workers: int | None = None, pro
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
-    with store.locked() as lock:
-        with Child(scratch=store.work) as child:
-            answer = _plan(child, request, request.stage, store.work / "stage", progress)
-        pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
-        root = _adopt_stage(store, Path(answer["root"]).relative_to(store.work / "stage"))
-        write_json(store.description, _description(store, answer, root, request.kinds))
-        report = RenderReport(pictures=len(pictures))
-        tasks = [task for picture in pictures if (task := _remaining(store, picture, request))]
-        report.reused = len(pictures) - len(tasks)
-        if tasks:
-            job = Job(
-                root=str(store.root),
-                stage=root,
-                kinds=request.kinds,
-                image_suffix=request.image_suffix,
-                settings=RenderSettings(**answer["settings"]),
-            )
-            _run(job, tasks, workers, lock, store, _Listener(report, progress))
-        report.seconds = time.monotonic() - began
+    try:
+        with store.locked() as lock:
+            report = _render(store, lock, request, workers, progress)
+    finally:
+        store.remove_if_unused()
+    report.seconds = time.monotonic() - began
+    return report
+
+
+def _render(store: Store, lock: int, request: RenderRequest, workers: int | None, progress: Progress) -> RenderReport:
+    with Child(scratch=store.work) as child:
+        answer = _plan(child, request, request.stage, store.work / "stage", progress)
+    pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
+    root = _adopt_stage(store, Path(answer["root"]).relative_to(store.work / "stage"))
+    write_json(store.description, _description(store, answer, root, request.kinds))
+    report = RenderReport(pictures=len(pictures))
+    tasks = [task for picture in pictures if (task := _remaining(store, picture, request))]
+    report.reused = len(pictures) - len(tasks)
+    if tasks:
+        job = Job(
+            root=str(store.root),
+            stage=root,
+            kinds=request.kinds,
+            image_suffix=request.image_suffix,
+            settings=RenderSettings(**answer["settings"]),
+        )
+        _run(job, tasks, workers, lock, store, _Listener(report, progress))
     return report
 
 

@@ -13,7 +13,7 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,6 +70,13 @@ class Store:
         if foreign:
             raise InputError("holds files but no dataset.json", where=self.root, do="choose an empty folder")
 
+    def remove_if_unused(self) -> None:
+        """Take back the folder of a run that was refused before it wrote anything."""
+        if not self.description.exists():
+            with suppress(OSError):
+                (self.root / LOCK).unlink()
+                self.root.rmdir()
+
     @contextmanager
     def locked(self) -> Iterator[int]:
         """Hold the dataset for this run and yield the lock's descriptor, which workers keep open too.
@@ -84,8 +91,10 @@ class Store:
             self._acquire(lock)
             self.sweep()
             self.work.mkdir(exist_ok=True)
-            yield lock
-            self.sweep()
+            try:
+                yield lock
+            finally:
+                self.sweep()
         finally:
             os.close(lock)
 

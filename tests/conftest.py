@@ -1,0 +1,67 @@
+"""What several test files need: the command line as a user has it, real inputs, and a small authored stage."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+SHARED = REPOSITORY.parent / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared():
+    """The folder of real inputs beside the repository; tests that want it are skipped where it is not."""
+    if not (SHARED / "data").is_dir():
+        pytest.skip("no ../shared with real inputs")
+    return SHARED
+
+
+@pytest.fixture(scope="session")
+def spin_usd():
+    """Run `spin-usd ARGUMENTS...` in a process of its own; returns the finished process."""
+
+    def run(*arguments, code=0, cwd=None):
+        command = [sys.executable, "-m", "spin_usd.cli.main", *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, env={**os.environ, "COLUMNS": "120"})
+        assert done.returncode == code, f"exit {done.returncode}, expected {code}\n{done.stdout}\n{done.stderr}"
+        return done
+
+    return run
+
+
+def speedplus_camera(divide=1):
+    """SPEED+'s camera.json with an image smaller by the whole number `divide`; the same field of view and lens."""
+    k = 1 / divide
+    return {
+        "Nu": 1920 // divide,
+        "Nv": 1200 // divide,
+        "ppx": 5.86e-6 / k,
+        "ppy": 5.86e-6 / k,
+        "fx": 0.0176,
+        "fy": 0.0176,
+        "ccx": 960 * k,
+        "ccy": 600 * k,
+        "cameraMatrix": [[2988.5795163815555 * k, 0, 960 * k], [0, 2988.3401159176124 * k, 600 * k], [0, 0, 1]],
+        "distCoeffs": [
+            -0.22383016606510672,
+            0.51409797089106379,
+            -0.00066499611998340662,
+            -0.00021404771667484594,
+            -0.13124227429077406,
+        ],
+    }
+
+
+@pytest.fixture(scope="session")
+def small_stage(tmp_path_factory, spin_usd):
+    """A stage of eight pictures of Tango at 240 x 150 with SPEED+'s lens: the path of its root layer."""
+    folder = tmp_path_factory.mktemp("small")
+    (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=8)))
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    out = folder / "stage"
+    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", folder / "camera.json", "--out", out)
+    return out / "dataset.usda"

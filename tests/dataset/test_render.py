@@ -1,0 +1,209 @@
+"""The main job on a small real stage: real workers, real Cycles, real kills."""
+
+import json
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from spin_usd.dataset.render import RenderRequest, render
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store
+
+SAMPLES = 2
+
+
+def quiet(*_):
+    pass
+
+
+def digests(dataset):
+    """sha256 of every file by path, from the records."""
+    records = [read_json(path, "record-1") for path in Store(root=dataset).records()]
+    return {entry["path"]: entry["sha256"] for record in records for entry in record["files"].values()}
+
+
+def make(stage, out, *, workers=1, **request):
+    request = {"samples": SAMPLES, "renderer": "raycast", **request}
+    return render(RenderRequest(stage=stage, **request), out, workers=workers, progress=quiet)
+
+
+@pytest.fixture(scope="module")
+def blender_dataset(small_stage, tmp_path_factory):
+    out = tmp_path_factory.mktemp("blender") / "dataset"
+    report = make(small_stage, out, renderer="blender", workers=2, radiance=True)
+    assert (report.made, report.failed) == (8, [])
+    return out
+
+
+@pytest.fixture
+def dataset(small_stage, tmp_path):
+    make(small_stage, tmp_path / "dataset", frames="0:4")
+    return tmp_path / "dataset"
+
+
+def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
+    read_json(blender_dataset / "dataset.json", "dataset-1")
+    records = [read_json(path, "record-1") for path in Store(root=blender_dataset).records()]
+    assert [record["index"] for record in records] == list(range(8))
+    kinds = {"image", "radiance", "depth", "segmentation", "dense_pose"}
+    assert all(set(record["files"]) == kinds for record in records)
+
+
+def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd):
+    found = json.loads(spin_usd("check", blender_dataset, "--json").stdout)
+    assert found == {"kind": "dataset", "findings": []}
+
+
+def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared):
+    oracle = [sys.executable, shared / "check" / "oracle.py", blender_dataset]
+    done = subprocess.run(oracle, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tmp_path):
+    make(small_stage, tmp_path / "one", renderer="blender", workers=1, radiance=True)
+    assert digests(tmp_path / "one") == digests(blender_dataset)
+
+
+def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd):
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(blender_dataset, moved)
+    assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
+    made = json.loads(spin_usd("reproduce", moved, "img000003", "--json").stdout)
+    assert len(made["files"]) == 5
+    assert all(file["same"] for file in made["files"])
+
+
+def test_a_picture_alone_is_the_picture_among_others(small_stage, blender_dataset, tmp_path):
+    make(small_stage, tmp_path / "alone", renderer="blender", frames="5:6", radiance=True)
+    alone = digests(tmp_path / "alone")
+    assert len(alone) == 5
+    assert alone.items() <= digests(blender_dataset).items()
+
+
+def test_a_second_run_makes_nothing(small_stage, dataset):
+    before = digests(dataset)
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (0, 4)
+    assert digests(dataset) == before
+
+
+def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
+    before = digests(dataset)
+    (dataset / "depth" / "nominal" / "img000001.exr").unlink()
+    (dataset / "records" / "nominal" / "img000002.json").write_text("{")
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (2, 2)
+    assert digests(dataset) == before
+
+
+def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset):
+    before = digests(dataset)
+    assert make(small_stage, dataset, frames="0:2", samples=SAMPLES + 1).made == 2
+    changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
+    assert changed == {"image/nominal/img000001.png", "image/nominal/img000002.png"}
+
+
+def test_labels_alone_and_the_image_later(small_stage, tmp_path):
+    make(small_stage, tmp_path, labels=("depth",), image=False, frames="0:2")
+    assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth"}
+    assert make(small_stage, tmp_path, labels=("segmentation",), image=True, frames="0:2").made == 2
+    assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth", "segmentation", "image"}
+
+
+def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd):
+    make(small_stage, dataset, frames="0:4", image_suffix=".jpg")
+    assert {p.suffix for p in (dataset / "image" / "nominal").iterdir()} == {".jpg"}
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+
+
+@pytest.mark.parametrize("kind", ["depth", "segmentation", "dense_pose", "image"])
+def test_check_finds_a_flipped_byte(dataset, spin_usd, kind):
+    path = next((dataset / kind / "nominal").iterdir())
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [(f["code"], f["where"]) for f in found] == [("sha256", f"{kind}/nominal/{path.name}")]
+
+
+def test_check_finds_labels_that_lie(dataset, spin_usd):
+    """A pose that is off by a millimetre, with every digest right."""
+    path = next(Store(root=dataset).records())
+    record = json.loads(path.read_text())
+    record["pose"]["t_cam_body"][0] += 1e-3
+    path.write_text(json.dumps(record))
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [f["code"] for f in found] == ["reprojection"]
+
+
+def start_render(stage, out, *options):
+    command = [sys.executable, "-m", "spin_usd.cli.main", "render", str(stage), "--out", str(out), *options]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def workers_of(process):
+    try:
+        return [c for c in psutil.Process(process.pid).children() if "spin_usd.dataset.child_main" in c.cmdline()]
+    except psutil.Error:
+        return []
+
+
+def kill_at_random(stage, out, renderer, seed, *, supervisor):
+    """Start a render, kill a worker or the supervisor after a moment, and let it end; then run it again."""
+    chance = random.Random(seed)
+    process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
+    end = time.monotonic() + chance.uniform(0.5, 5.0)
+    while time.monotonic() < end and process.poll() is None:
+        time.sleep(0.01)
+    if process.poll() is None:
+        victims = [process] if supervisor else workers_of(process)
+        if victims:
+            chance.choice(victims).kill()
+    process.wait(timeout=120)
+    return make(stage, out, renderer=renderer, workers=2)
+
+
+def assert_whole(out, expected):
+    assert digests(out) == expected
+    assert not [p for p in out.rglob("*") if ".tmp-" in p.name or p.name == ".work"]
+
+
+@pytest.mark.parametrize("supervisor", [False, True])
+def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor):
+    make(small_stage, tmp_path / "whole")
+    expected = digests(tmp_path / "whole")
+    report = kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
+    assert not report.failed
+    assert_whole(tmp_path / "killed", expected)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("supervisor", [False, True])
+def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spin_usd):
+    make(small_stage, tmp_path / "whole", renderer="blender", workers=2)
+    expected = digests(tmp_path / "whole")
+    for seed in range(10):
+        out = tmp_path / f"killed{seed}"
+        report = kill_at_random(small_stage, out, "blender", seed, supervisor=supervisor)
+        assert not report.failed
+        assert_whole(out, expected)
+    spin_usd("check", tmp_path / "killed0")
+
+
+def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path):
+    process = start_render(small_stage, tmp_path, "--renderer", "blender", "--samples", "64", "--workers", "2")
+    while not (workers := workers_of(process)) or not (tmp_path / "dataset.json").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=10) == 130
+    gone, alive = psutil.wait_procs(workers, timeout=10)
+    assert gone
+    assert not alive

@@ -1,0 +1,295 @@
+"""Every bad input: one sentence on standard error that says what and where, exit code 2, nothing half-written."""
+
+import json
+
+import pytest
+
+GOOD_POSE = {"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
+GOOD_CAMERA = {
+    "Nu": 64,
+    "Nv": 40,
+    "cameraMatrix": [[100, 0, 32], [0, 100, 20], [0, 0, 1]],
+    "distCoeffs": [0, 0, 0, 0, 0],
+}
+GOOD_MESH = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def pose(**changes):
+    return json.dumps([{**GOOD_POSE, **changes}])
+
+
+def camera(**changes):
+    return json.dumps({**GOOD_CAMERA, **changes})
+
+
+def matrix(fx, fy):
+    return [[fx, 0, 32], [0, fy, 20], [0, 0, 1]]
+
+
+# name: (file, its content, a word that the sentence must hold)
+BAD_FILES = {
+    "pose list with NaN": ("poses.json", pose(r_Vo2To_vbs_true=[0, 0, float("nan")]), "NaN"),
+    "pose list with infinity": ("poses.json", pose(r_Vo2To_vbs_true=[0, 0, float("inf")]), "infin"),
+    "zero quaternion": ("poses.json", pose(q_vbs2tango_true=[0, 0, 0, 0]), "quaternion"),
+    "quaternion of norm 2": ("poses.json", pose(q_vbs2tango_true=[2, 0, 0, 0]), "norm"),
+    "quaternion of three numbers": ("poses.json", pose(q_vbs2tango_true=[1, 0, 0]), "q_vbs2tango_true"),
+    "position as text": ("poses.json", pose(r_Vo2To_vbs_true=["0", "0", "5"]), "r_Vo2To_vbs_true"),
+    "pose without position": ("poses.json", json.dumps([{"filename": "a", "q_vbs2tango": [1, 0, 0, 0]}]), "r_Vo2To"),
+    "pose without name": ("poses.json", json.dumps([{k: GOOD_POSE[k] for k in list(GOOD_POSE)[1:]}]), "filename"),
+    "duplicate names": ("poses.json", json.dumps([GOOD_POSE, {**GOOD_POSE, "filename": "a.png"}]), "'a'"),
+    "name that climbs": ("poses.json", pose(filename="../../etc/cron.jpg"), "name"),
+    "name with a line break": ("poses.json", pose(filename="a\nb.jpg"), "name"),
+    "empty list": ("poses.json", "[]", "no pose"),
+    "empty file": ("poses.json", "", "JSON"),
+    "truncated JSON": ("poses.json", pose()[:-20], "JSON"),
+    "JSON that is no list": ("poses.json", "7", "list"),
+    "zero focal length": ("camera.json", camera(cameraMatrix=matrix(0, 100)), "focal"),
+    "negative focal length": ("camera.json", camera(cameraMatrix=matrix(100, -100)), "focal"),
+    "camera with NaN": ("camera.json", camera(cameraMatrix=matrix(float("nan"), 100)), "NaN"),
+    "absurd image size": ("camera.json", camera(Nu=10**7), "width"),
+    "no image size": ("camera.json", camera(Nv=0), "height"),
+    "four distortion coefficients of text": ("camera.json", camera(distCoeffs=["a"] * 5), "distCoeffs"),
+    "lens that folds": ("camera.json", camera(distCoeffs=[-3, 0, 0, 0, 0]), "invert"),
+    "camera that is no JSON": ("camera.json", "<xml/>", "JSON"),
+    "face that indexes nothing": ("mesh.obj", GOOD_MESH + "f 1 2 99\n", "99"),
+    "mesh with NaN": ("mesh.obj", GOOD_MESH.replace("v 1 0 0", "v nan 0 0"), "NaN"),
+    "mesh without faces": ("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no face"),
+    "mesh of zero-area faces": ("mesh.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "area"),
+    "empty mesh file": ("mesh.obj", "", "no face"),
+}
+
+
+@pytest.fixture
+def inputs(tmp_path):
+    (tmp_path / "poses.json").write_text(pose())
+    (tmp_path / "camera.json").write_text(camera())
+    (tmp_path / "mesh.obj").write_text(GOOD_MESH)
+    return tmp_path
+
+
+def author(inputs, **changes):
+    options = {
+        "poses": inputs / "poses.json",
+        "camera": inputs / "camera.json",
+        "target": inputs / "mesh.obj",
+        "units-per-metre": 1,
+        "out": inputs / "stage",
+        **changes,
+    }
+    return ["author", *(text for name, value in options.items() if value is not None for text in (f"--{name}", value))]
+
+
+def refused(spin_usd, arguments, word, *, code=2):
+    """Run, and hold the refusal to its promise; returns the sentence."""
+    done = spin_usd(*arguments, code=code)
+    assert done.stdout == ""
+    assert done.stderr.startswith("spin-usd: ")
+    assert done.stderr.count("\n") == 1
+    assert word.lower() in done.stderr.lower(), done.stderr
+    return done.stderr
+
+
+def test_the_inputs_are_otherwise_good(inputs, spin_usd):
+    spin_usd(*author(inputs))
+    spin_usd("render", inputs / "stage" / "dataset.usda", "--out", inputs / "data", "--renderer", "raycast")
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_author_refuses_bad_files(inputs, spin_usd, name):
+    file, content, word = BAD_FILES[name]
+    (inputs / file).write_text(content)
+    sentence = refused(spin_usd, author(inputs), word)
+    assert file in sentence
+    assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
+
+
+BAD_OPTIONS = {
+    "no pose list": ({"poses": "nowhere.json"}, "nowhere.json"),
+    "unknown camera": ({"camera": "hubble"}, "speedplus"),
+    "unknown target": ({"target": "voyager"}, "tango"),
+    "missing mesh": ({"target": "nowhere.obj"}, "nowhere.obj"),
+    "units not given": ({"units-per-metre": None}, "--units-per-metre"),
+    "zero units": ({"units-per-metre": 0}, "units"),
+    "negative units": ({"units-per-metre": -1}, "units"),
+    "units that are no number": ({"units-per-metre": "nan"}, "units"),
+    "frames that select none": ({"frames": "7:9"}, "7:9"),
+    "frames that are no slice": ({"frames": "a:b"}, "a:b"),
+    "output in a file": ({"out": "mesh.obj/stage"}, "mesh.obj"),
+    "output in a read-only place": ({"out": "/proc/spin_usd"}, "/proc"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_OPTIONS)
+def test_author_refuses_bad_options(inputs, spin_usd, name):
+    changes, word = BAD_OPTIONS[name]
+    if str(changes.get("out", "")).startswith("mesh.obj"):
+        changes = {"out": inputs / changes["out"]}
+    refused(spin_usd, author(inputs, **changes), word)
+    assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
+
+
+def test_author_does_not_overwrite(inputs, spin_usd):
+    (inputs / "stage").mkdir()
+    (inputs / "stage" / "thesis.tex").write_text("precious")
+    refused(spin_usd, author(inputs), "not empty")
+    assert [p.name for p in (inputs / "stage").iterdir()] == ["thesis.tex"]
+
+
+HEAD = '#usda 1.0\n(\n    defaultPrim = "World"\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
+CAMERA = """
+    def Camera "Camera" (prepend apiSchemas = ["SpinLensAPI"])
+    {
+        int2 spin:lens:imageSize = (64, 40)
+        double spin:lens:fx = 100
+        double spin:lens:fy = 100
+        double spin:lens:cx = 32
+        double spin:lens:cy = 20
+    }
+"""
+TARGET = """
+    def Xform "Target" (prepend apiSchemas = ["SpinTargetAPI"])
+    {
+        double3 xformOp:translate = (0, 0, -5)
+        quatd xformOp:orient = (1, 0, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]
+        def Mesh "Body"
+        {
+            int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
+            point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+            uniform token subdivisionScheme = "none"
+        }
+    }
+"""
+
+
+def stage(*content, head=HEAD):
+    return head + 'def Xform "World"\n{' + "".join(content) + "}\n"
+
+
+# name: (the stage, a word that the sentence must hold)
+BAD_STAGES = {
+    "not USD": ("hello", "stage.usda"),
+    "empty file": ("", "stage.usda"),
+    "no camera": (stage(TARGET), "camera"),
+    "no target": (stage(CAMERA), "target"),
+    "two targets": (stage(CAMERA, TARGET, TARGET.replace('"Target"', '"Other"')), "Other"),
+    "missing reference": (
+        stage(CAMERA, TARGET.replace('SpinTargetAPI"]', 'SpinTargetAPI"]\nreferences = @./gone.usda@')),
+        "gone.usda",
+    ),
+    "reference cycle": (
+        stage(CAMERA, TARGET).replace('"World"\n{', '"World" (references = @./stage.usda@)\n{'),
+        "cycle",
+    ),
+    "reference out of the folder": (
+        stage(CAMERA, TARGET.replace('SpinTargetAPI"]', 'SpinTargetAPI"]\nreferences = @../../../../etc/hosts.usda@')),
+        "hosts.usda",
+    ),
+    "absolute reference": (
+        stage(CAMERA, TARGET.replace('SpinTargetAPI"]', 'SpinTargetAPI"]\nreferences = @/etc/passwd@')),
+        "/etc/passwd",
+    ),
+    "index out of range": (stage(CAMERA, TARGET.replace("[0, 1, 2]", "[0, 1, 7]")), "/World/Target/Body"),
+    "negative index": (stage(CAMERA, TARGET.replace("[0, 1, 2]", "[0, 1, -2]")), "/World/Target/Body"),
+    "counts that do not sum": (stage(CAMERA, TARGET.replace("Counts = [3]", "Counts = [4]")), "/World/Target/Body"),
+    "two-cornered face": (stage(CAMERA, TARGET.replace("Counts = [3]", "Counts = [2, 1]")), "/World/Target/Body"),
+    "NaN point": (stage(CAMERA, TARGET.replace("(1, 0, 0), ", "(nan, 0, 0), ")), "/World/Target/Body"),
+    "mesh without faces": (
+        stage(CAMERA, TARGET.replace("[3]", "[]").replace("[0, 1, 2]", "[]")),
+        "/World/Target",
+    ),
+    "zero-area faces alone": (stage(CAMERA, TARGET.replace("(0, 1, 0)]", "(2, 0, 0)]")), "/World/Target"),
+    "zero quaternion": (stage(CAMERA, TARGET.replace("= (1, 0, 0, 0)", "= (0, 0, 0, 0)")), "quaternion"),
+    "quaternion of norm 2": (stage(CAMERA, TARGET.replace("= (1, 0, 0, 0)", "= (2, 0, 0, 0)")), "norm"),
+    "half-precision quaternion": (stage(CAMERA, TARGET.replace("quatd", "quath")), "quath"),
+    "op that is not there": (stage(CAMERA, TARGET.replace('orient"]', 'orient", "xformOp:scale"]')), "xformOp:scale"),
+    "zero focal length in the stage": (stage(CAMERA.replace("fx = 100", "fx = 0"), TARGET), "focal"),
+    "lens that folds in the stage": (
+        stage(CAMERA.replace("cy = 20", "cy = 20\ndouble spin:lens:k1 = -3"), TARGET),
+        "invert",
+    ),
+    "metersPerUnit 0": (stage(CAMERA, TARGET, head=HEAD.replace("Unit = 1", "Unit = 0")), "metersPerUnit"),
+    "geometry beside the target": (stage(CAMERA, TARGET, '    def Sphere "Moon"\n    {\n    }\n'), "/World/Moon"),
+    "a light of another kind": (stage(CAMERA, TARGET, '    def RectLight "Lamp"\n    {\n    }\n'), "/World/Lamp"),
+    "missing texture": (
+        stage(
+            CAMERA,
+            TARGET.replace('def Mesh "Body"', 'def Mesh "Body" (prepend apiSchemas = ["MaterialBindingAPI"])')
+            .replace("uniform token sub", "rel material:binding = </World/Target/M>\nuniform token sub")
+            .replace(
+                "        def Mesh",
+                '        def Material "M"\n{ token outputs:surface.connect = </World/Target/M/S.outputs:surface>\n'
+                'def Shader "S" { uniform token info:id = "UsdPreviewSurface"\n token outputs:surface\n'
+                "color3f inputs:diffuseColor.connect = </World/Target/M/T.outputs:rgb> }\n"
+                'def Shader "T" { uniform token info:id = "UsdUVTexture"\n asset inputs:file = @./gone.png@\n'
+                "float3 outputs:rgb } }\n        def Mesh",
+            ),
+        ),
+        "gone.png",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_STAGES)
+def test_render_refuses_bad_stages(tmp_path, spin_usd, name):
+    content, word = BAD_STAGES[name]
+    (tmp_path / "stage.usda").write_text(content)
+    refused(spin_usd, ["render", tmp_path / "stage.usda", "--out", tmp_path / "data", "--renderer", "raycast"], word)
+    assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+
+
+@pytest.fixture
+def good_stage(tmp_path):
+    (tmp_path / "stage.usda").write_text(stage(CAMERA, TARGET))
+    return tmp_path / "stage.usda"
+
+
+BAD_RENDERS = {
+    "unknown variant": (["--variants", "noon"], "noon"),
+    "unknown label": (["--labels", "smell"], "smell"),
+    "unknown renderer": (["--renderer", "povray"], "povray"),
+    "no samples": (["--samples", "0"], "samples"),
+    "nothing asked for": (["--labels", "none", "--labels-only"], "no file"),
+    "unknown image format": (["--image-format", "bmp"], "bmp"),
+    "frames that select none": (["--frames", "5:9"], "5:9"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_RENDERS)
+def test_render_refuses_bad_options(good_stage, tmp_path, spin_usd, name):
+    options, word = BAD_RENDERS[name]
+    refused(spin_usd, ["render", good_stage, "--out", tmp_path / "data", *options], word)
+    assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+
+
+def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_usd):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "thesis.tex").write_text("precious")
+    refused(spin_usd, ["render", good_stage, "--out", tmp_path / "data"], "dataset.json")
+    assert [p.name for p in (tmp_path / "data").iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("out", ["stage.usda/data", "/proc/spin_usd"])
+def test_render_refuses_where_it_cannot_write(good_stage, tmp_path, spin_usd, out):
+    refused(spin_usd, ["render", good_stage, "--out", tmp_path / out], "write")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["render", "gone.usda", "--out", "data"], "gone.usda"),
+        (["plan", "gone.usda"], "gone.usda"),
+        (["check", "gone"], "gone"),
+        (["reproduce", "gone", "img000001"], "gone"),
+    ],
+)
+def test_what_does_not_exist_is_named(tmp_path, spin_usd, arguments, word):
+    done = spin_usd(*arguments, code=2, cwd=tmp_path)
+    assert word in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_wrong_usage_has_the_same_exit_code(spin_usd):
+    assert "--out" in spin_usd("render", "stage.usda", code=2).stderr
+    assert "levitate" in spin_usd("levitate", code=2).stderr
