@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.formats.obj_file import read_obj
 from spin_usd.formats.trimesh_file import GLTF, read_with_trimesh

@@ -1,0 +1,107 @@
+"""`spin-usd author`: pose list + model + camera -> a layered stage."""
+
+import hashlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf
+
+from spin_usd.dataset.new_folder import new_folder
+from spin_usd.errors import InputError
+from spin_usd.formats.camera_file import read_camera_file
+from spin_usd.formats.mesh_file import READERS, read_mesh_file
+from spin_usd.formats.pose_list import chosen_frames, read_pose_list
+from spin_usd.stage.author import ROOT, write_stage
+from spin_usd.stage.authorship import Origin
+from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.mesh_target import target_name, write_mesh_target
+from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
+
+USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AuthorReport:
+    """root is the root layer's path · notes are sentences on what a user should know."""
+
+    root: str
+    frames: int
+    target: str
+    meshes: int
+    camera: str
+    notes: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def author_stage(
+    *,
+    poses: str | Path,
+    target: str | Path,
+    camera: str | Path,
+    out: str | Path,
+    units_per_metre: float | None = None,
+    frames: str | None = None,
+    seed: int = 0,
+) -> AuthorReport:
+    """Write the stage into the new folder `out`.
+
+    `target` and `camera` are names of what travels with spin_usd, or files; `frames` is "A:B:STEP".
+    Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
+    """
+    if not -(2**63) <= seed < 2**63:
+        raise InputError(f"seed {seed} does not fit 64 bits")
+    chosen = chosen_frames(read_pose_list(poses), frames)
+    layer, camera_file = _camera(str(camera))
+    target_file = _target_file(str(target))
+    files = {"poses": Path(poses), "target": target_file, "camera": camera_file}
+    origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
+    with new_folder(Path(out)) as folder:
+        asset, notes = _write_target(target_file, folder, units_per_metre)
+        write_stage(folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed)
+    return AuthorReport(
+        root=str(Path(out) / ROOT),
+        frames=len(chosen),
+        target=asset.name,
+        meshes=asset.gprims,
+        camera=camera_file.name,
+        notes=notes,
+    )
+
+
+def _camera(given: str) -> tuple[Sdf.Layer, Path]:
+    """The camera's layer, and the file it comes from."""
+    suffix = Path(given).suffix.lower()
+    if suffix == ".json":
+        found = read_camera_file(given)
+        documentation = f"The calibration in {Path(given).name}."
+        return camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation), Path(given)
+    path = Path(given) if suffix in USD_SUFFIXES else camera_by_name(given)
+    return open_camera_layer(path), path
+
+
+def _target_file(given: str) -> Path:
+    suffix = Path(given).suffix.lower()
+    if suffix not in USD_SUFFIXES | set(READERS):
+        if suffix or "/" in given:
+            raise InputError("is no model file", where=given, do=f"give one of {', '.join(READERS)} or USD")
+        return target_by_name(given)
+    if not Path(given).is_file():
+        raise InputError("is not there, or is no file", where=given)
+    return Path(given)
+
+
+def _write_target(file: Path, folder: Path, units_per_metre: float | None) -> tuple[TargetAsset, tuple[str, ...]]:
+    name = target_name(file.stem)
+    place = folder / "targets" / name
+    if file.suffix.lower() in USD_SUFFIXES:
+        return copy_usd_target(file, place, name, units_per_metre), ()
+    model = read_mesh_file(file, units_per_metre)
+    return describe(write_mesh_target(model, place, name), name), model.notes
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()

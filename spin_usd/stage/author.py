@@ -1,0 +1,106 @@
+"""Writes a stage: dataset.usda over one layer for each concern.
+
+Base values come by reference, so that a variant on /World can override each of them; only the poses, which make the
+pictures, are local (a sublayer). The target is in its own axes: T_world_body = T_world_cam @ T_cam_body.
+"""
+
+from pathlib import Path
+
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
+
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.resources import stages
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage import schema
+from spin_usd.stage.authorship import Origin, author_origin
+from spin_usd.stage.convert import quatd, vec3d
+from spin_usd.stage.layer import author_metadata, export, open_layer
+from spin_usd.stage.lens import read_lens
+from spin_usd.stage.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
+from spin_usd.stage.render_layer import SETTINGS, render_layer
+from spin_usd.stage.usd_target import TargetAsset
+
+ROOT = "dataset.usda"
+CAMERA = WORLD.AppendChild("Camera")
+MODEL = TARGET.AppendChild("Model")
+UNITS_OP = "xformOp:scale:units"
+
+
+def write_stage(
+    folder: Path, *, poses: PoseList, target: TargetAsset, camera: Sdf.Layer, origin: Origin, seed: int
+) -> Path:
+    """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
+
+    `camera` is a layer as `stage.camera_layer` makes it; it is changed. Raises OutputError.
+    """
+    _write_layers(folder / "layers", poses, camera)
+    root = Sdf.Layer.CreateNew(str(folder / ROOT))
+    author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
+    root.subLayerPaths = ["./layers/poses.usdc"]
+    stage = Usd.Stage.Open(root)
+    stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
+    _author_world(stage, origin, seed)
+    for name in ("camera", "lights", "environment"):
+        prim = stage.DefinePrim(WORLD.AppendChild(name.capitalize()))
+        prim.GetReferences().AddReference(f"./layers/{name}.usda")
+    _author_target(stage, target, folder)
+    stage.DefinePrim("/Render").GetReferences().AddReference("./layers/render.usda")
+    UsdRender.Settings(stage.OverridePrim(SETTINGS)).CreateCameraRel().SetTargets([CAMERA])
+    export(root, folder / ROOT)
+    return folder / ROOT
+
+
+def _write_layers(folder: Path, poses: PoseList, camera: Sdf.Layer) -> None:
+    lens = _place_camera(camera)
+    export(poses_layer(poses), folder / "poses.usdc")
+    export(camera, folder / "camera.usda")
+    export(render_layer(lens), folder / "render.usda")
+    export(open_layer(stages() / "environments" / "sun.usda"), folder / "lights.usda")
+    export(open_layer(stages() / "environments" / "deep_space.usda"), folder / "environment.usda")
+
+
+def _place_camera(layer: Sdf.Layer) -> Camera:
+    """Stand the layer's camera at the origin, looking along +Y with +Z up; returns its intrinsics."""
+    stage = Usd.Stage.Open(layer)
+    prim = stage.GetDefaultPrim()
+    pose = T_WORLD_CAM @ T_CAM_USDCAM
+    xformable = UsdGeom.Xformable(prim)
+    xformable.ClearXformOpOrder()
+    xformable.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation))
+    xformable.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(quatd(pose.quaternion))
+    return read_lens(prim)
+
+
+def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
+    world = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
+    Usd.ModelAPI(world).SetKind(Kind.Tokens.assembly)
+    world.ApplyAPI(schema.CAPTURE_API)
+    world.GetAttribute(schema.CAPTURE_SEED).Set(seed)
+    author_origin(stage.GetRootLayer(), world, origin)
+
+
+def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
+    prim = UsdGeom.Xform.Define(stage, TARGET).GetPrim()
+    Usd.ModelAPI(prim).SetKind(Kind.Tokens.group)
+    prim.ApplyAPI(schema.TARGET_API)
+    prim.GetAttribute(schema.TARGET_NAME).Set(target.name)
+    if target.keypoints:
+        prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
+    model = stage.DefinePrim(MODEL)  # without a type: the asset's root may be a Mesh itself
+    file = f"./{target.file.relative_to(folder).as_posix()}"
+    model.GetReferences().AddReference(file, target.prim or Sdf.Path())
+    if not target.has_kind:
+        Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
+    if target.metres_per_unit != 1:
+        scale = model.CreateAttribute(UNITS_OP, Sdf.ValueTypeNames.Double3, custom=False)
+        scale.Set(Gf.Vec3d(target.metres_per_unit))
+        # Outermost: the asset's own operations stay in its own units.
+        UsdGeom.Xformable(model).CreateXformOpOrderAttr([UNITS_OP, *target.order])
+
+
+def _documentation(poses: PoseList, target: TargetAsset) -> str:
+    return (
+        f"{len(poses)} pictures of {target.name}: time code i is picture i. The camera stands at the origin and looks "
+        "along +Y; the target moves (layers/poses.usdc)."
+    )

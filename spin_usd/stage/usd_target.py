@@ -1,0 +1,135 @@
+"""A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
+
+from spin_usd.errors import InputError
+from spin_usd.resources import stages
+from spin_usd.stage import schema
+from spin_usd.stage.layer import open_layer
+
+UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetAsset:
+    """A target within a stage's folder.
+
+    file lies there · prim is its root, None for the default prim · has_kind, order: the root's kind and xformOpOrder ·
+    keypoints: path of the Points prim below the root, or None · gprims: how many there are outside instances.
+    """
+
+    name: str
+    file: Path
+    prim: str | None
+    metres_per_unit: float
+    has_kind: bool
+    order: tuple[str, ...]
+    keypoints: str | None
+    gprims: int
+
+
+def target_names() -> tuple[str, ...]:
+    """The targets that travel with spin_usd."""
+    return tuple(
+        sorted(path.parent.name for path in (stages() / "targets").glob("*/*.usda") if path.stem == path.parent.name)
+    )
+
+
+def target_by_name(name: str) -> Path:
+    """The interface layer of a built-in target. Raises InputError that lists those there are."""
+    if name not in target_names():
+        raise InputError(
+            f"there is no target named {name!r}", do=f"name one of {', '.join(target_names())}, or a model file"
+        )
+    return stages() / "targets" / name / f"{name}.usda"
+
+
+def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: float | None) -> TargetAsset:
+    """Copy the asset at `source` with all it depends on into `folder`. Raises InputError that names the file."""
+    layer = open_layer(source)
+    _refuse_missing(source)
+    folder.mkdir(parents=True)
+    try:
+        copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
+    except Tf.ErrorException as error:
+        raise InputError(f"cannot be copied ({error})", where=source) from None
+    if not copied:
+        raise InputError("cannot be copied with what it depends on", where=source)
+    file = folder / Path(layer.realPath).name
+    return _described(file, source, name, units_per_metre)
+
+
+def describe(file: Path, name: str) -> TargetAsset:
+    """The asset in `file`, which is already in its place and says its unit."""
+    return _described(file, file, name, None)
+
+
+def _refuse_missing(source: Path) -> None:
+    unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
+    if unresolved:
+        raise InputError(
+            f"depends on {len(unresolved)} missing files, such as {Path(unresolved[0]).name!r}",
+            where=source,
+            do="put them where the layer looks for them",
+        )
+
+
+def _described(file: Path, source: Path, name: str, units_per_metre: float | None) -> TargetAsset:
+    stage = Usd.Stage.Open(str(file))
+    errors = stage.GetCompositionErrors()
+    if errors:
+        raise InputError(f"does not compose: {errors[0]}", where=source)
+    root = _root(stage, source)
+    found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
+    if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
+        raise InputError("holds no geometry", where=source)
+    keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
+    order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if root.IsA(UsdGeom.Xformable) else None
+    return TargetAsset(
+        name=name,
+        file=file,
+        prim=None if stage.GetDefaultPrim() else str(root.GetPath()),
+        metres_per_unit=_metres_per_unit(stage, source, units_per_metre),
+        has_kind=bool(Usd.ModelAPI(root).GetKind()),
+        keypoints=str(keypoints[0].GetPath().MakeRelativePath(root.GetPath())) if keypoints else None,
+        gprims=len(found) - len(keypoints),
+        order=tuple(order or ()),
+    )
+
+
+def _root(stage: Usd.Stage, source: Path) -> Usd.Prim:
+    """The default prim, or the only root prim."""
+    prims = [stage.GetDefaultPrim()] if stage.GetDefaultPrim() else list(stage.GetPseudoRoot().GetChildren())
+    if len(prims) != 1:
+        raise InputError(f"has no defaultPrim and {len(prims)} root prims", where=source, do="author a defaultPrim")
+    return prims[0]
+
+
+def _instanced(root: Usd.Prim) -> bool:
+    """Whether geometry may be in instances, which a plain walk does not enter."""
+    return any(prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer) for prim in Usd.PrimRange(root))
+
+
+def _metres_per_unit(stage: Usd.Stage, source: Path, units_per_metre: float | None) -> float:
+    authored = UsdGeom.GetStageMetersPerUnit(stage) if UsdGeom.StageHasAuthoredMetersPerUnit(stage) else None
+    if authored is None and units_per_metre is None:
+        raise InputError(
+            "does not author metersPerUnit",
+            where=source,
+            do="author it, or give --units-per-metre, for example 100 for centimetres",
+        )
+    if authored is not None and not 0 < authored < float("inf"):
+        raise InputError(f"has metersPerUnit {authored}", where=source, do="author a number above zero")
+    if authored is None:
+        assert units_per_metre is not None
+        return 1 / units_per_metre
+    if units_per_metre is not None and abs(authored * units_per_metre - 1) > UNIT_TOLERANCE:
+        raise InputError(
+            f"has metersPerUnit {authored:g}, but {units_per_metre:g} units per metre were given",
+            where=source,
+            do="leave --units-per-metre out",
+        )
+    return float(authored)
