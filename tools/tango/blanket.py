@@ -8,6 +8,9 @@ from tango.shape import Array, Face, Point, Shape, surface
 
 type Node = tuple[int, int, int]
 
+CREASE = 7.0  # degrees; foil is smooth up to a small bend, then it has an edge
+SLIDE = 0.7  # how far a node may wander within its cell
+
 
 def blanket(
     low: Point, high: Point, cell: float, depth: float, material: str, *, plain: Collection[tuple[int, int]] = ()
@@ -27,7 +30,7 @@ def blanket(
             for nodes in find(axis, side, counts):
                 faces.append(tuple(places.setdefault(node, len(places)) for node in nodes[:: 1 if side else -1]))
     points = np.array([_place(node, counts, size, depth, plain) for node in places]) + low
-    return surface(points, faces, material, crease=0.0)
+    return surface(points, faces, material, crease=CREASE)
 
 
 def _node(axis: int, side: int, counts: Array, u: int, v: int) -> Node:
@@ -37,10 +40,10 @@ def _node(axis: int, side: int, counts: Array, u: int, v: int) -> Node:
 
 
 def _crumple(axis: int, side: int, counts: Array) -> Iterator[list[Node]]:
-    """Two triangles a cell, their diagonal turned from cell to cell; counter-clockwise seen along the axis."""
+    """Two triangles a cell, counter-clockwise seen along the axis; which diagonal they share is up to the hash."""
     for u, v in np.ndindex(int(counts[(axis + 1) % 3]), int(counts[(axis + 2) % 3])):
         a, b, c, d = (_node(axis, side, counts, u + p, v + q) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
-        yield from ([[a, b, c], [a, c, d]] if (u + v) % 2 else [[b, c, d], [b, d, a]])
+        yield from ([[a, b, c], [a, c, d]] if _fraction(a, 4) < 0.5 else [[b, c, d], [b, d, a]])
 
 
 def _fan(axis: int, side: int, counts: Array) -> Iterator[list[Node]]:
@@ -59,7 +62,7 @@ def _place(node: Node, counts: Array, size: Array, depth: float, plain: Collecti
     if len(walls) > 1 or walls[0] in plain:
         return place
     axis, side = walls[0]
-    shift = np.array([_fraction(node, k) - 0.5 for k in range(3)]) * 0.5 * size / counts
+    shift = np.array([_fraction(node, k) - 0.5 for k in range(3)]) * SLIDE * size / counts
     shift[axis] = (2 * side - 1) * depth * _fraction(node, 3)
     return place + shift
 

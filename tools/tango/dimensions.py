@@ -27,9 +27,9 @@ X = 0.370
 Y_BACK, Y_FRONT = -0.264, 0.304
 Y_MIDDLE = (Y_BACK + Y_FRONT) / 2
 DECK = 0.010
-BLANKET_INSET = 0.0045
-BLANKET_WRINKLE = 0.0040
-BLANKET_CELL = 0.040
+BLANKET_INSET = 0.0080
+BLANKET_WRINKLE = 0.0075
+BLANKET_CELL = 0.046
 TAPE_WIDTH, TAPE_THICKNESS = 0.014, 0.0012
 
 # Solar panel: a honeycomb plate with a rim; two halves of 4 x 18 cells (80 x 40 mm class, two corners cropped).
@@ -38,9 +38,9 @@ PANEL_BOTTOM, PANEL_TOP = 0.2995, 0.3215
 PANEL_RIM, PANEL_RECESS = 0.006, 0.0012
 CELL_THICKNESS = 0.0008
 CELL_AREA_X = (0.022, 0.350)
-CELL_AREA_Y = (-0.366, 0.366)
+CELL_AREA_Y = (-0.369, 0.369)
 CELL_COLUMNS, CELL_ROWS = 4, 18
-CELL_GAP = 0.0024
+CELL_GAP = 0.0020
 CELL_CROP = 0.009
 
 # Main antennas: where each rod starts, its radii at base and tip, and the height of the collar at its base.

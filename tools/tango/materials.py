@@ -17,7 +17,7 @@ class Look:
 LOOKS: dict[str, Look] = {
     "SolarCell": Look(colour=(0.012, 0.022, 0.075), roughness=0.22, clearcoat=1.0, clearcoat_roughness=0.02),
     "PanelSubstrate": Look(colour=(0.52, 0.50, 0.46), roughness=0.55),
-    "GoldMli": Look(colour=(0.83, 0.60, 0.22), metallic=0.9, roughness=0.34),
+    "GoldMli": Look(colour=(0.83, 0.60, 0.22), metallic=0.8, roughness=0.40),
     "KaptonTape": Look(colour=(0.62, 0.38, 0.10), metallic=0.35, roughness=0.42),
     "BlackMli": Look(colour=(0.030, 0.030, 0.032), roughness=0.38),
     "BlackPaint": Look(colour=(0.045, 0.045, 0.048), roughness=0.55),

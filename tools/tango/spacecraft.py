@@ -88,7 +88,7 @@ def deck() -> Shape:
     plate = box((-d.X, d.Y_BACK, 0.0), (d.X, d.Y_FRONT, d.DECK), "BrushedAluminium")
     hexagon = [(0.005 * np.cos(a), 0.005 * np.sin(a)) for a in np.pi / 3 * np.arange(6)]
     bolt = prism(hexagon, -0.0035, 0.001, "BlackPaint")
-    edge = [(x, y) for x in np.linspace(-0.32, 0.32, 9) for y in (d.Y_BACK + 0.014, d.Y_FRONT - 0.014)]
+    edge = [(x, y) for x in np.linspace(-0.31, 0.31, 6) for y in (d.Y_BACK + 0.014, d.Y_FRONT - 0.014)]
     return joined([plate, *(bolt.moved((x, y, 0.0)) for x, y in edge)])
 
 
@@ -139,7 +139,7 @@ def corner_antenna(name: str) -> Shape:
     (r0, r1), length = d.ANTENNA_RADII[name], _distance(start, tip)
     collar = [(0, -0.004), (r0 - 0.002, -0.004), (r0, -0.002), (r0, d.COLLAR_HEIGHT), (0, d.COLLAR_HEIGHT)]
     mast = [(0, 0.02), (r0 - 0.003, 0.02), (r0 - 0.003, 0.045), *_tapered(r0 - 0.003, r1, 0.045, length)]
-    return joined([rod(start, tip, collar, 24, "BrushedAluminium"), rod(start, tip, mast, 24, "BlackPaint")])
+    return joined([rod(start, tip, collar, 18, "BrushedAluminium"), rod(start, tip, mast, 18, "BlackPaint")])
 
 
 def wall_antenna(name: str) -> Shape:
@@ -151,9 +151,9 @@ def wall_antenna(name: str) -> Shape:
     mast = [(0, 0.09), (r0 - 0.001, 0.09), (r0 - 0.001, 0.11), *_tapered(r0 - 0.001, r1, 0.11, length)]
     return joined(
         [
-            rod(start, tip, shaft, 20, "BlackPaint"),
-            rod(start, tip, collar, 24, "BrushedAluminium"),
-            rod(start, tip, mast, 24, "BlackPaint"),
+            rod(start, tip, shaft, 18, "BlackPaint"),
+            rod(start, tip, collar, 18, "BrushedAluminium"),
+            rod(start, tip, mast, 18, "BlackPaint"),
         ]
     )
 
@@ -168,8 +168,8 @@ def _tapered(r0: float, r1: float, z0: float, z1: float) -> list[tuple[float, fl
 def patch() -> Shape:
     """A round patch antenna on the +x wall: flange, white radome, four screws."""
     r, h = d.PATCH_RADIUS, d.PATCH_HEIGHT
-    flange = turned([(0, -0.006), (r, -0.006), (r, 0.0035), (r - 0.0015, 0.005), (0, 0.005)], 28, "BrushedAluminium")
-    radome = turned([(0, 0), (0.026, 0), (0.026, 0.007), (0.023, 0.0095), (0.012, h), (0, h)], 24, "WhitePaint")
+    flange = turned([(0, -0.006), (r, -0.006), (r, 0.0035), (r - 0.0015, 0.005), (0, 0.005)], 20, "BrushedAluminium")
+    radome = turned([(0, 0), (0.026, 0), (0.026, 0.007), (0.023, 0.0095), (0.012, h), (0, h)], 16, "WhitePaint")
     screw = turned([(0, 0.004), (0.0028, 0.004), (0.0028, 0.007), (0, 0.007)], 6, "BlackPaint")
     ring = [(0.0312 * np.cos(a), 0.0312 * np.sin(a), 0.0) for a in np.pi * (np.arange(4) / 2 + 0.25)]
     whole = joined([flange, radome, *(screw.moved(at) for at in ring)])
@@ -182,8 +182,8 @@ def whip() -> Shape:
     foot = prism(
         [(-0.019, -0.018), (0.019, -0.018), (0.003, 0.022), (-0.003, 0.022)], -0.006, 0.006, "BrushedAluminium"
     )
-    insulator = turned([(0, 0.0), (0.009, 0.0), (0.009, 0.010), (0.004, 0.024), (0, 0.024)], 12, "WhitePaint")
-    wire = turned([(0, 0.0), (r, 0.0), (r, length - r), (0, length)], 8, "BrushedAluminium")
+    insulator = turned([(0, 0.0), (0.009, 0.0), (0.009, 0.010), (0.004, 0.024), (0, 0.024)], 8, "WhitePaint")
+    wire = turned([(0, 0.0), (r, 0.0), (r, length - r), (0, length)], 6, "BrushedAluminium")
     upright = np.stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)], axis=1)
     return joined([foot, insulator, wire]).moved(d.WHIP_BASE, upright)
 
@@ -196,17 +196,17 @@ def optical_heads() -> Shape:
 def _head(x: float, end: float) -> Iterator[Shape]:
     r, z = d.HEAD_RADIUS, d.HEAD_Z
     yield box((x - 0.022, d.Y_FRONT - 0.005, z - 0.008), (x + 0.022, end - 0.006, z - 0.004), "BlackPaint")
-    yield box((x - 0.016, 0.330, z - 0.006), (x + 0.016, end - 0.040, z + 0.010), "WhitePaint", bevel=0.003)
+    yield box((x - 0.016, 0.330, z - 0.006), (x + 0.016, end - 0.040, z + 0.010), "WhitePaint")
     baffle = [(r - 0.001, -0.042), (r, -0.040), (r, 0.0), (r - 0.0015, 0.0), (r - 0.0015, -0.030), (0, -0.030)]
-    yield turned([(0, -0.042), *baffle], 14, "WhitePaint").moved((x, end, z + 0.004), TOWARDS_Y)
+    yield turned([(0, -0.042), *baffle], 12, "WhitePaint").moved((x, end, z + 0.004), TOWARDS_Y)
     lens = [(0, -0.032), (r - 0.002, -0.032), (r - 0.002, -0.028), (0.005, -0.026), (0, -0.0255)]
-    yield turned(lens, 14, "Glass").moved((x, end, z + 0.004), TOWARDS_Y)
+    yield turned(lens, 12, "Glass").moved((x, end, z + 0.004), TOWARDS_Y)
 
 
 def sun_sensors() -> Shape:
     """Small boxes with a round window, two on each of the free walls."""
-    base = box((-0.017, -0.017, -0.006), (0.017, 0.017, 0.007), "BrushedAluminium", bevel=0.002)
-    window = turned([(0, 0.0), (0.009, 0.0), (0.009, 0.008), (0.005, 0.0092), (0, 0.0095)], 12, "Glass")
+    base = box((-0.017, -0.017, -0.006), (0.017, 0.017, 0.007), "BrushedAluminium")
+    window = turned([(0, 0.0), (0.009, 0.0), (0.009, 0.008), (0.005, 0.0092), (0, 0.0095)], 10, "Glass")
     sensor = joined([base, window])
     places: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = [
         ((d.X - 0.002, 0.125, 0.110), (1.0, 0.0, 0.0)),
@@ -222,7 +222,7 @@ def separation_ring() -> Shape:
     """A flanged ring below the deck, and three release feet around it."""
     (r0, r1), h = d.RING_RADII, d.RING_HEIGHT
     profile = [(r1, 0.002), (r0, 0.002), (r0, -h), (r0 + 0.007, -h), (r1 - 0.002, -0.006), (r1 + 0.006, -0.005)]
-    ring = turned(profile, 48, "BrushedAluminium", ring=True)
+    ring = turned(profile, 36, "BrushedAluminium", ring=True)
     return joined([ring, *(shape for angle in (30, 150, 270) for shape in _foot(np.radians(angle)))])
 
 
@@ -234,7 +234,7 @@ def _foot(angle: float) -> Iterator[Shape]:
     outline = [(0.042, -0.028), (0.042, 0.028), (-0.022, 0.042), (-0.060, 0.012), (-0.060, -0.012), (-0.022, -0.042)]
     yield prism(outline, -d.FOOT_HEIGHT, 0.002, "BlackMli").moved(at, turn)
     for y in (-0.020, 0.020):
-        hook = box((-0.046, y - 0.008, -d.HOOK_HEIGHT), (-0.026, y + 0.008, -0.004), "BrushedAluminium", bevel=0.002)
+        hook = box((-0.046, y - 0.008, -d.HOOK_HEIGHT), (-0.026, y + 0.008, -0.004), "BrushedAluminium")
         yield hook.moved(at, turn)
 
 
