@@ -1,0 +1,77 @@
+"""Findings on a stage: USD's own validators, then the rules that make a stage a dataset.
+
+A stage that `spin-usd author` has just written has none.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from pxr import Usd, UsdValidation
+
+from spin_usd.errors import StageError
+from spin_usd.stage.check_layers import layer_findings
+from spin_usd.stage.check_pictures import camera_findings, capture_findings, pose_findings
+from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
+from spin_usd.stage.check_variants import variant_findings
+from spin_usd.stage.finding import ERROR, WARNING, Finding
+from spin_usd.stage.layer import open_layer
+
+# A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
+LEFT_OUT = "UsdzValidators"
+
+RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
+    layer_findings,
+    capture_findings,
+    pose_findings,
+    camera_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+    extent_findings,
+    variant_findings,
+)
+
+
+def check_stage(path: str | Path) -> tuple[Finding, ...]:
+    """All findings on the stage whose root layer is at `path`, in the order of the rules.
+
+    Raises InputError when the file is not a USD layer, StageError when it cannot be opened as a stage.
+    """
+    open_layer(path)
+    stage = Usd.Stage.Open(str(path))
+    if not stage:
+        raise StageError("cannot be opened as a stage", where=path)
+    found = [*validator_findings(stage)]
+    for rule in RULES:
+        found += rule(stage)
+    return tuple(found)
+
+
+def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """What UsdValidation's own validators say, without those for usdz packages."""
+    validators = [
+        validator
+        for validator in UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        if LEFT_OUT not in validator.GetMetadata().GetKeywords()
+    ]
+    for error in UsdValidation.ValidationContext(validators).Validate(stage):
+        if error.GetType() == UsdValidation.ValidationErrorType.Info:
+            continue
+        is_error = error.GetType() == UsdValidation.ValidationErrorType.Error
+        yield Finding(
+            code=str(error.GetIdentifier()),
+            where=_site(error, stage),
+            sentence=" ".join(error.GetMessage().split()),
+            severity=ERROR if is_error else WARNING,
+        )
+
+
+def _site(error: UsdValidation.ValidationError, stage: Usd.Stage) -> str:
+    for site in error.GetSites():
+        if site.IsPrim():
+            return str(site.GetPrim().GetPath())
+        if site.IsProperty():
+            return str(site.GetProperty().GetPath())
+        if site.GetLayer():
+            return str(site.GetLayer().identifier)
+    return str(stage.GetRootLayer().identifier)

@@ -1,0 +1,106 @@
+"""Rules on layers: the metadata that each repeats, units that agree, asset paths that stay in the stage's folder."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdUtils
+
+from spin_usd.stage.finding import WARNING, Finding
+
+ALWAYS = ("upAxis", "metersPerUnit")
+OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+UNIT_TOLERANCE = 1e-6  # relative, of metersPerUnit
+
+
+def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    root = stage.GetRootLayer()
+    for layer in stage.GetUsedLayers():
+        if layer.anonymous:
+            continue
+        yield from _metadata(layer, root)
+        yield from _paths(layer, Path(root.realPath).parent)
+    yield from _units(stage)
+    for error in stage.GetCompositionErrors():
+        yield Finding(code="composition", where=root.identifier, sentence=" ".join(str(error).split()))
+
+
+def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
+    """USD reads these from the root layer alone; what is not there falls back to Y, 0.01 m and 24."""
+    authored = layer.pseudoRoot.ListInfoKeys()
+    required = (*ALWAYS, *OF_A_ROOT) if layer == root else ALWAYS
+    missing = [name for name in required if name not in authored]
+    if not layer.HasDefaultPrim():
+        missing.append("defaultPrim")
+    if missing:
+        yield Finding(
+            code="layer-metadata",
+            where=layer.identifier,
+            sentence=f"the layer does not author {', '.join(missing)}, which every layer that may be root must",
+            severity=WARNING,
+        )
+    if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
+        yield Finding(
+            code="layer-time",
+            where=layer.identifier,
+            sentence=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
+            f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples",
+        )
+
+
+def _paths(layer: Sdf.Layer, folder: Path) -> Iterator[Finding]:
+    for path in sorted({text for kind in UsdUtils.ExtractExternalReferences(layer.realPath) for text in kind}):
+        if os.path.isabs(path) or "://" in path:
+            yield Finding(
+                code="path-absolute", where=layer.identifier, sentence=f"the asset path {path!r} is not relative"
+            )
+            continue
+        if not path.startswith(("./", "../")):
+            yield Finding(
+                code="path-not-anchored",
+                where=layer.identifier,
+                sentence=f"the asset path {path!r} does not begin with './': USD also looks for it elsewhere",
+                severity=WARNING,
+            )
+        aim = Path(os.path.normpath(Path(layer.realPath).parent / path.partition("[")[0]))
+        if not aim.is_relative_to(folder):
+            yield Finding(
+                code="path-leaves",
+                where=layer.identifier,
+                sentence=f"the asset path {path!r} leaves the stage's folder",
+            )
+
+
+def _units(stage: Usd.Stage) -> Iterator[Finding]:
+    """USD converts neither units nor axes: a layer in others needs a scale or a turn where it comes in."""
+    root = stage.GetRootLayer().pseudoRoot
+    scaled = _scaled(stage)
+    for layer in stage.GetUsedLayers():
+        info = layer.pseudoRoot
+        for name in ALWAYS:
+            if layer.anonymous or not (info.HasInfo(name) and root.HasInfo(name)):
+                continue
+            here, there = info.GetInfo(name), root.GetInfo(name)
+            converted = name == "metersPerUnit" and layer.identifier in scaled
+            if here == there or converted:
+                continue
+            if name == "metersPerUnit" and abs(here / there - 1) <= UNIT_TOLERANCE:
+                continue
+            yield Finding(
+                code="layer-units",
+                where=layer.identifier,
+                sentence=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
+                severity=WARNING,
+            )
+
+
+def _scaled(stage: Usd.Stage) -> set[str]:
+    """The layers that come in below a prim whose xformOp:scale:units converts them."""
+    found: set[str] = set()
+    for prim in stage.Traverse():
+        if prim.HasAttribute("xformOp:scale:units"):
+            below = Usd.PrimRange(prim)
+            found |= {spec.layer.identifier for each in below for spec in each.GetPrimStack()}
+            nodes = Usd.PrimCompositionQuery(prim).GetCompositionArcs()
+            found |= {layer.identifier for arc in nodes for layer in arc.GetTargetNode().layerStack.layers}
+    return found - {layer.identifier for layer in stage.GetLayerStack()}

@@ -1,0 +1,134 @@
+"""Rules on what makes the pictures: their names, the target's poses, the camera and what is derived from its lens."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
+
+from spin_usd.errors import SpinError
+from spin_usd.geometry.camera import Camera
+from spin_usd.scene.poses import FRAME_NAME
+from spin_usd.stage import schema
+from spin_usd.stage.convert import quaternion
+from spin_usd.stage.finding import WARNING, Finding
+from spin_usd.stage.lens import derived_values, read_lens
+
+FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32
+UNIT_NORM = 1e-9  # of a quaternion in double precision
+UNIT_NORM_FLOAT = 1e-5
+
+
+def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """The default prim names each picture; names are good file stems, each its own."""
+    prim = stage.GetDefaultPrim()
+    where = str(prim.GetPath()) if prim else "/"
+    attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else Usd.Attribute()
+    times = attribute.GetTimeSamples() if attribute else []
+    if not times:
+        yield Finding(
+            code="capture-none", where=where, sentence=f"{schema.CAPTURE_FRAME} has no time samples: no pictures"
+        )
+        return
+    names = [attribute.Get(time) for time in times]
+    for name, time in zip(names, times, strict=True):
+        if not FRAME_NAME.fullmatch(name):
+            yield Finding(code="capture-name", where=where, sentence=f"{name!r} at time {time:g} cannot name a picture")
+    if len({name.lower() for name in names}) < len(names):
+        yield Finding(code="capture-name", where=where, sentence="two pictures have the same name")
+    if (stage.GetStartTimeCode(), stage.GetEndTimeCode()) != (times[0], times[-1]):
+        yield Finding(
+            code="capture-range",
+            where=where,
+            sentence=f"the stage runs from {stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}, "
+            f"its pictures from {times[0]:g} to {times[-1]:g}",
+            severity=WARNING,
+        )
+
+
+def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """There is one target, and its time samples are finite rigid motions in double precision."""
+    targets = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
+    if len(targets) != 1:
+        yield Finding(
+            code="target-count", where="/", sentence=f"{len(targets)} prims have {schema.TARGET_API}, expected one"
+        )
+    for target in targets:
+        for op in UsdGeom.Xformable(target).GetOrderedXformOps():
+            yield from _op_findings(op.GetAttr(), str(target.GetPath()))
+
+
+def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every camera has a lens, from which USD's own attributes and omni:lensdistortion:* follow."""
+    cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
+    if not cameras:
+        yield Finding(code="camera-none", where="/", sentence="the stage has no camera")
+    for prim in cameras:
+        where = str(prim.GetPath())
+        if not prim.HasAPI(schema.LENS_API):
+            sentence = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
+            yield Finding(code="lens-none", where=where, sentence=sentence, severity=WARNING)
+            continue
+        try:
+            camera = read_lens(prim)
+            camera.check_invertible()
+        except SpinError as error:
+            yield Finding(code="lens", where=where, sentence=error.found)
+            continue
+        yield from _derived_findings(prim, camera)
+        yield from _resolution_findings(stage, prim, camera)
+
+
+def _op_findings(attribute: Usd.Attribute, where: str) -> Iterator[Finding]:
+    times = attribute.GetTimeSamples() or [Usd.TimeCode.Default()]
+    values = [attribute.Get(time) for time in times]
+    name, kind = attribute.GetName(), attribute.GetTypeName()
+    if isinstance(values[0], Gf.Matrix4d) and len(values) > 1:
+        sentence = f"{name} has {len(values)} matrices, which shear between time samples: use translate and orient"
+        yield Finding(code="pose-matrix", where=where, sentence=sentence, severity=WARNING)
+    if kind not in (Sdf.ValueTypeNames.Double3, Sdf.ValueTypeNames.Quatd, Sdf.ValueTypeNames.Matrix4d):
+        sentence = f"{name} is {kind}, which rounds the pose: use double3 and quatd"
+        yield Finding(code="pose-precision", where=where, sentence=sentence, severity=WARNING)
+    rotations = isinstance(values[0], Gf.Quatd | Gf.Quatf | Gf.Quath)
+    numbers = np.array([quaternion(v) if rotations else np.ravel(v) for v in values], np.float64)
+    bad = ~np.isfinite(numbers).all(1)
+    if bad.any():
+        yield Finding(code="pose", where=where, sentence=f"{name} is not finite at time {times[int(bad.argmax())]}")
+    elif rotations:
+        tolerance = UNIT_NORM if kind == Sdf.ValueTypeNames.Quatd else UNIT_NORM_FLOAT
+        bad = np.abs(np.linalg.norm(numbers, axis=1) - 1) > tolerance
+        if bad.any():
+            at = times[int(bad.argmax())]
+            yield Finding(code="pose", where=where, sentence=f"{name} is not a unit quaternion at time {at}")
+
+
+def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
+    where = str(prim.GetPath())
+    focal_length = prim.GetAttribute("focalLength")
+    if not focal_length.HasAuthoredValue():
+        yield Finding(code="lens-derived", where=where, sentence="the camera authors no focalLength")
+        return
+    for name, want in derived_values(camera, focal_length.Get()).items():
+        attribute = prim.GetAttribute(name)
+        have = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+        if have is None or not _agree(have, want):
+            sentence = f"{name} is {have}, but {want} follows from the lens in spin:lens:*"
+            yield Finding(code="lens-derived", where=where, sentence=sentence)
+
+
+def _agree(have: object, want: object) -> bool:
+    if isinstance(have, float) and isinstance(want, float):
+        return abs(have - want) <= FLOAT32_STEP * abs(want) + 1e-12
+    return have == want
+
+
+def _resolution_findings(stage: Usd.Stage, prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
+    settings = UsdRender.Settings.GetStageRenderSettings(stage)
+    if not settings or prim.GetPath() not in settings.GetCameraRel().GetForwardedTargets():
+        return
+    have = tuple(settings.GetResolutionAttr().Get())
+    if have != (camera.width, camera.height):
+        yield Finding(
+            code="resolution",
+            where=str(settings.GetPath()),
+            sentence=f"the resolution is {have}, the lens is of {camera.width} x {camera.height} pixels",
+        )

@@ -1,0 +1,78 @@
+"""Rules on prims: kinds, labels, lights, extents."""
+
+from collections.abc import Iterator
+
+from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
+
+from spin_usd.stage import schema
+from spin_usd.stage.finding import WARNING, Finding
+
+LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # their fallbacks differ between light types and versions
+
+
+def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """A model's ancestors are all groups, or USD does not see it as a model."""
+    for prim in stage.Traverse():
+        kind = Usd.ModelAPI(prim).GetKind()
+        if kind and Kind.Registry.IsA(kind, Kind.Tokens.model) and not prim.IsModel():
+            yield Finding(
+                code="kind-broken",
+                where=str(prim.GetPath()),
+                sentence=f"has kind {kind}, but not every ancestor is a group or an assembly: USD does not see a model",
+            )
+
+
+def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every surface of the target has a class, its own or inherited."""
+    for target in stage.Traverse():
+        if not target.HasAPI(schema.TARGET_API):
+            continue
+        for prim in Usd.PrimRange(target, Usd.TraverseInstanceProxies()):
+            if _is_surface(prim) and not _labelled(prim, target):
+                yield Finding(
+                    code="label-none",
+                    where=str(prim.GetPath()),
+                    sentence=f"has no {schema.CLASS_LABELS}, its own or inherited: its class is unknown",
+                    severity=WARNING,
+                )
+
+
+def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Lights author what decides their power."""
+    for prim in stage.Traverse():
+        if not prim.HasAPI(UsdLux.LightAPI):
+            continue
+        missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
+        if missing:
+            sentence = f"the light does not author {' and '.join(missing)}"
+            yield Finding(code="light", where=str(prim.GetPath()), sentence=sentence)
+
+
+def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Everything with points that is drawn says its bounds."""
+    for prim in stage.Traverse():
+        if (
+            prim.IsA(UsdGeom.PointBased)
+            and _is_drawn(prim)
+            and not UsdGeom.Boundable(prim).GetExtentAttr().HasAuthoredValue()
+        ):
+            sentence = "has no extent: viewers must read all its points to frame it"
+            yield Finding(code="extent-none", where=str(prim.GetPath()), sentence=sentence, severity=WARNING)
+
+
+def _is_surface(prim: Usd.Prim) -> bool:
+    gprim = prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points) and not prim.IsA(UsdGeom.Curves)
+    return bool(gprim and _is_drawn(prim))
+
+
+def _is_drawn(prim: Usd.Prim) -> bool:
+    return UsdGeom.Imageable(prim).ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+def _labelled(prim: Usd.Prim, target: Usd.Prim) -> bool:
+    while prim and prim != target.GetParent():
+        attribute = UsdSemantics.LabelsAPI(prim, "class").GetLabelsAttr() if prim else None
+        if attribute and attribute.HasAuthoredValue():
+            return True
+        prim = prim.GetParent()
+    return False

@@ -1,0 +1,65 @@
+"""Rules on variants: an opinion that a stronger local one beats does nothing, silently; neither may two sets fight.
+
+Strength is Local > Inherits > Variants > References: a value that a variant changes must come by reference.
+"""
+
+from collections.abc import Iterator
+
+from pxr import Sdf, Usd
+
+from spin_usd.stage.finding import WARNING, Finding
+
+MAX_VARIANTS = 200  # of one set; each is composed to be looked at
+
+
+def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Selects every variant of every set in turn, on a stage of its own, and looks at the opinions in it."""
+    paths = [prim.GetPath() for prim in stage.Traverse() if prim.HasVariantSets()]
+    if not paths:
+        return
+    trial = Usd.Stage.Open(stage.GetRootLayer(), Sdf.Layer.CreateAnonymous())
+    trial.SetEditTarget(trial.GetSessionLayer())
+    for path in paths:
+        sets = trial.GetPrimAtPath(path).GetVariantSets()
+        for name in sets.GetNames():
+            before = sets.GetVariantSelection(name)
+            for variant in sets.GetVariantSet(name).GetVariantNames()[:MAX_VARIANTS]:
+                sets.SetSelection(name, variant)
+                yield from _opinions(trial.GetPrimAtPath(path), name, variant)
+            sets.SetSelection(name, before)
+
+
+def _opinions(prim: Usd.Prim, name: str, variant: str) -> Iterator[Finding]:
+    for below in Usd.PrimRange(prim):
+        for attribute in below.GetAuthoredAttributes():
+            specs = [spec for spec in attribute.GetPropertyStack() if _has_value(spec)]
+            own = next((i for i, spec in enumerate(specs) if (name, variant) in _selections(spec.path)), None)
+            if not own:  # not in this variant, or the strongest
+                continue
+            stronger = specs[0]
+            where, what = str(attribute.GetPath()), f"variant {name}={variant} authors this value"
+            if others := _selections(stronger.path):
+                sentence = f"{what}, and so does variant {'='.join(others[-1])}, which is stronger"
+                yield Finding(code="variant-overlap", where=where, sentence=sentence, severity=WARNING)
+            else:
+                file = stronger.layer.GetDisplayName()
+                yield Finding(
+                    code="variant-dead", where=where, sentence=f"{what}, but the local one in {file} beats it"
+                )
+
+
+def _has_value(spec: Sdf.AttributeSpec) -> bool:
+    return bool(
+        spec.HasDefaultValue()
+        or spec.layer.GetNumTimeSamplesForPath(spec.path)
+        or spec.connectionPathList.GetAddedOrExplicitItems()
+    )
+
+
+def _selections(path: Sdf.Path) -> list[tuple[str, str]]:
+    """The variant selections on the way to `path`, outermost first."""
+    found = []
+    for prefix in path.GetPrefixes():
+        if prefix.IsPrimVariantSelectionPath():
+            found.append(tuple(prefix.GetVariantSelection()))
+    return found
