@@ -61,7 +61,7 @@ def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
         yield Finding(
             code=str(error.GetIdentifier()),
             where=_site(error, stage),
-            sentence=" ".join(error.GetMessage().split()),
+            message=" ".join(error.GetMessage().split()),
             severity=ERROR if is_error else WARNING,
         )
 

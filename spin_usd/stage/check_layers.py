@@ -22,7 +22,7 @@ def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
         yield from _paths(layer, Path(root.realPath).parent)
     yield from _units(stage)
     for error in stage.GetCompositionErrors():
-        yield Finding(code="composition", where=root.identifier, sentence=" ".join(str(error).split()))
+        yield Finding(code="composition", where=root.identifier, message=" ".join(str(error).split()))
 
 
 def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
@@ -36,14 +36,14 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
         yield Finding(
             code="layer-metadata",
             where=layer.identifier,
-            sentence=f"the layer does not author {', '.join(missing)}, which every layer that may be root must",
+            message=f"the layer does not author {', '.join(missing)}, which every layer that may be root must",
             severity=WARNING,
         )
     if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
         yield Finding(
             code="layer-time",
             where=layer.identifier,
-            sentence=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
+            message=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
             f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples",
         )
 
@@ -52,14 +52,14 @@ def _paths(layer: Sdf.Layer, folder: Path) -> Iterator[Finding]:
     for path in sorted({text for kind in UsdUtils.ExtractExternalReferences(layer.realPath) for text in kind}):
         if os.path.isabs(path) or "://" in path:
             yield Finding(
-                code="path-absolute", where=layer.identifier, sentence=f"the asset path {path!r} is not relative"
+                code="path-absolute", where=layer.identifier, message=f"the asset path {path!r} is not relative"
             )
             continue
         if not path.startswith(("./", "../")):
             yield Finding(
                 code="path-not-anchored",
                 where=layer.identifier,
-                sentence=f"the asset path {path!r} does not begin with './': USD also looks for it elsewhere",
+                message=f"the asset path {path!r} does not begin with './': USD also looks for it elsewhere",
                 severity=WARNING,
             )
         aim = Path(os.path.normpath(Path(layer.realPath).parent / path.partition("[")[0]))
@@ -67,7 +67,7 @@ def _paths(layer: Sdf.Layer, folder: Path) -> Iterator[Finding]:
             yield Finding(
                 code="path-leaves",
                 where=layer.identifier,
-                sentence=f"the asset path {path!r} leaves the stage's folder",
+                message=f"the asset path {path!r} leaves the stage's folder",
             )
 
 
@@ -89,7 +89,7 @@ def _units(stage: Usd.Stage) -> Iterator[Finding]:
             yield Finding(
                 code="layer-units",
                 where=layer.identifier,
-                sentence=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
+                message=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
                 severity=WARNING,
             )
 

@@ -26,20 +26,20 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
     times = attribute.GetTimeSamples() if attribute else []
     if not times:
         yield Finding(
-            code="capture-none", where=where, sentence=f"{schema.CAPTURE_FRAME} has no time samples: no pictures"
+            code="capture-none", where=where, message=f"{schema.CAPTURE_FRAME} has no time samples: no pictures"
         )
         return
     names = [attribute.Get(time) for time in times]
     for name, time in zip(names, times, strict=True):
         if not FRAME_NAME.fullmatch(name):
-            yield Finding(code="capture-name", where=where, sentence=f"{name!r} at time {time:g} cannot name a picture")
+            yield Finding(code="capture-name", where=where, message=f"{name!r} at time {time:g} cannot name a picture")
     if len({name.lower() for name in names}) < len(names):
-        yield Finding(code="capture-name", where=where, sentence="two pictures have the same name")
+        yield Finding(code="capture-name", where=where, message="two pictures have the same name")
     if (stage.GetStartTimeCode(), stage.GetEndTimeCode()) != (times[0], times[-1]):
         yield Finding(
             code="capture-range",
             where=where,
-            sentence=f"the stage runs from {stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}, "
+            message=f"the stage runs from {stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}, "
             f"its pictures from {times[0]:g} to {times[-1]:g}",
             severity=WARNING,
         )
@@ -50,7 +50,7 @@ def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
     targets = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
     if len(targets) != 1:
         yield Finding(
-            code="target-count", where="/", sentence=f"{len(targets)} prims have {schema.TARGET_API}, expected one"
+            code="target-count", where="/", message=f"{len(targets)} prims have {schema.TARGET_API}, expected one"
         )
     for target in targets:
         for op in UsdGeom.Xformable(target).GetOrderedXformOps():
@@ -61,18 +61,18 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
     """Every camera has a lens, from which USD's own attributes and omni:lensdistortion:* follow."""
     cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
     if not cameras:
-        yield Finding(code="camera-none", where="/", sentence="the stage has no camera")
+        yield Finding(code="camera-none", where="/", message="the stage has no camera")
     for prim in cameras:
         where = str(prim.GetPath())
         if not prim.HasAPI(schema.LENS_API):
-            sentence = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
-            yield Finding(code="lens-none", where=where, sentence=sentence, severity=WARNING)
+            message = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
+            yield Finding(code="lens-none", where=where, message=message, severity=WARNING)
             continue
         try:
             camera = read_lens(prim)
             camera.check_invertible()
         except SpinError as error:
-            yield Finding(code="lens", where=where, sentence=error.found)
+            yield Finding(code="lens", where=where, message=error.found)
             continue
         yield from _derived_findings(prim, camera)
         yield from _resolution_findings(stage, prim, camera)
@@ -83,36 +83,36 @@ def _op_findings(attribute: Usd.Attribute, where: str) -> Iterator[Finding]:
     values = [attribute.Get(time) for time in times]
     name, kind = attribute.GetName(), attribute.GetTypeName()
     if isinstance(values[0], Gf.Matrix4d) and len(values) > 1:
-        sentence = f"{name} has {len(values)} matrices, which shear between time samples: use translate and orient"
-        yield Finding(code="pose-matrix", where=where, sentence=sentence, severity=WARNING)
+        message = f"{name} has {len(values)} matrices, which shear between time samples: use translate and orient"
+        yield Finding(code="pose-matrix", where=where, message=message, severity=WARNING)
     if kind not in (Sdf.ValueTypeNames.Double3, Sdf.ValueTypeNames.Quatd, Sdf.ValueTypeNames.Matrix4d):
-        sentence = f"{name} is {kind}, which rounds the pose: use double3 and quatd"
-        yield Finding(code="pose-precision", where=where, sentence=sentence, severity=WARNING)
+        message = f"{name} is {kind}, which rounds the pose: use double3 and quatd"
+        yield Finding(code="pose-precision", where=where, message=message, severity=WARNING)
     rotations = isinstance(values[0], Gf.Quatd | Gf.Quatf | Gf.Quath)
     numbers = np.array([quaternion(v) if rotations else np.ravel(v) for v in values], np.float64)
     bad = ~np.isfinite(numbers).all(1)
     if bad.any():
-        yield Finding(code="pose", where=where, sentence=f"{name} is not finite at time {times[int(bad.argmax())]}")
+        yield Finding(code="pose", where=where, message=f"{name} is not finite at time {times[int(bad.argmax())]}")
     elif rotations:
         tolerance = UNIT_NORM if kind == Sdf.ValueTypeNames.Quatd else UNIT_NORM_FLOAT
         bad = np.abs(np.linalg.norm(numbers, axis=1) - 1) > tolerance
         if bad.any():
             at = times[int(bad.argmax())]
-            yield Finding(code="pose", where=where, sentence=f"{name} is not a unit quaternion at time {at}")
+            yield Finding(code="pose", where=where, message=f"{name} is not a unit quaternion at time {at}")
 
 
 def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
     where = str(prim.GetPath())
     focal_length = prim.GetAttribute("focalLength")
     if not focal_length.HasAuthoredValue():
-        yield Finding(code="lens-derived", where=where, sentence="the camera authors no focalLength")
+        yield Finding(code="lens-derived", where=where, message="the camera authors no focalLength")
         return
     for name, want in derived_values(camera, focal_length.Get()).items():
         attribute = prim.GetAttribute(name)
         have = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
         if have is None or not _agree(have, want):
-            sentence = f"{name} is {have}, but {want} follows from the lens in spin:lens:*"
-            yield Finding(code="lens-derived", where=where, sentence=sentence)
+            message = f"{name} is {have}, but {want} follows from the lens in spin:lens:*"
+            yield Finding(code="lens-derived", where=where, message=message)
 
 
 def _agree(have: object, want: object) -> bool:
@@ -130,5 +130,5 @@ def _resolution_findings(stage: Usd.Stage, prim: Usd.Prim, camera: Camera) -> It
         yield Finding(
             code="resolution",
             where=str(settings.GetPath()),
-            sentence=f"the resolution is {have}, the lens is of {camera.width} x {camera.height} pixels",
+            message=f"the resolution is {have}, the lens is of {camera.width} x {camera.height} pixels",
         )

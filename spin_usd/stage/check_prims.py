@@ -18,7 +18,7 @@ def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
             yield Finding(
                 code="kind-broken",
                 where=str(prim.GetPath()),
-                sentence=f"has kind {kind}, but not every ancestor is a group or an assembly: USD does not see a model",
+                message=f"has kind {kind}, but not every ancestor is a group or an assembly: USD does not see a model",
             )
 
 
@@ -32,7 +32,7 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
                 yield Finding(
                     code="label-none",
                     where=str(prim.GetPath()),
-                    sentence=f"has no {schema.CLASS_LABELS}, its own or inherited: its class is unknown",
+                    message=f"has no {schema.CLASS_LABELS}, its own or inherited: its class is unknown",
                     severity=WARNING,
                 )
 
@@ -44,8 +44,8 @@ def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
             continue
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
         if missing:
-            sentence = f"the light does not author {' and '.join(missing)}"
-            yield Finding(code="light", where=str(prim.GetPath()), sentence=sentence)
+            message = f"the light does not author {' and '.join(missing)}"
+            yield Finding(code="light", where=str(prim.GetPath()), message=message)
 
 
 def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -56,8 +56,8 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
             and _is_drawn(prim)
             and not UsdGeom.Boundable(prim).GetExtentAttr().HasAuthoredValue()
         ):
-            sentence = "has no extent: viewers must read all its points to frame it"
-            yield Finding(code="extent-none", where=str(prim.GetPath()), sentence=sentence, severity=WARNING)
+            message = "has no extent: viewers must read all its points to frame it"
+            yield Finding(code="extent-none", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
 def _is_surface(prim: Usd.Prim) -> bool:

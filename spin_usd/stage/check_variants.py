@@ -39,13 +39,11 @@ def _opinions(prim: Usd.Prim, name: str, variant: str) -> Iterator[Finding]:
             stronger = specs[0]
             where, what = str(attribute.GetPath()), f"variant {name}={variant} authors this value"
             if others := _selections(stronger.path):
-                sentence = f"{what}, and so does variant {'='.join(others[-1])}, which is stronger"
-                yield Finding(code="variant-overlap", where=where, sentence=sentence, severity=WARNING)
+                message = f"{what}, and so does variant {'='.join(others[-1])}, which is stronger"
+                yield Finding(code="variant-overlap", where=where, message=message, severity=WARNING)
             else:
                 file = stronger.layer.GetDisplayName()
-                yield Finding(
-                    code="variant-dead", where=where, sentence=f"{what}, but the local one in {file} beats it"
-                )
+                yield Finding(code="variant-dead", where=where, message=f"{what}, but the local one in {file} beats it")
 
 
 def _has_value(spec: Sdf.AttributeSpec) -> bool:

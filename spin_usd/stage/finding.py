@@ -11,5 +11,5 @@ class Finding:
 
     code: str
     where: str
-    sentence: str
+    message: str
     severity: str = ERROR
