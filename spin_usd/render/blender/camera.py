@@ -19,18 +19,18 @@ CLIP_SLACK = 2.0
 
 
 class CameraRig:
-    """The camera of one Blender scene, at its origin. `centred` sends each ray through its pixel's exact centre."""
+    """The camera of the Blender scene, at its origin."""
 
-    def __init__(self, scene: Any, scratch: Path, *, centred: bool) -> None:
-        self._scene, self._scratch, self._centred = scene, scratch, centred
-        self._data = bpy.data.cameras.new(scene.name)
+    def __init__(self, scene: Any, scratch: Path) -> None:
+        self._scene, self._scratch = scene, scratch
+        self._data = bpy.data.cameras.new("camera")
         self._source = ""
-        self._object = bpy.data.objects.new(scene.name, self._data)
+        self._object = bpy.data.objects.new("camera", self._data)
         scene.collection.objects.link(self._object)
         scene.camera = self._object
 
     def aim(self, view: View) -> None:
-        """Make the camera that of `view`."""
+        """Make the scene's camera that of `view`."""
         render = {"resolution_x": view.camera.width, "resolution_y": view.camera.height}
         assign(self._scene.render, render)
         assign(self._data, {"clip_start": CLIP_START, "clip_end": CLIP_SLACK * view.depth + 2 * CLIP_START})
@@ -70,7 +70,7 @@ class CameraRig:
 
     def _aim_shader(self, view: View) -> None:
         """Set the camera shader, compiled again only where its text changes."""
-        source = view.shader(centred=self._centred)
+        source = view.shader
         assign(self._scene.render, {"pixel_aspect_x": 1.0, "pixel_aspect_y": 1.0})
         assign(self._data, {"type": "CUSTOM", "custom_mode": "INTERNAL", "shift_x": 0.0, "shift_y": 0.0})
         if source != self._source:

@@ -1,6 +1,5 @@
 """The target in Blender: one mesh object, its faces numbered."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -65,10 +64,10 @@ def _smooth_faces(mesh: Mesh) -> NDArray[np.bool_]:
 
 
 class TargetObject:
-    """The one object that both Blender scenes show: mesh, materials and pose."""
+    """The one object that Blender shows: mesh, materials and pose."""
 
-    def __init__(self, scenes: Sequence[Any]) -> None:
-        self._scenes = scenes
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
         self._object: Any = None
         self._mesh: Mesh | None = None
         self._materials = MaterialLibrary()
@@ -96,8 +95,7 @@ class TargetObject:
         if self._object is None:
             self._object = bpy.data.objects.new("target", data)
             self._object.parent = bpy.data.objects.new("pose", None)
-            for scene in self._scenes:
-                scene.collection.objects.link(self._object)
+            self._scene.collection.objects.link(self._object)
             return
         before, self._object.data = self._object.data, data
         bpy.data.meshes.remove(before)

@@ -88,11 +88,11 @@ BEAUTY: Mapping[str, Any] = {  # rays spread evenly over the pixel's own square
 }
 
 
-def new_scene(name: str, purpose: Mapping[str, Any]) -> Any:
-    """A Blender scene without a world, rendered by Cycles to linear float EXR."""
-    scene = bpy.data.scenes.new(name)
+def cycles_scene() -> Any:
+    """Blender's one scene, without a world, rendered by Cycles to linear float EXR."""
+    scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    assign(scene.cycles, {**CYCLES, **purpose})
+    assign(scene.cycles, CYCLES)
     assign(scene.render, RENDER)
     assign(scene.render.image_settings, IMAGE)
     assign(scene.view_settings, {"view_transform": "Raw", "look": "None", "exposure": 0.0, "gamma": 1.0})
