@@ -3,13 +3,15 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.lens import invertible_radius
 from spin_usd.geometry.region import Region
 
 SAMPLES_PER_EDGE = 33  # straight edges bow under distortion; 33 points bound the bow to < 0.1 px on SPEED+
+RIM_SAMPLES = 64  # per side of the frame
 PADDING_PX = 2
 
 
@@ -23,12 +25,9 @@ def region_of_interest(camera: Camera, hull_cam: ArrayLike, near: float = 1e-6) 
         return Region(x0=0, y0=0, x1=0, y1=0)
     if (p[:, 2] <= near).any():
         return camera.frame
-    outline = _clip(convex_hull_2d(p[:, :2] / p[:, 2:]), *_field_of_view(camera))
-    if not len(outline):
+    uv = _outline_pixels(camera, convex_hull_2d(p[:, :2] / p[:, 2:]))
+    if not len(uv):
         return Region(x0=0, y0=0, x1=0, y1=0)
-    s = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
-    edges = outline + s * (np.roll(outline, -1, axis=0) - outline)
-    uv = camera.pixels(edges.reshape(-1, 2))
     low, high = np.floor(uv.min(0)).astype(int), np.ceil(uv.max(0)).astype(int)
     box = Region(x0=int(low[0]), y0=int(low[1]), x1=int(high[0]), y1=int(high[1])).padded(PADDING_PX)
     clipped = box & camera.frame
@@ -58,18 +57,36 @@ def convex_hull_2d(points: ArrayLike) -> Float:
     return np.array(chain(p) + chain(p[::-1]))
 
 
+def _outline_pixels(camera: Camera, hull: Float) -> Float:
+    """Pixel coordinates (N, 2) around the visible part of the convex polygon `hull` (M, 2), normalised coordinates.
+
+    That part ends at the polygon's edges and at the frame's: the edges are sampled where the lens is one to one, the
+    frame's rim where it lies within the polygon.
+    """
+    rim_uv, rim_xy, low, high = _field_of_view(camera)
+    outline = _clip(hull, low, high)
+    s = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
+    edges = (outline + s * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)
+    seen = np.hypot(edges[:, 0], edges[:, 1]) < invertible_radius(camera.distortion)
+    return np.concatenate([camera.pixels(edges[seen]), rim_uv[_within(hull, rim_xy)]])
+
+
+def _within(hull: Float, xy: Float) -> NDArray[np.bool_]:
+    """Which of the points (N, 2) lie in the convex polygon (M, 2), counter-clockwise."""
+    if len(hull) < 3:
+        return np.zeros(len(xy), bool)
+    along = np.roll(hull, -1, axis=0) - hull
+    to = xy[:, None] - hull
+    return np.asarray((along[:, 0] * to[..., 1] - along[:, 1] * to[..., 0] >= 0).all(axis=1))
+
+
 @lru_cache(maxsize=16)
-def _field_of_view(camera: Camera) -> tuple[Float, Float]:
-    """Corners (low, high) of the box, in undistorted normalised coordinates, that holds the frame and 2 px more."""
-    w, h, m = camera.width, camera.height, PADDING_PX
-    s = np.linspace(0, 1, 65)
-    rim = np.concatenate(
-        [np.stack([w * s, 0 * s], 1), np.stack([w * s, 0 * s + h], 1)]
-        + [np.stack([0 * s, h * s], 1), np.stack([0 * s + w, h * s], 1)]
-    )
-    xy = camera.normalised(rim)
-    margin = np.array([m / camera.fx, m / camera.fy])
-    return xy.min(0) - margin, xy.max(0) + margin
+def _field_of_view(camera: Camera) -> tuple[Float, Float, Float, Float]:
+    """The frame's rim in pixels and in undistorted normalised coordinates (N, 2), and the latter's bounding box."""
+    uv = camera.rim(RIM_SAMPLES)
+    xy = camera.normalised(uv)
+    margin = np.array([PADDING_PX / camera.fx, PADDING_PX / camera.fy])
+    return uv, xy, xy.min(0) - margin, xy.max(0) + margin
 
 
 def _clip(polygon: Float, low: Float, high: Float) -> Float:

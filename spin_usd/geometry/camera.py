@@ -4,17 +4,18 @@ Pixel coordinates have (0, 0) at the *corner* of the image; the first pixel's ce
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float, digest
+from spin_usd.arrays import Float, digest, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry import lens
 from spin_usd.geometry.region import Region
 
 MAX_PIXELS_PER_SIDE = 65536  # Blender clamps above this without a word
+MAX_GRID_PIXELS = 2**23  # cameras up to this keep their pixel centres' inverse, 16 bytes a pixel, for the next frames
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,9 @@ class Camera:
             raise GeometryError(f"camera holds NaN, infinity or not five distortion coefficients: {numbers}")
         if self.fx <= 0 or self.fy <= 0:
             raise GeometryError(f"camera focal length is ({self.fx}, {self.fy}) px, expected above zero")
+        for name in ("fx", "fy", "cx", "cy"):  # 3000 and 3000.0 are one camera and have one key
+            object.__setattr__(self, name, float(getattr(self, name)))
+        object.__setattr__(self, "distortion", tuple(float(k) for k in self.distortion))
 
     @property
     def matrix(self) -> Float:
@@ -59,10 +63,14 @@ class Camera:
         return digest([self.width, self.height, self.fx, self.fy, self.cx, self.cy, *self.distortion])
 
     def project(self, points_cam: ArrayLike) -> Float:
-        """Pixels (..., 2) of the points (..., 3) in the camera frame; NaN where z <= 0."""
+        """Pixels (..., 2) of the points (..., 3) in the camera frame.
+
+        NaN where no pixel sees the point: behind the camera, or so far aside that the lens model folds back.
+        """
         p = np.asarray(points_cam, np.float64)
-        z = np.where(p[..., 2] > 0, p[..., 2], np.nan)
-        return self.pixels(p[..., :2] / z[..., None])
+        xy = p[..., :2] / np.where(p[..., 2] > 0, p[..., 2], np.nan)[..., None]
+        beyond = np.hypot(xy[..., 0], xy[..., 1]) >= lens.invertible_radius(self.distortion)
+        return self.pixels(np.where(beyond[..., None], np.nan, xy))
 
     def pixels(self, xy: ArrayLike) -> Float:
         """Pixels (..., 2) of undistorted normalised coordinates (..., 2)."""
@@ -83,15 +91,40 @@ class Camera:
 
     def centre_rays(self, region: Region) -> Float:
         """Directions (rows, columns, 3), z = 1, through the pixel centres of `region`."""
-        u, v = np.meshgrid(np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5)
-        return self.rays(np.stack([u, v], -1))
+        xy = self.centres(region)
+        return np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], -1)
+
+    def centres(self, region: Region) -> Float:
+        """Undistorted normalised coordinates (rows, columns, 2) of the pixel centres of `region`; read-only.
+
+        The inverse of a whole frame is kept, so that the next pictures of a camera cost no Newton steps.
+        """
+        if not self.distorted or self.width * self.height > MAX_GRID_PIXELS or region & self.frame != region:
+            return np.moveaxis(_centres(self, region), 0, -1)
+        return np.moveaxis(_frame_centres(self)[:, *region.slices], 0, -1)
 
     def check_invertible(self) -> None:
         """Raise GeometryError unless every pixel of the frame, its rim included, has a ray."""
-        w, h = self.width, self.height
-        s = np.linspace(0, 1, 129)
-        rim = np.concatenate(
-            [np.stack([w * s, 0 * s], 1), np.stack([w * s, 0 * s + h], 1)]
-            + [np.stack([0 * s, h * s], 1), np.stack([0 * s + w, h * s], 1)]
-        )
-        self.normalised(rim)
+        self.normalised(self.rim(128))
+
+    def rim(self, steps: int) -> Float:
+        """Pixel coordinates (4 * steps, 2) around the edge of the image, its corners included."""
+        s = np.linspace(0, 1, steps, endpoint=False)[:, None]
+        corners = np.array([[0, 0], [self.width, 0], [self.width, self.height], [0, self.height]], np.float64)
+        sides = [start + s * (end - start) for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+        return np.concatenate(sides)
+
+
+@lru_cache(maxsize=2)
+def _frame_centres(camera: Camera) -> Float:
+    return frozen(_centres(camera, camera.frame))
+
+
+def _centres(camera: Camera, region: Region) -> Float:
+    """x and y (2, rows, columns): apart, because arithmetic on one of them alone is then contiguous."""
+    found = np.empty((2, *region.shape))
+    for band in region.bands():
+        u, v = np.meshgrid(np.arange(band.x0, band.x1) + 0.5, np.arange(band.y0, band.y1) + 0.5)
+        xy = camera.normalised(np.stack([u, v], -1))
+        found[:, band.y0 - region.y0 : band.y1 - region.y0] = np.moveaxis(xy, -1, 0)
+    return found

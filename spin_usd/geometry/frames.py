@@ -9,9 +9,9 @@
 `T_cam_body` maps body to camera, `p_cam = T_cam_body @ p_body`: equal letters touch and cancel.
 """
 
+import numpy as np
+
 from spin_usd.geometry.transform import Transform
 
-T_CAM_USDCAM = Transform(
-    to="cam", of="usdcam", rotation=[[1, 0, 0], [0, -1, 0], [0, 0, -1]], translation=[0, 0, 0]
-)
+T_CAM_USDCAM = Transform(to="cam", of="usdcam", rotation=np.diag([1.0, -1.0, -1.0]), translation=np.zeros(3))
 T_USDCAM_CAM = T_CAM_USDCAM.inverse()

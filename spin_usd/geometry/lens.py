@@ -13,8 +13,9 @@ from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
 
 Coefficients = tuple[float, ...]
-NEWTON_STEP = 1e-9  # normalised units
+NEWTON_STEP = 1e-8  # normalised units; Newton squares the error, so a step of 1e-8 leaves 1e-16
 NEWTON_STEPS = 50
+REBOUND = 0.9  # of the invertible radius, where a step that left the branch goes on from (0.99 and 0.5 can cycle)
 CHUNK = 16384  # points worked on at once: their dozen temporaries fit a core's cache
 
 
@@ -53,22 +54,26 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> Float:
         return want.copy()
     flat = want.reshape(-1, 2)
     found = np.empty_like(flat)
+    limit = invertible_radius(k)
     for start in range(0, len(flat), CHUNK):
-        found[start : start + CHUNK] = _undistort_chunk(flat[start : start + CHUNK], k)
+        chunk = slice(start, start + CHUNK)
+        found[chunk, 0], found[chunk, 1] = _newton(flat[chunk, 0].copy(), flat[chunk, 1].copy(), k, limit)
     return found.reshape(want.shape)
 
 
-def _undistort_chunk(want: Float, k: Coefficients) -> Float:
-    """`undistort` of (N, 2) points, few enough for the processor's cache."""
+def _newton(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, Float]:
+    """`undistort` of the coordinates x0 and y0 (N,), few enough for the processor's cache."""
     k1, k2, p1, p2, k3 = k
-    x0, y0 = want[:, 0].copy(), want[:, 1].copy()
     r2 = x0 * x0 + y0 * y0
     shrink = 1 / np.maximum(1 + r2 * (k1 + r2 * (k2 + r2 * k3)), 0.1)
     x, y = x0 * shrink, y0 * shrink
-    converged = False
     for _ in range(NEWTON_STEPS):
         xx, yy, xy = x * x, y * y, x * y
         r2 = xx + yy
+        if float(r2.max(initial=0)) >= limit * limit:
+            x, y = _within(x, y, REBOUND * limit)
+            xx, yy, xy = x * x, y * y, x * y
+            r2 = xx + yy
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         ex = x * radial + 2 * p1 * xy + p2 * (r2 + 2 * xx) - x0
         ey = y * radial + p1 * (r2 + 2 * yy) + 2 * p2 * xy - y0
@@ -77,29 +82,31 @@ def _undistort_chunk(want: Float, k: Coefficients) -> Float:
         b = slope * xy + 2 * p1 * x + 2 * p2 * y
         d = radial + slope * yy + 6 * p1 * y + 2 * p2 * x
         det = a * d - b * b
-        if converged or not (det > 0).all():
-            break
         dx, dy = (d * ex - b * ey) / det, (a * ey - b * ex) / det
         x -= dx
         y -= dy
-        # Newton's error is squared by each step: a step of 1e-9 leaves 1e-18.
-        converged = max(np.abs(dx).max(initial=0), np.abs(dy).max(initial=0)) < NEWTON_STEP
-    # The branch that holds the centre ends where the Jacobian's determinant first vanishes.
-    limit = invertible_radius(k)
-    if not (converged and (det > 0).all() and float(r2.max(initial=0)) < limit * limit):
-        reach = np.sqrt((want * want).sum(1).max(initial=0))
-        raise GeometryError(
-            f"the lens distortion {list(k)} cannot be inverted at normalised radius {reach:.4g}",
-            do="use coefficients that stay monotone over the whole frame",
-        )
-    return np.stack([x, y], -1)
+        if max(np.abs(dx).max(initial=0), np.abs(dy).max(initial=0)) < NEWTON_STEP and (det > 0).all():
+            return x, y
+    reach = np.sqrt((x0 * x0 + y0 * y0).max())
+    raise GeometryError(
+        f"the lens distortion {list(k)} cannot be inverted at normalised radius {reach:.4g}",
+        do="use coefficients that stay monotone over the whole frame",
+    )
+
+
+def _within(x: Float, y: Float, radius: float) -> tuple[Float, Float]:
+    """The points pulled back into the disc of `radius`: beyond the fold Newton would find another branch."""
+    shrink = np.minimum(radius / np.maximum(np.hypot(x, y), radius), 1)
+    return x * shrink, y * shrink
 
 
 @lru_cache(maxsize=64)
 def invertible_radius(distortion: Coefficients) -> float:
-    """Undistorted radius within which the map is one to one: where its Jacobian first becomes singular.
+    """Undistorted radius below which the map is one to one; infinity when it is so to radius 20 (87 degrees).
 
-    Searched to radius 20 (an angle of 87 degrees) along 64 directions; infinity when there is no such place.
+    The map is the gradient of a potential, so its Jacobian is symmetric. On a disc on which the determinant stays
+    above zero the Jacobian, the identity at the centre, is positive definite: the potential is strictly convex there
+    and its gradient one to one. The disc ends at the first radius, of a grid along 64 directions, that breaks this.
     """
     k = np.asarray(distortion, np.float64)
     if not k.any():
@@ -107,6 +114,5 @@ def invertible_radius(distortion: Coefficients) -> float:
     angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
     radius = np.concatenate([np.linspace(0, 2, 2001), np.linspace(2, 20, 1801)[1:]])
     ray = np.stack([np.cos(angle), np.sin(angle)], -1)
-    jacobian = distortion_jacobian(radius[:, None, None] * ray, k)
-    singular = (np.linalg.det(jacobian) <= 0).any(axis=1)
+    singular = (np.linalg.det(distortion_jacobian(radius[:, None, None] * ray, k)) <= 0).any(axis=1)
     return float(radius[np.argmax(singular)]) if singular.any() else float("inf")

@@ -1,0 +1,99 @@
+"""The ray casting renderer: Embree decides which triangle each ray meets first, with no light transport.
+
+Embree computes in float32. Rays are given to it in body axes around the target's centre, in units of the target's
+radius, and start where they enter its bounding sphere: so every number is near one, and range costs no precision.
+"""
+
+from importlib.metadata import version
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.render import lambert
+from spin_usd.scene.model import Mesh, Scene
+from spin_usd.scene.passes import Radiance, Visibility
+
+Float32 = NDArray[np.float32]
+
+MARGIN = 1.001  # of the bounding sphere's radius: rays start a little outside
+
+
+class RaycastRenderer:
+    """Exact visibility, and a preview picture: Lambert's law with hard shadows (see render.lambert)."""
+
+    name = "raycast"
+
+    def __init__(self) -> None:
+        self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """The face behind every pixel centre of `scene.region`."""
+        region = scene.region
+        face = np.full(region.shape, -1, np.int32)
+        for band in region.bands():
+            xy = scene.camera.centres(band)
+            face[band.y0 - region.y0 : band.y1 - region.y0] = self.cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
+        return Visibility(region=region, face=face)
+
+    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
+        """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1."""
+        region = scene.region
+        rgb = np.zeros((*region.shape, 3), np.float32)
+        rng = np.random.default_rng(seed)
+        for band in region.bands():
+            total = np.zeros((band.width * band.height, 3))
+            for uv in lambert.sample_positions(band, samples, rng):
+                total += lambert.radiance(scene, self, scene.camera.normalised(uv))
+            rgb[band.y0 - region.y0 : band.y1 - region.y0] = (total / samples).reshape(*band.shape, 3)
+        return Radiance(region=region, rgb=rgb)
+
+    def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
+        """The first face (N,) that the camera's rays (x, y, 1) of `xy` (N, 2) meet; -1 for none."""
+        origins, directions = _rays_in_target_units(scene, xy)
+        return np.asarray(self._embree(scene.target.mesh).run(origins, directions), np.int32)
+
+    def shadowed(self, mesh: Mesh, body: Float, to_light: Float) -> NDArray[np.bool_]:
+        """Does the mesh stand between the `body` points (N, 3) and a light far away towards `to_light` (3,)?"""
+        origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
+        hit = self._embree(mesh).run(origins, to_light.astype(np.float32)[None], query="OCCLUDED")
+        return np.asarray(hit != -1)
+
+    def versions(self) -> dict[str, str]:
+        return {"embreex": version("embreex"), "numpy": np.__version__}
+
+    def close(self) -> None:
+        self._opened.clear()
+
+    def _embree(self, mesh: Mesh) -> EmbreeScene:
+        if mesh not in self._opened:
+            scene = EmbreeScene(robust=True)
+            points = ((mesh.points - mesh.centre) / mesh.radius).astype(np.float32)
+            TriangleMesh(scene=scene, vertices=points, indices=np.array(mesh.faces, np.int32))
+            self._opened[mesh] = scene
+        return self._opened[mesh]
+
+
+def _rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
+    """Origins and unit directions (N, 3) in body axes around the target's centre, in units of its radius.
+
+    The camera's own position is the earliest start: nothing behind it is seen.
+    """
+    mesh, pose = scene.target.mesh, scene.T_cam_body
+    cx, cy, cz = pose.points(mesh.centre) / mesh.radius
+    x, y = xy[:, 0], xy[:, 1]
+    # The ray's point at the centre's depth, seen from the centre: the range cancels here, in double precision.
+    wx, wy = (cz * x - cx).astype(np.float32), (cz * y - cy).astype(np.float32)
+    length = np.sqrt(x * x + y * y + 1)
+    towards = np.stack([x / length, y / length, 1 / length], -1).astype(np.float32)
+    along = wx * towards[:, 0] + wy * towards[:, 1]
+    half_chord = np.sqrt(np.maximum(np.float32(MARGIN**2) - (wx * wx + wy * wy - along * along), 0))
+    start = np.maximum(-along - half_chord, (-cz * length).astype(np.float32))
+    origins = start[:, None] * towards
+    origins[:, 0] += wx
+    origins[:, 1] += wy
+    rotation = pose.rotation.astype(np.float32)
+    return origins @ rotation, towards @ rotation
