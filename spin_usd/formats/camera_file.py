@@ -41,7 +41,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
         camera = Camera(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy, distortion=_distortion(document, path))
         camera.check_invertible()
     except GeometryError as error:
-        raise InputError(error.found, where=path, do=str(error).partition("; ")[2] or None) from None
+        raise InputError(error.found, where=path, do=error.do) from None
     return CameraFile(camera=camera, pixel_pitch=pitch, source=str(path))
 
 
