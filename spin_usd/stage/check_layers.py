@@ -21,8 +21,6 @@ def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
         yield from _metadata(layer, root)
         yield from _paths(layer, Path(root.realPath).parent)
     yield from _units(stage)
-    for error in stage.GetCompositionErrors():
-        yield Finding(code="composition", where=root.identifier, message=" ".join(str(error).split()))
 
 
 def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:

@@ -1,0 +1,224 @@
+"""Checks of a stage: none on what was just authored, and each rule finds what breaks it."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation
+
+from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.author import write_stage
+from spin_usd.stage.authorship import Origin
+from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.check import check_stage
+from spin_usd.stage.mesh_target import write_mesh_target
+from spin_usd.stage.usd_target import copy_usd_target, describe, target_by_name
+
+ORIGIN = Origin(inputs={"poses": ("poses.json", "0" * 64)})
+POSES = PoseList(
+    names=("a", "b", "c"),
+    q_cam_body=np.array([[1.0, 0, 0, 0], [0.6, 0.8, 0, 0], [0, 0, 1, 0]]),
+    t_cam_body=np.array([[0, 0, 5.0], [0, 0.1, 6], [0, 0, 7]]),
+)
+TETRAHEDRON = MeshPart(
+    name="Bus",
+    points=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]),
+    face_counts=np.array([3, 3, 3, 3], np.int32),
+    face_indices=np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], np.int32),
+    normals=None,
+    face_material=np.full(4, -1, np.int32),
+)
+
+
+def author(folder: Path) -> Path:
+    file = write_mesh_target(MeshAsset(name="box", parts=(TETRAHEDRON,)), folder / "targets" / "box", "box")
+    camera = open_camera_layer(camera_by_name("speedplus"))
+    return write_stage(folder, poses=POSES, target=describe(file, "box"), camera=camera, origin=ORIGIN, seed=7)
+
+
+@pytest.fixture(scope="module")
+def authored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return author(tmp_path_factory.mktemp("stage"))
+
+
+@pytest.fixture
+def copied(authored: Path, tmp_path: Path) -> Path:
+    """A copy of the authored stage to break; its root layer."""
+    shutil.copytree(authored.parent, tmp_path / "copy")
+    return tmp_path / "copy" / authored.name
+
+
+def codes(path: Path) -> set[str]:
+    return {finding.code for finding in check_stage(path)}
+
+
+def test_a_stage_just_authored_has_no_findings(authored: Path) -> None:
+    assert check_stage(authored) == ()
+
+
+def test_every_layer_of_it_can_be_checked_as_a_root(authored: Path) -> None:
+    """Only the rules on what makes a dataset fail there: a camera layer has no pictures and no target."""
+    for path in sorted((authored.parent).rglob("*.usd*")):
+        assert codes(path) <= {"capture-none", "target-count", "camera-none"}, path
+
+
+def test_the_built_in_target_has_no_findings(tmp_path: Path) -> None:
+    asset = copy_usd_target(target_by_name("tango"), tmp_path / "targets" / "tango", "tango", None)
+    camera = camera_layer_of(
+        Camera(width=64, height=40, fx=100.0, fy=99.0, cx=31.0, cy=21.0), pixel_pitch=1e-5, documentation=""
+    )
+    root = write_stage(tmp_path, poses=POSES, target=asset, camera=camera, origin=ORIGIN, seed=0)
+    assert check_stage(root) == ()
+    stage = Usd.Stage.Open(str(root))
+    keypoints = stage.GetPrimAtPath("/World/Target").GetRelationship("spin:target:keypoints").GetTargets()
+    assert stage.GetPrimAtPath(keypoints[0]).IsA(UsdGeom.Points)
+
+
+def edit(relative: str, change: Callable[[Usd.Stage], object]) -> Callable[[Path], None]:
+    """Apply `change` to the layer at `relative` of the stage's folder."""
+
+    def apply(root: Path) -> None:
+        stage = Usd.Stage.Open(str(root.parent / relative))
+        change(stage)
+        stage.Save()
+
+    return apply
+
+
+def attribute(path: str, value: object, time: Usd.TimeCode | float | None = None) -> Callable[[Usd.Stage], object]:
+    return lambda stage: stage.GetAttributeAtPath(path).Set(value, Usd.TimeCode.Default() if time is None else time)
+
+
+def without(path: str, name: str) -> Callable[[Usd.Stage], object]:
+    return lambda stage: stage.GetPrimAtPath(path).RemoveProperty(name)
+
+
+def text(relative: str, old: str, new: str) -> Callable[[Path], None]:
+    def apply(root: Path) -> None:
+        file = root.parent / relative
+        before = file.read_text()
+        assert old in before
+        file.write_text(before.replace(old, new, 1))
+
+    return apply
+
+
+def float_orient(stage: Usd.Stage) -> None:
+    spec = stage.GetRootLayer().GetAttributeAtPath("/World/Target.xformOp:orient")
+    spec.owner.RemoveProperty(spec)
+    prim = stage.GetPrimAtPath("/World/Target")
+    prim.CreateAttribute("xformOp:orient", Sdf.ValueTypeNames.Quatf, custom=False).Set(Gf.Quatf(1), 0.0)
+
+
+def matrices(stage: Usd.Stage) -> None:
+    prim = stage.GetPrimAtPath("/World/Target")
+    op = prim.CreateAttribute("xformOp:transform", Sdf.ValueTypeNames.Matrix4d, custom=False)
+    for time in range(3):
+        op.Set(Gf.Matrix4d(1), float(time))
+    prim.GetAttribute("xformOpOrder").Set(["xformOp:transform"])
+
+
+def dead_variant(stage: Usd.Stage) -> None:
+    """A variant on /World that changes what the same layer stack authors locally."""
+    prim = stage.GetPrimAtPath("/World")
+    variants = prim.GetVariantSets().AddVariantSet("pose")
+    variants.AddVariant("near")
+    variants.SetVariantSelection("near")
+    with variants.GetVariantEditContext():
+        stage.GetPrimAtPath("/World/Target").GetAttribute("xformOp:translate").Set(Gf.Vec3d(0, 1, 0))
+
+
+def two_sets(stage: Usd.Stage) -> None:
+    prim = stage.GetPrimAtPath("/World")
+    for name in ("dim", "dark"):
+        variants = prim.GetVariantSets().AddVariantSet(name)
+        variants.AddVariant("on")
+        variants.SetVariantSelection("on")
+        with variants.GetVariantEditContext():
+            stage.OverridePrim("/World/Lights/Sun").GetAttribute("inputs:intensity").Set(1.0)
+
+
+def scaled_units(stage: Usd.Stage) -> None:
+    stage.GetRootLayer().pseudoRoot.SetInfo("metersPerUnit", 0.01)
+
+
+CAMERA, ROOT, LIGHTS, POSE = "layers/camera.usda", "dataset.usda", "layers/lights.usda", "layers/poses.usdc"
+GEOMETRY = "targets/box/geometry.usdc"
+BREAKS = {
+    "missing reference": (text(ROOT, "./layers/lights.usda", "./layers/none.usda"), "usdValidation:CompositionErrorTest"),
+    "absolute path": (text(ROOT, "./layers/lights.usda", "/layers/lights.usda"), "path-absolute"),
+    "search path": (text(ROOT, "./layers/lights.usda", "layers/lights.usda"), "path-not-anchored"),
+    "path out of the folder": (text(ROOT, "./layers/lights.usda", "../lights.usda"), "path-leaves"),
+    "no up axis": (text(LIGHTS, '    upAxis = "Z"\n', ""), "layer-metadata"),
+    "no end": (text(ROOT, "    endTimeCode = 2\n", ""), "layer-metadata"),
+    "other clock": (edit(POSE, lambda stage: stage.SetTimeCodesPerSecond(1)), "layer-time"),
+    "other units": (edit(GEOMETRY, scaled_units), "layer-units"),
+    "no picture": (edit(POSE, without("/World", "spin:capture:frame")), "capture-none"),
+    "bad name": (edit(POSE, attribute("/World.spin:capture:frame", "..", 1.0)), "capture-name"),
+    "range": (text(ROOT, "endTimeCode = 2", "endTimeCode = 9"), "capture-range"),
+    "two targets": (text(ROOT, '["SpinCaptureAPI"', '["SpinTargetAPI", "SpinCaptureAPI"'), "target-count"),
+    "nan": (edit(POSE, attribute("/World/Target.xformOp:translate", Gf.Vec3d(np.nan), 1.0)), "pose"),
+    "quaternion": (edit(POSE, attribute("/World/Target.xformOp:orient", Gf.Quatd(2), 1.0)), "pose"),
+    "single precision": (edit(POSE, float_orient), "pose-precision"),
+    "matrices": (edit(POSE, matrices), "pose-matrix"),
+    "aperture": (edit(CAMERA, attribute("/Camera.horizontalAperture", 0.2)), "lens-derived"),
+    "interchange": (edit(CAMERA, attribute("/Camera.omni:lensdistortion:opencvPinhole:k1", 0.0)), "lens-derived"),
+    "focal length": (edit(CAMERA, attribute("/Camera.spin:lens:fx", -1.0)), "lens"),
+    "fold": (edit(CAMERA, attribute("/Camera.spin:lens:k1", -9.0)), "lens"),
+    "no lens": (text(CAMERA, '"SpinLensAPI", ', ""), "lens-none"),
+    "no camera": (text(ROOT, "./layers/camera.usda", "./layers/environment.usda"), "camera-none"),
+    "resolution": (text("layers/render.usda", "(1920, 1200)", "(640, 480)"), "resolution"),
+    "kind": (text(ROOT, 'kind = "assembly"', 'kind = "subcomponent"'), "kind-broken"),
+    "no class": (text("targets/box/box.usda", 'token[] semantics:labels:class = ["spacecraft"]', ""), "label-none"),
+    "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
+    "extent": (edit(GEOMETRY, without("/Box/Bus", "extent")), "extent-none"),
+    "dead variant": (edit(ROOT, dead_variant), "variant-dead"),
+    "fighting variants": (edit(ROOT, two_sets), "variant-overlap"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BREAKS)
+def test_each_rule_finds_what_breaks_it(copied: Path, name: str) -> None:
+    break_it, code = BREAKS[name]
+    break_it(copied)
+    found = codes(copied)
+    assert any(each.startswith(code) for each in found), found
+
+
+def test_a_variant_that_comes_before_a_reference_is_alive(copied: Path) -> None:
+    """What arrives by reference can be changed by a variant on /World: no finding."""
+
+    def dim(stage: Usd.Stage) -> None:
+        variants = stage.GetPrimAtPath("/World").GetVariantSets().AddVariantSet("dim")
+        for name, power in (("none", None), ("half", 680.5)):
+            variants.AddVariant(name)
+            variants.SetVariantSelection(name)
+            if power:
+                with variants.GetVariantEditContext():
+                    stage.OverridePrim("/World/Lights/Sun").GetAttribute("inputs:intensity").Set(power)
+
+    edit(ROOT, dim)(copied)
+    assert check_stage(copied) == ()
+    stage = Usd.Stage.Open(str(copied))
+    assert stage.GetAttributeAtPath("/World/Lights/Sun.inputs:intensity").Get() == 680.5
+
+
+def test_usds_validators_run(copied: Path) -> None:
+    """A material binding without its API is USD's own rule, not one of ours."""
+    text("targets/box/look.usda", 'prepend apiSchemas = ["MaterialBindingAPI"]', "")(copied)
+    assert any("MaterialBindingApiApplied" in code for code in codes(copied))
+    names = {v.GetMetadata().name for v in UsdValidation.ValidationRegistry().GetOrLoadAllValidators()}
+    assert "usdShadeValidators:MaterialBindingApiAppliedValidator" in names
+
+
+def test_what_is_no_stage_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not there"):
+        check_stage(tmp_path / "none.usda")
+    (tmp_path / "bad.usda").write_text("#usda 1.0\ndef {")
+    with pytest.raises(InputError, match=r"bad\.usda: is not a USD layer"):
+        check_stage(tmp_path / "bad.usda")
