@@ -29,7 +29,7 @@ Y_MIDDLE = (Y_BACK + Y_FRONT) / 2
 DECK = 0.010
 BLANKET_INSET = 0.0080
 BLANKET_WRINKLE = 0.0075
-BLANKET_CELL = 0.046
+BLANKET_CELL = 0.048
 TAPE_WIDTH, TAPE_THICKNESS = 0.014, 0.0012
 
 # Solar panel: a honeycomb plate with a rim; two halves of 4 x 18 cells (80 x 40 mm class, two corners cropped).
@@ -68,7 +68,7 @@ RADIATOR = ((-0.070, 0.180, 0.012, 0.150), (-0.150, -0.072, 0.014, 0.120))
 RADIATOR_THICKNESS = 0.015
 HEAD_X = (-0.018, 0.028, 0.074)
 HEAD_END_Y = (0.455, 0.415, 0.415)
-HEAD_Z, HEAD_RADIUS = 0.2880, 0.0110
+HEAD_Z, HEAD_RADIUS = 0.2830, 0.0110
 
 # Below: the separation ring, and three release feet around it.
 RING_RADII, RING_HEIGHT = (0.128, 0.142), 0.011

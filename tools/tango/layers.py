@@ -41,8 +41,10 @@ def _interface(stage: Usd.Stage, parts: Sequence[Part]) -> None:
     model.SetAssetIdentifier(Sdf.AssetPath("./tango.usda"))
     model.SetAssetName(ROOT.name)
     model.SetAssetVersion(VERSION)
+    model.SetPayloadAssetDependencies(Sdf.AssetPathArray([Sdf.AssetPath("./payload.usda")]))
     everything = _rounded(np.concatenate([part.shape.points for part in parts]), POINT_DECIMALS)
     UsdGeom.ModelAPI.Apply(prim).SetExtentsHint(_vectors(_bounds(everything)))
+    _label(prim, "class", "spacecraft")
     _sign(prim)
     prim.GetPayloads().AddPayload("./payload.usda")
     stage.GetRootLayer().customLayerData = {
@@ -87,9 +89,13 @@ def _mesh(stage: Usd.Stage, part: Part) -> None:
     primvars = UsdGeom.PrimvarsAPI(mesh)
     _primvar(primvars, "normals", Sdf.ValueTypeNames.Normal3fArray, _rounded(shape.normals, NORMAL_DECIMALS))
     _primvar(primvars, "st", Sdf.ValueTypeNames.TexCoord2fArray, _rounded(shape.st, ST_DECIMALS))
-    for taxonomy, label in (("class", part.kind), ("part", part.name)):
-        UsdSemantics.LabelsAPI.Apply(mesh.GetPrim(), taxonomy).CreateLabelsAttr([label])
+    _label(mesh.GetPrim(), "class", part.kind)
+    _label(mesh.GetPrim(), "part", part.name)
     _subsets(mesh, shape.materials)
+
+
+def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([label])
 
 
 def _primvar(primvars: UsdGeom.PrimvarsAPI, name: str, kind: Sdf.ValueTypeName, corners: Array) -> None:

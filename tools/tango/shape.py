@@ -11,6 +11,8 @@ type Array = NDArray[np.float64]
 type Face = tuple[int, ...]
 type Point = Sequence[float]
 
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
+
 
 @dataclass(frozen=True, kw_only=True)
 class Shape:

@@ -1,6 +1,7 @@
 """The black struts outside the body: corner trusses, panel brackets, side trusses. All are flat bars on the walls."""
 
 from collections.abc import Iterable, Iterator
+from itertools import count
 
 from tango import dimensions as d
 from tango.shape import Shape, joined
@@ -25,13 +26,13 @@ def brackets() -> Shape:
 def corner_truss(sx: int, sy: int, wall: float) -> Iterator[Shape]:
     """A triangle over the lower corner of a y wall, its foot below the deck, its heel around on the x wall."""
     bars = [((0.195, 0.002), (0.370, 0.177)), ((0.195, -0.004), (0.282, -0.004)), ((0.280, 0.0), (0.280, 0.088))]
-    bars += [((0.282, 0.090), (0.370, 0.090)), ((0.373, 0.090), (0.373, 0.180))]
+    bars += [((0.282, 0.090), (0.370, 0.090)), ((0.3735, 0.090), (0.3735, 0.180))]
     yield from on_y_wall([((sx * x0, z0), (sx * x1, z1)) for (x0, z0), (x1, z1) in bars], wall, sy)
     edge, inner, middle = wall + sy * 0.003, wall - sy * 0.022, 0.135
     heel = [((edge, 0.090), (edge, 0.180)), ((inner, 0.090), (edge, 0.090)), ((inner, 0.180), (edge, 0.180))]
     heel += [((inner, 0.090), (edge, middle)), ((inner, 0.180), (edge, middle))]
     yield from on_x_wall(heel, sx, width=0.006)
-    yield plate((sx * 0.190, wall - sy * 0.024, -0.009), (sx * 0.287, wall + sy * 0.009, 0.001))
+    yield plate((sx * 0.191, wall - sy * 0.024, -0.0095), (sx * 0.286, wall + sy * 0.0085, 0.0012))
 
 
 def panel_bracket(sx: int, sy: int, wall: float) -> Iterator[Shape]:
@@ -42,7 +43,7 @@ def panel_bracket(sx: int, sy: int, wall: float) -> Iterator[Shape]:
     yield from on_x_wall(bars, sx)
     yield plate((sx * 0.372, wall + sy * 0.004, 0.212), (sx * 0.379, wall + sy * 0.040, 0.295))
     yield plate((sx * 0.352, wall - sy * 0.002, 0.290), (sx * 0.376, sy * 0.383, 0.300))
-    yield plate((sx * 0.352, sy * 0.376, 0.212), (sx * 0.376, sy * 0.383, 0.300))
+    yield plate((sx * 0.353, sy * 0.377, 0.2125), (sx * 0.375, sy * 0.382, 0.3005))
 
 
 def side_truss(sx: int) -> Iterator[Shape]:
@@ -51,27 +52,33 @@ def side_truss(sx: int) -> Iterator[Shape]:
     bars += [((s * 0.056, 0.0), (s * 0.028, 0.047)) for s in (-1, 1)]
     bars += [((0.0, 0.0), (s * 0.024, 0.045)) for s in (-1, 1)]
     yield from on_x_wall(bars, sx, width=0.008)
-    yield plate((sx * 0.320, -0.060, -0.009), (sx * 0.374, 0.060, 0.001))
+    yield plate((sx * 0.320, -0.059, -0.0085), (sx * 0.374, 0.059, 0.0012))
 
 
 def antenna_plate() -> Iterator[Shape]:
     """The plate at the panel's -y edge through which the -y antenna passes."""
-    yield plate((0.255, -0.383, 0.212), (0.376, -0.373, 0.296))
+    yield plate((0.255, -0.3835, 0.2135), (0.374, -0.373, 0.296))
     yield from (plate((x, -0.376, 0.285), (x + 0.008, d.Y_BACK + 0.004, 0.300)) for x in (0.258, 0.340))
 
 
 def on_x_wall(bars: Segments, sx: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
     """Bars given by their ends (y, z), lying on the wall at x = sx X."""
-    for (y0, z0), (y1, z1) in bars:
-        x = sx * (d.X - 0.002)
-        yield strut((x, y0, z0), (x, y1, z1), (sx, 0.0, 0.0), width, d.STRUT_THICKNESS, PAINT)
+    x = sx * (d.X - 0.002)
+    for ((y0, z0), (y1, z1)), more in zip(bars, _growth(), strict=False):
+        yield strut((x, y0, z0), (x, y1, z1), (sx, 0.0, 0.0), width + more, d.STRUT_THICKNESS + more, PAINT)
 
 
 def on_y_wall(bars: Segments, wall: float, sy: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
     """Bars given by their ends (x, z), lying on the wall at this y, which looks along sy."""
-    for (x0, z0), (x1, z1) in bars:
-        y = wall - sy * 0.002
-        yield strut((x0, y, z0), (x1, y, z1), (0.0, sy, 0.0), width, d.STRUT_THICKNESS, PAINT)
+    y = wall - sy * 0.002
+    for ((x0, z0), (x1, z1)), more in zip(bars, _growth(), strict=False):
+        yield strut((x0, y, z0), (x1, y, z1), (0.0, sy, 0.0), width + more, d.STRUT_THICKNESS + more, PAINT)
+
+
+def _growth() -> Iterator[float]:
+    """Each bar a little thicker than the last: bars that cross may not end in one plane, where it would be chance
+    which of two coincident faces a ray meets."""
+    return count(0.0, 0.0002)
 
 
 def plate(a: tuple[float, float, float], b: tuple[float, float, float]) -> Shape:
