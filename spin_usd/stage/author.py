@@ -24,7 +24,6 @@ from spin_usd.stage.usd_target import TargetAsset
 ROOT = "dataset.usda"
 CAMERA = WORLD.AppendChild("Camera")
 MODEL = TARGET.AppendChild("Model")
-UNITS_OP = "xformOp:scale:units"
 
 
 def write_stage(
@@ -93,10 +92,10 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
     if not target.has_kind:
         Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
     if target.metres_per_unit != 1:
-        scale = model.CreateAttribute(UNITS_OP, Sdf.ValueTypeNames.Double3, custom=False)
+        scale = model.CreateAttribute(schema.UNITS_OP, Sdf.ValueTypeNames.Double3, custom=False)
         scale.Set(Gf.Vec3d(target.metres_per_unit))
         # Outermost: the asset's own operations stay in its own units.
-        UsdGeom.Xformable(model).CreateXformOpOrderAttr([UNITS_OP, *target.order])
+        UsdGeom.Xformable(model).CreateXformOpOrderAttr([schema.UNITS_OP, *target.order])
 
 
 def _documentation(poses: PoseList, target: TargetAsset) -> str:

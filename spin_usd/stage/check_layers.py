@@ -1,11 +1,12 @@
 """Rules on layers: the metadata that each repeats, units that agree, asset paths that stay in the stage's folder."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from pxr import Sdf, Usd, UsdUtils
 
+from spin_usd.stage import schema
 from spin_usd.stage.finding import WARNING, Finding
 
 ALWAYS = ("upAxis", "metersPerUnit")
@@ -70,35 +71,36 @@ def _paths(layer: Sdf.Layer, folder: Path) -> Iterator[Finding]:
 
 
 def _units(stage: Usd.Stage) -> Iterator[Finding]:
-    """USD converts neither units nor axes: a layer in others needs a scale or a turn where it comes in."""
+    """USD converts neither units nor axes: a layer in others needs a scale or a turn where it comes in.
+
+    The target's own axes are the body frame, so its layers may have any.
+    """
     root = stage.GetRootLayer().pseudoRoot
-    scaled = _scaled(stage)
+    free = {
+        "upAxis": _below(stage, lambda prim: prim.HasAPI(schema.TARGET_API)),
+        "metersPerUnit": _below(stage, lambda prim: prim.HasAttribute(schema.UNITS_OP)),
+    }
     for layer in stage.GetUsedLayers():
         info = layer.pseudoRoot
         for name in ALWAYS:
-            if layer.anonymous or not (info.HasInfo(name) and root.HasInfo(name)):
+            if layer.identifier in free[name] or not (info.HasInfo(name) and root.HasInfo(name)):
                 continue
             here, there = info.GetInfo(name), root.GetInfo(name)
-            converted = name == "metersPerUnit" and layer.identifier in scaled
-            if here == there or converted:
-                continue
-            if name == "metersPerUnit" and abs(here / there - 1) <= UNIT_TOLERANCE:
-                continue
-            yield Finding(
-                code="layer-units",
-                where=layer.identifier,
-                message=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
-                severity=WARNING,
-            )
+            if here != there and not (name == "metersPerUnit" and abs(here / there - 1) <= UNIT_TOLERANCE):
+                yield Finding(
+                    code="layer-units",
+                    where=layer.identifier,
+                    message=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
+                    severity=WARNING,
+                )
 
 
-def _scaled(stage: Usd.Stage) -> set[str]:
-    """The layers that come in below a prim whose xformOp:scale:units converts them."""
+def _below(stage: Usd.Stage, chosen: Callable[[Usd.Prim], bool]) -> set[str]:
+    """The layers, other than the stage's own, that bring opinions to a chosen prim or below it."""
     found: set[str] = set()
     for prim in stage.Traverse():
-        if prim.HasAttribute("xformOp:scale:units"):
-            below = Usd.PrimRange(prim)
-            found |= {spec.layer.identifier for each in below for spec in each.GetPrimStack()}
-            nodes = Usd.PrimCompositionQuery(prim).GetCompositionArcs()
-            found |= {layer.identifier for arc in nodes for layer in arc.GetTargetNode().layerStack.layers}
+        if chosen(prim):
+            for each in Usd.PrimRange(prim):
+                arcs = Usd.PrimCompositionQuery(each).GetCompositionArcs()
+                found |= {layer.identifier for arc in arcs for layer in arc.GetTargetNode().layerStack.layers}
     return found - {layer.identifier for layer in stage.GetLayerStack()}

@@ -29,6 +29,9 @@ TARGET_NAME = "spin:target:name"
 TARGET_KEYPOINTS = "spin:target:keypoints"
 KEYPOINT_NAME = "primvars:keypointName"
 
+UNITS_OP = "xformOp:scale:units"
+"""The operation that brings an asset in another unit to the stage's metres."""
+
 CLASS_LABELS = "semantics:labels:class"
 PART_LABELS = "semantics:labels:part"
 

@@ -10,6 +10,7 @@ from spin_usd.resources import stages
 from spin_usd.stage import schema
 from spin_usd.stage.layer import open_layer
 
+LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
 
 
@@ -58,6 +59,7 @@ def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: floa
         raise InputError(f"cannot be copied ({error})", where=source) from None
     if not copied:
         raise InputError("cannot be copied with what it depends on", where=source)
+    _anchor(folder)
     file = folder / Path(layer.realPath).name
     return _described(file, source, name, units_per_metre)
 
@@ -75,6 +77,15 @@ def _refuse_missing(source: Path) -> None:
             where=source,
             do="put them where the layer looks for them",
         )
+
+
+def _anchor(folder: Path) -> None:
+    """Asset paths of the copy begin with "./": USD writes some without, which it then also looks for elsewhere."""
+    for file in sorted(folder.rglob("*")):
+        if file.is_file() and file.suffix in LAYER_SUFFIXES:
+            layer = Sdf.Layer.FindOrOpen(str(file))
+            UsdUtils.ModifyAssetPaths(layer, lambda path: path if not path or path[0] in "./" else f"./{path}")
+            layer.Save()
 
 
 def _described(file: Path, source: Path, name: str, units_per_metre: float | None) -> TargetAsset:
