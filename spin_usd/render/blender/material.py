@@ -32,11 +32,10 @@ class MaterialLibrary:
         if wanted == self._current and not again:
             return
         for material in wanted:
+            check_material(material)
             if material.key not in self._built:
                 self._built[material.key] = surface_material(material)
-        mesh.materials.clear()
-        for material in wanted:
-            mesh.materials.append(self._built[material.key])
+        _fill_slots(mesh.materials, [self._built[material.key] for material in wanted])
         self._current = wanted
         self._forget()
 
@@ -54,6 +53,17 @@ class MaterialLibrary:
             bpy.data.materials.remove(self._built.pop(key))
 
 
+def _fill_slots(slots: Any, materials: Sequence[Any]) -> None:
+    """Make a mesh's material slots these. Never by `clear()`, which sets every face's material to the first."""
+    while len(slots) > len(materials):
+        slots.pop()
+    for i, material in enumerate(materials):
+        if i < len(slots):
+            slots[i] = material
+        else:
+            slots.append(material)
+
+
 def label_material() -> Any:
     """Every face glows with its own number, as linear light."""
     material, nodes, links = _empty_material("label")
@@ -67,8 +77,7 @@ def label_material() -> Any:
 
 
 def surface_material(material: Material) -> Any:
-    """The Cycles material of a UsdPreviewSurface. Raises UnsupportedError, with its path, for what has none."""
-    check_material(material)
+    """The Cycles material of a UsdPreviewSurface that `check_material` accepts."""
     result, nodes, links = _empty_material("surface")
     principled, output = nodes.new("ShaderNodeBsdfPrincipled"), nodes.new("ShaderNodeOutputMaterial")
     for name, value in principled_inputs(material).items():

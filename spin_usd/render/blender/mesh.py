@@ -1,5 +1,6 @@
 """The target in Blender: one mesh object, its faces numbered."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -11,8 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
-from spin_usd.render.blender.rays import View
-from spin_usd.scene.model import Mesh, Scene
+from spin_usd.scene.model import Material, Mesh
 
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
@@ -70,17 +70,20 @@ class TargetObject:
         self._scene = scene
         self._object: Any = None
         self._mesh: Mesh | None = None
+        self._bare = True
         self._materials = MaterialLibrary()
 
-    def show(self, scene: Scene, view: View) -> None:
-        """Make Blender's target that of `scene`, touching only what differs from the one before."""
-        target = scene.target
-        changed = target.mesh is not self._mesh
-        if changed:
-            self._replace(build_mesh(target.mesh))
-            self._mesh = target.mesh
-        self._materials.assign(self._object.data, target.materials, again=changed)
-        self._pose(scene.T_cam_body.rotation, view.target_location)
+    def show(self, mesh: Mesh, R_cam_body: Float, location: Float) -> None:
+        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres."""
+        if mesh is not self._mesh:
+            self._replace(build_mesh(mesh))
+            self._mesh, self._bare = mesh, True
+        self._pose(R_cam_body, location)
+
+    def dress(self, materials: Sequence[Material]) -> None:
+        """Give it its materials. Raises UnsupportedError; what only labels need stays visible without."""
+        self._materials.assign(self._object.data, materials, again=self._bare)
+        self._bare = False
 
     @property
     def emissive(self) -> bool:

@@ -52,6 +52,7 @@ class BlenderRenderer:
         if region.empty:
             return Radiance(region=region, rgb=np.zeros((*region.shape, 3), np.float32))
         self._show(scene)
+        self._target.dress(scene.target.materials)
         self._suns.shine(scene.lights)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
@@ -72,7 +73,7 @@ class BlenderRenderer:
 
     def _show(self, scene: Scene) -> None:
         view = View.of(scene)
-        self._target.show(scene, view)
+        self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location)
         self._camera.aim(view)
         self._camera.crop(scene.region)
 

@@ -1,0 +1,162 @@
+"""Faces behind pixels: against rays that OpenCV undistorts and Embree casts, neither knowing Blender."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import psutil
+import pytest
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+from spin_usd.errors import RenderError
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.region import Region
+from spin_usd.geometry.transform import Transform
+from spin_usd.render.blender.passes import face_indices
+
+EDGE_PX = 1e-3  # how near an edge float32 (Blender's and Embree's own) may take a ray to the other side
+BOUNDARY_PIXELS = 2  # silhouette pixels of a picture that may lie so near an edge
+MEMORY_GROWTH = 24 << 20  # bytes over 200 frames; allocators keep some of what is freed, a leaked mesh would be 100 MB
+POSES = [((1, 0, 0, 0), (0, 0, 4)), ((0.5, -0.3, 0.7, 0.2), (0.3, -0.2, 3)), ((0.1, 0.9, -0.2, 0.4), (-0.7, 0.4, 5))]
+
+
+def opencv_rays(camera, region):
+    """Directions (rows, columns, 3), z = 1, of the pixel centres, by OpenCV's own undistortion."""
+    u, v = np.meshgrid(np.arange(region.x0, region.x1) + 0.5, np.arange(region.y0, region.y1) + 0.5)
+    stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-15)
+    pixels = np.stack([u.ravel(), v.ravel()], -1)[:, None]
+    xy = cv2.undistortPoints(pixels, camera.matrix, np.array(camera.distortion), criteria=stop)
+    return np.concatenate([xy.reshape(*region.shape, 2), np.ones((*region.shape, 1))], -1)
+
+
+def embree_faces(scene, rays):
+    """First face (rows, columns) that each ray from the camera meets; -1 for none.
+
+    Cast from just before the target, in axes at its centre, so that Embree's float32 has the target's own size.
+    """
+    mesh, pose = scene.target.mesh, scene.T_cam_body
+    centre = pose.points(mesh.centre)
+    caster = RayMeshIntersector(trimesh.Trimesh(pose.points(mesh.points) - centre, mesh.faces, process=False))
+    flat = rays.reshape(-1, 3)
+    towards = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    if np.linalg.norm(centre) < 2 * mesh.radius:
+        start = np.broadcast_to(-centre, flat.shape)
+    else:
+        meets = (flat - centre / centre[2]) * centre[2]
+        start = meets - ((meets * towards).sum(1, keepdims=True) + 1.01 * mesh.radius) * towards
+    return caster.intersects_first(start, towards).reshape(rays.shape[:2])
+
+
+def edge_distance(scene, row, column, faces):
+    """Pixels from the pixel's centre to the nearest edge of the faces, projected by OpenCV, in double precision."""
+    mesh, camera = scene.target.mesh, scene.camera
+    corners = scene.T_cam_body.points(mesh.points[mesh.faces[faces]]).reshape(-1, 3)
+    uv = cv2.projectPoints(corners, np.zeros(3), np.zeros(3), camera.matrix, np.array(camera.distortion))[0]
+    a = uv.reshape(-1, 3, 2) - (column + 0.5, row + 0.5)
+    along = np.roll(a, -1, axis=1) - a
+    s = np.clip(-(a * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-300), 0, 1)
+    return np.linalg.norm(a + s[..., None] * along, axis=-1).min()
+
+
+def assert_sees_what_embree_sees(blender, scene):
+    seen = blender.visibility(scene)
+    rays = opencv_rays(scene.camera, seen.region)
+    expected = embree_faces(scene, rays)
+    assert (expected >= 0).sum() > 500  # there is something to see
+    differ = seen.face != expected
+    for row, column in np.argwhere(differ):
+        faces = [f for f in (seen.face[row, column], expected[row, column]) if f >= 0]
+        row, column = row + seen.region.y0, column + seen.region.x0
+        assert edge_distance(scene, row, column, faces) < EDGE_PX, (row, column, faces)
+    assert ((seen.face >= 0) != (expected >= 0)).sum() <= BOUNDARY_PIXELS
+
+
+@pytest.mark.parametrize(("q", "t"), POSES)
+def test_speedplus_lens(blender, make_scene, needles, q, t):
+    assert_sees_what_embree_sees(blender, make_scene(*needles, q=q, t=t))
+
+
+@pytest.mark.parametrize("k", [(0, 0, 0, 0, 0), (-0.1, 0.02, 0.003, -0.002, 0)])
+@pytest.mark.parametrize(("fx", "fy"), [(250, 210), (210, 250)])
+def test_off_centre_camera_with_oblong_pixels(blender, make_scene, needles, fx, fy, k):
+    camera = Camera(width=192, height=120, fx=fx, fy=fy, cx=81.3, cy=70.9, distortion=k)
+    assert_sees_what_embree_sees(blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0, 0, 3)))
+
+
+@pytest.mark.parametrize("range_m", [4.0, 1e3, 1e5, 1e7])
+def test_range_costs_no_precision(blender, make_scene, needles, range_m):
+    focal = 300 * range_m / 4
+    camera = Camera(width=192, height=120, fx=focal, fy=focal, cx=96.0, cy=60.0)
+    t = (0.1, -0.2, range_m)
+    assert_sees_what_embree_sees(blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=t))
+
+
+def test_far_target_through_a_distorted_lens(blender, make_scene, needles, speedplus):
+    camera = replace(speedplus, fx=6000.0, fy=6000.0, distortion=(-50.0, 0.0, 0.3, -0.2, 0.0))
+    assert_sees_what_embree_sees(
+        blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.9, 0.3, 80))
+    )
+
+
+@pytest.mark.parametrize("t", [(0, 0, 0.0), (-0.75, -0.1, 0.3), (0, 0.1, 0.7)])
+def test_camera_inside_the_bounding_box(blender, make_scene, needles, speedplus, t):
+    """In the tube, beyond the ball, before the tube: what lies behind the camera is not seen."""
+    camera = replace(speedplus, fx=80.0, fy=80.0, distortion=(0.0,) * 5)
+    scene = make_scene(*needles, camera=camera, t=t)
+    assert scene.region == camera.frame
+    assert_sees_what_embree_sees(blender, scene)
+    assert_sees_what_embree_sees(blender, replace(scene, camera=replace(camera, distortion=(-0.02, 0, 0, 0, 0))))
+
+
+def test_region_is_cut_from_the_same_picture(blender, make_scene, needles):
+    scene = make_scene(*needles, q=(0.5, -0.3, 0.7, 0.2))
+    vars(scene)["region"] = scene.camera.frame
+    whole = blender.visibility(scene).face
+    for box in (
+        Region(x0=50, y0=20, x1=131, y1=97),
+        Region(x0=96, y0=60, x1=97, y1=61),
+        Region(x0=0, y0=119, x1=192, y1=120),
+    ):
+        vars(scene)["region"] = box
+        assert np.array_equal(blender.visibility(scene).face, whole[box.slices])
+
+
+def test_target_out_of_view_gives_empty_arrays(blender, make_scene, needles):
+    scene = make_scene(*needles, t=(50, 0, 4))
+    assert blender.visibility(scene).face.shape == (0, 0)
+    assert blender.radiance(scene, samples=1, seed=0).rgb.shape == (0, 0, 3)
+
+
+def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, square):
+    a, b = make_scene(*needles), make_scene(*square, q=(1, 0.2, 0, 0))
+    far = replace(a, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=[0, 0, 90]))
+    first = blender.visibility(a).face
+    blender.visibility(b)
+    blender.visibility(far)
+    assert np.array_equal(blender.visibility(a).face, first)
+
+
+def test_duplicate_and_reversed_faces_keep_their_numbers(blender, make_scene, square):
+    points, faces = square
+    scene = make_scene(points, np.concatenate([faces, faces[:, ::-1], faces]))
+    seen = blender.visibility(scene).face
+    assert seen.max() < 6
+    assert (seen >= 0).any()
+
+
+def test_memory_does_not_grow(blender, make_scene, needles):
+    camera = Camera(width=64, height=40, fx=100.0, fy=100.0, cx=32.0, cy=20.0, distortion=(-0.1, 0, 0, 0, 0))
+    scenes = [make_scene(*needles, camera=camera, t=(0, 0, z)) for z in (4, 40, 5, 50)]  # near and far, four meshes
+    rss = psutil.Process().memory_info
+    for i in range(240):
+        if i == 40:
+            before = rss().rss
+        blender.visibility(scenes[i % 4])
+    assert rss().rss - before < MEMORY_GROWTH
+
+
+@pytest.mark.parametrize("numbers", [[1.5], [-1.0], [4.0], [np.nan], [np.inf]])
+def test_a_picture_of_no_face_numbers_is_refused(numbers):
+    with pytest.raises(RenderError, match="no face's"):
+        face_indices(np.array([numbers], np.float32), 3)
