@@ -1,0 +1,49 @@
+"""Every command of the README, run as a reader would run it."""
+
+import re
+import shlex
+import shutil
+import subprocess
+
+import pytest
+from conftest import REPOSITORY
+
+README = (REPOSITORY / "README.md").read_text()
+BLOCKS = re.findall(r"^```sh\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+COMMANDS = [line.partition("#")[0].strip() for block in BLOCKS for line in block.splitlines() if line.strip()]
+
+
+def test_all_commands_are_ours():
+    assert COMMANDS
+    assert {shlex.split(c)[0] for c in COMMANDS} <= {"spin-usd", "tools/demo", "tools/test", "tools/bench"}
+
+
+@pytest.mark.slow
+def test_the_commands_work_in_their_order(tmp_path, spin_usd):
+    shutil.copy(REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json", tmp_path / "poses.json")
+    for command in COMMANDS:
+        name, *arguments = shlex.split(command)
+        if name == "spin-usd":
+            spin_usd(*arguments, cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_the_demo_ends_with_a_contact_sheet(tmp_path):
+    done = subprocess.run(
+        [REPOSITORY / "tools" / "demo", "--out", tmp_path / "demo"], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "demo" / "contact_sheet.png").is_file()
+    assert len(list((tmp_path / "demo" / "dataset" / "image" / "nominal").glob("*.png"))) == 8
+
+
+def test_the_files_named_in_the_readme_exist():
+    for path in re.findall(r"\]\((\.?[\w./-]+)\)|\((schemas/[\w.-]+)\)", README):
+        assert (REPOSITORY / "".join(path)).exists(), path
+
+
+def test_the_cameras_named_in_the_readme_are_those_there_are():
+    listed = re.search(r"\*\*Cameras\*\*: a name\s+\(([^)]*)\)", README)
+    assert listed
+    there = {path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")}
+    assert set(re.findall(r"`(\w+)`", listed[1])) == there

@@ -1,0 +1,48 @@
+"""A built wheel works outside the checkout: the stages and schemas travel in it."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from conftest import REPOSITORY
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The wheel's content unpacked into a folder of its own, as pip would lay it out."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder]
+    subprocess.run(build, check=True, cwd=REPOSITORY, capture_output=True)
+    wheel = next(folder.glob("*.whl"))
+    install = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-index", "-t", folder / "site", wheel]
+    subprocess.run(install, check=True, capture_output=True)
+    return folder / "site"
+
+
+def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path):
+    """In this environment, but with the wheel's package before the checkout's."""
+    code = (
+        "import sys, pathlib; sys.path.insert(0, sys.argv[1]); import spin_usd\n"
+        "assert pathlib.Path(spin_usd.__file__).is_relative_to(sys.argv[1])\n"
+        "from spin_usd import resources; from spin_usd.dataset.author import author_stage\n"
+        "assert resources.stages().is_relative_to(sys.argv[1]) and resources.schemas().is_relative_to(sys.argv[1])\n"
+        "poses = resources.stages() / 'examples' / 'tango_speedplus_poses.json'\n"
+        "print(author_stage(poses=poses, target='tango', camera='speedplus', out='stage').frames)"
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, installed], capture_output=True, text=True, cwd=tmp_path, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[-1] == "8"
+    assert (tmp_path / "stage" / "dataset.usda").is_file()
+
+
+def test_the_command_line_starts_without_blender_or_usd(installed):
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); import spin_usd.cli.main\n"
+        "print(sorted({'bpy', 'pxr'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, installed], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
