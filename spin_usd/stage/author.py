@@ -15,7 +15,7 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.stage import schema
 from spin_usd.stage.authorship import Origin, author_origin
 from spin_usd.stage.convert import quatd, vec3d
-from spin_usd.stage.layer import author_metadata, export, open_layer
+from spin_usd.stage.layer import author_metadata, export, open_layer, writing
 from spin_usd.stage.lens import read_lens
 from spin_usd.stage.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
 from spin_usd.stage.render_layer import SETTINGS, render_layer
@@ -34,7 +34,8 @@ def write_stage(
     `camera` is a layer as `stage.camera_layer` makes it; it is changed. Raises OutputError.
     """
     _write_layers(folder / "layers", poses, camera)
-    root = Sdf.Layer.CreateNew(str(folder / ROOT))
+    with writing(folder / ROOT):
+        root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
     root.subLayerPaths = ["./layers/poses.usdc"]
     stage = Usd.Stage.Open(root)

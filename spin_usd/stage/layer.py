@@ -1,5 +1,7 @@
 """Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from pxr import Sdf, Tf, UsdGeom
@@ -31,7 +33,7 @@ def open_layer(path: str | Path) -> Sdf.Layer:
     try:
         layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
     except Tf.ErrorException as error:
-        raise InputError(f"is not a USD layer: {error.args[0] if error.args else error}", where=path) from None
+        raise InputError(f"is not a USD layer: {reason(error)}", where=path) from None
     if layer is None:
         raise InputError("is not a USD layer", where=path)
     return layer
@@ -39,9 +41,25 @@ def open_layer(path: str | Path) -> Sdf.Layer:
 
 def export(layer: Sdf.Layer, path: Path) -> None:
     """Write `layer` to `path`, folders included. Raises OutputError."""
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if not layer.Export(str(path)):
             raise OutputError("could not be written", where=path)
-    except (OSError, Tf.ErrorException) as error:
-        raise OutputError(f"could not be written ({error})", where=path) from None
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turns what the system or USD says about a failed write into OutputError."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        raise OutputError(f"could not be written ({reason(error)})", where=path) from None
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"could not be written ({error.strerror or error})", where=path) from None
+
+
+def reason(error: Tf.ErrorException) -> str:
+    """The first thing USD says, without where in its source it says it."""
+    return str(getattr(error.args[0], "commentary", error)) if error.args else str(error)

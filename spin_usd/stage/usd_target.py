@@ -8,7 +8,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage import schema
-from spin_usd.stage.layer import open_layer
+from spin_usd.stage.layer import open_layer, reason, writing
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
@@ -49,14 +49,15 @@ def target_by_name(name: str) -> Path:
 
 
 def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: float | None) -> TargetAsset:
-    """Copy the asset at `source` with all it depends on into `folder`. Raises InputError that names the file."""
+    """Copy the asset at `source` with all it depends on into `folder`, which must not be there yet.
+
+    Raises InputError that names the file, OutputError when the copy cannot be written.
+    """
     layer = open_layer(source)
     _refuse_missing(source)
-    folder.mkdir(parents=True)
-    try:
+    with writing(folder):
+        folder.mkdir(parents=True)
         copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
-    except Tf.ErrorException as error:
-        raise InputError(f"cannot be copied ({error})", where=source) from None
     if not copied:
         raise InputError("cannot be copied with what it depends on", where=source)
     _anchor(folder)
@@ -70,7 +71,10 @@ def describe(file: Path, name: str) -> TargetAsset:
 
 
 def _refuse_missing(source: Path) -> None:
-    unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
+    try:
+        unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
+    except Tf.ErrorException as error:
+        raise InputError(f"depends on a file that cannot be read: {reason(error)}", where=source) from None
     if unresolved:
         raise InputError(
             f"depends on {len(unresolved)} missing files, such as {Path(unresolved[0]).name!r}",

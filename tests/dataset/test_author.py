@@ -202,6 +202,40 @@ def test_bad_usd_targets_are_refused(
     assert not inputs["out"].exists()
 
 
+@pytest.mark.parametrize("data", [b"#usda 1.0\ndef {", b"PXR-USDC\0\x08", b"", b"\0" * 99])
+def test_a_damaged_layer_below_a_usd_target_is_refused(inputs: dict[str, Any], tmp_path: Path, data: bytes) -> None:
+    target = usd_target(tmp_path, body=' def "A" (\n references = @./part.usd@\n) {}\n')
+    (target.parent / "part.usd").write_bytes(data)
+    with pytest.raises(InputError, match=r"craft\.usda"):
+        author_stage(**inputs | {"target": target, "units_per_metre": None})
+    target.write_bytes(data)
+    with pytest.raises(InputError, match=r"craft\.usda"):
+        author_stage(**inputs | {"target": target, "units_per_metre": None})
+    assert not inputs["out"].exists()
+
+
+def test_a_usd_target_that_refers_to_itself_is_refused(inputs: dict[str, Any], tmp_path: Path) -> None:
+    target = usd_target(tmp_path, body=' def "A" (\n references = @./craft.usda@\n) {}\n')
+    with pytest.raises(InputError, match=r"craft\.usda: does not compose"):
+        author_stage(**inputs | {"target": target, "units_per_metre": None})
+
+
+def test_a_full_disk_is_an_output_error_that_leaves_nothing(inputs: dict[str, Any]) -> None:
+    """A limit on the size of a file stands for the disk: both fail the write call."""
+    code = (
+        "import resource, signal; from spin_usd.dataset.author import author_stage;"
+        "from spin_usd.errors import OutputError; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
+        f"try: author_stage(poses={str(inputs['poses'])!r}, target='tango', camera='speedplus', "
+        f"out={str(inputs['out'])!r})\n"
+        "except OutputError as error: print('OUTPUT', error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.startswith("OUTPUT"), done.stderr
+    assert done.stdout.count("\n") == 1
+    assert {path.name for path in inputs["out"].parent.iterdir()} == {"poses.json", "box.stl"}
+
+
 def test_a_target_without_geometry_is_refused(inputs: dict[str, Any], tmp_path: Path) -> None:
     target = usd_target(tmp_path)
     target.write_text('#usda 1.0\n(\n metersPerUnit = 1\n)\ndef Xform "A" {\n}\n')
