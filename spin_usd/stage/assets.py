@@ -1,0 +1,130 @@
+"""Which files a stage is made of, looked up and checked before USD opens any of them.
+
+USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a word. Here a stage may only
+name files by relative paths that stay within its own folder, or within folders that the caller allows.
+"""
+
+import os
+import re
+import stat
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, Tf, Usd, UsdUtils
+
+from spin_usd.errors import StageError
+
+EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
+MAX_FILE_BYTES = 2**31
+MAX_FILES = 10_000
+UDIM = "<UDIM>"
+SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Files:
+    """What a stage depends on, over all variants: `root` first. Paths are real ones.
+
+    `missing` holds what is named but not there, as "path named by layer"; `absolute` is whether any layer names a file
+    by an absolute path.
+    """
+
+    root: Path
+    found: tuple[Path, ...]
+    missing: tuple[str, ...]
+    absolute: bool
+
+
+def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
+    """All files that the layer at `path` depends on.
+
+    Raises StageError for a path that leaves the stage's folder and `asset_roots`, a file that is no regular file or
+    too large, a layer that does not parse, or a time scale of zero or less.
+    """
+    root = Path(path).resolve()
+    if root.suffix.lower() not in EXTENSIONS:
+        raise StageError("is not a USD stage", where=path, do=f"give a file that ends in {', '.join(EXTENSIONS)}")
+    if not root.exists():
+        raise StageError("there is no such stage", where=path, do="check the path")
+    allowed = [Path(folder).resolve() for folder in asset_roots]
+    found: dict[Path, None] = {}
+    missing: list[str] = []
+    queue, absolute = [root], False
+    while queue:
+        file = queue.pop(0)
+        if file in found:
+            continue
+        if len(found) >= MAX_FILES:
+            raise StageError(f"depends on more than {MAX_FILES} files", where=path, do="split the stage")
+        _check_file(file)
+        found[file] = None
+        for named in _named_by(file):
+            absolute = absolute or os.path.isabs(named)
+            located = _locate(named, file, [root.parent, *allowed])
+            missing += [] if located else [f"@{named}@ named by {file}"]
+            queue += located
+    return Files(root=root, found=tuple(found), missing=tuple(missing), absolute=absolute)
+
+
+def parse_failure(error: Exception, where: object) -> StageError:
+    """A Tf exception as one sentence."""
+    reasons = re.findall(r" : '(.*?)'\s*(?=\n\tError|\Z)", str(error), re.DOTALL)
+    return StageError(f"USD cannot read it: {reasons[0] if reasons else error}", where=where, do="mend the layer")
+
+
+def _check_file(file: Path) -> None:
+    status = file.lstat()
+    if not stat.S_ISREG(status.st_mode):
+        raise StageError("is not a regular file", where=file, do="replace it by a file")
+    if status.st_size > MAX_FILE_BYTES:
+        raise StageError(f"has {status.st_size} bytes, more than {MAX_FILE_BYTES}", where=file, do="split the layer")
+
+
+def _named_by(file: Path) -> list[str]:
+    """Every asset path authored in a layer; none for other files, and for packages, which hold their own files."""
+    suffix = file.suffix.lower()
+    if suffix not in EXTENSIONS:
+        return []
+    try:
+        if suffix == ".usdz":
+            _check_package(file)
+            return []
+        layer = Sdf.Layer.FindOrOpen(str(file))
+        if layer.timeCodesPerSecond <= 0:  # USD lists the time samples of such a stage for ever
+            found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
+            raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
+        return [name for kind in UsdUtils.ExtractExternalReferences(str(file)) for name in kind]
+    except Tf.ErrorException as error:
+        raise parse_failure(error, file) from None
+
+
+def _check_package(file: Path) -> None:
+    """Layers within a package may only name what lies within it."""
+    package = Usd.ZipFile.Open(str(file))
+    for name in package.GetFileNames() if package else []:
+        if Path(name).suffix.lower() not in EXTENSIONS[:3]:
+            continue
+        for named in (n for kind in UsdUtils.ExtractExternalReferences(f"{file}[{name}]") for n in kind):
+            if os.path.isabs(named) or SCHEME.match(named) or ".." in Path(named).parts:
+                do = "name only files within the package"
+                raise StageError(f"refers to @{named}@, outside its package", where=f"{file}[{name}]", do=do)
+
+
+def _locate(named: str, layer: Path, roots: list[Path]) -> list[Path]:
+    """The files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>."""
+    do = "use a relative path to a file in the stage's own folder"
+    if SCHEME.match(named):
+        raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)
+    outer = named.split("[")[0] if named.endswith("]") else named
+    full = Path(os.path.normpath(layer.parent / outer))
+    if os.path.isabs(outer) and not any(full.is_relative_to(root) for root in roots[1:]):
+        raise StageError(f"refers to the absolute path @{named}@", where=layer, do=do)
+    if not any(full.is_relative_to(root) for root in roots):
+        raise StageError(f"refers to @{named}@, which lies outside the stage's folder", where=layer, do=do)
+    pattern = full.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")
+    files = sorted(full.parent.glob(pattern)) if UDIM in full.name else [full]
+    for file in files:
+        if file.resolve() != file:
+            raise StageError(f"refers to @{named}@ through a symbolic link", where=layer, do=do)
+    return [file for file in files if os.path.lexists(file)]

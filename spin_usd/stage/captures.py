@@ -1,0 +1,62 @@
+"""Which pictures a stage holds: their names and time codes."""
+
+import re
+
+import numpy as np
+from pxr import Usd
+
+from spin_usd.errors import StageError
+from spin_usd.scene.model import FrameId
+from spin_usd.stage import schema
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
+MAX_FRAMES = 1_000_000  # frame_000000 has six digits
+
+
+def read_frames(stage: Usd.Stage) -> tuple[FrameId, ...]:
+    """One per time sample of spin:capture:frame on the default prim; else one per whole step from startTimeCode to
+    endTimeCode; else one at the stage's start.
+
+    Raises StageError for names that are no file stems or not unique, and for a range that is reversed or too long.
+    """
+    prim = stage.GetDefaultPrim()
+    attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else None
+    times = attribute.GetTimeSamples() if attribute else []
+    if attribute and times:
+        named = [(float(time), str(attribute.Get(Usd.TimeCode(time)))) for time in times]
+        _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
+    else:
+        named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
+    return tuple(FrameId(index=i, name=name, time_code=time) for i, (time, name) in enumerate(named))
+
+
+def read_seed(stage: Usd.Stage) -> int:
+    """The dataset's seed, 0 unless authored."""
+    prim = stage.GetDefaultPrim()
+    attribute = prim.GetAttribute(schema.CAPTURE_SEED) if prim else None
+    return int((attribute.Get() if attribute else 0) or 0)
+
+
+def _time_range(stage: Usd.Stage) -> list[float]:
+    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    if not stage.HasAuthoredTimeCodeRange():
+        return [start]
+    where = stage.GetRootLayer().realPath
+    if not np.isfinite([start, end]).all() or end < start:
+        found = f"endTimeCode {end:g} lies before startTimeCode {start:g}"
+        raise StageError(found, where=where, do="swap them")
+    count = int(np.floor(end - start)) + 1
+    if count > MAX_FRAMES:
+        found = f"startTimeCode {start:g} to endTimeCode {end:g} are {count} frames, more than {MAX_FRAMES}"
+        raise StageError(found, where=where, do="shorten the range, or name the pictures by spin:capture:frame")
+    return [start + step for step in range(count)]
+
+
+def _check_names(names: list[str], where: str) -> None:
+    for name in names:
+        if not NAME.fullmatch(name):
+            do = "use letters, digits, '.', '_' and '-', starting with a letter or digit, at most 200"
+            raise StageError(f"{name!r} is no name for a picture", where=where, do=do)
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise StageError(f"'{twice}' names two pictures", where=where, do="make the names unique")

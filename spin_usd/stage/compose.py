@@ -1,0 +1,78 @@
+"""Stages opened for reading: checked, composed without errors, one augmentation selected."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+
+from pxr import Tf, Usd, UsdUtils
+
+from spin_usd.errors import StageError
+from spin_usd.stage.assets import Files, files_of, parse_failure
+from spin_usd.stage.content import AUGMENTATION, NOMINAL, copy_stage, selected_variant, stage_hash, used_files
+
+__all__ = ["NOMINAL", "copy_stage", "open_stage", "selected_variant", "stage_hash", "used_files", "variants"]
+
+MAX_PRIMS = 200_000
+
+
+def open_stage(path: str | Path, *, variant: str = NOMINAL, asset_roots: Sequence[str | Path] = ()) -> Usd.Stage:
+    """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`.
+
+    "nominal" is the stage as authored when it has no variant of that name. Raises StageError for a file that USD must
+    not open (see `assets`), any composition error, too many prims, or an unknown variant.
+    """
+    files = files_of(path, asset_roots)
+    with _silenced():
+        try:
+            stage = Usd.Stage.Open(str(files.root))
+        except Tf.ErrorException as error:
+            raise parse_failure(error, path) from None
+        _select(stage, variant, path)
+        _check(stage, files, path)
+    return stage
+
+
+def variants(stage: Usd.Stage) -> tuple[str, ...]:
+    """What `open_stage` accepts as `variant`: "nominal" first, then the others in alphabetical order."""
+    return (NOMINAL, *sorted(set(_variant_names(stage)) - {NOMINAL}))
+
+
+def _variant_names(stage: Usd.Stage) -> list[str]:
+    prim = stage.GetDefaultPrim()
+    names: list[str] = prim.GetVariantSet(AUGMENTATION).GetVariantNames() if prim else []
+    return names
+
+
+def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
+    known = variants(stage)
+    if variant not in known:
+        raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(known)}")
+    if variant in _variant_names(stage):
+        with Usd.EditContext(stage, stage.GetSessionLayer()):
+            stage.GetDefaultPrim().GetVariantSet(AUGMENTATION).SetVariantSelection(variant)
+
+
+def _check(stage: Usd.Stage, files: Files, path: str | Path) -> None:
+    errors = stage.GetCompositionErrors()
+    if errors:
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        first = min(str(error) for error in errors)
+        raise StageError(f"does not compose: {first}{more}", where=path, do="mend the layer it names")
+    for layer in stage.GetUsedLayers():
+        file = layer.realPath.split("[")[0]
+        if not layer.anonymous and Path(file).resolve() not in files.found:
+            raise StageError(f"uses {layer.identifier}, which its layers do not name", where=path, do="name it")
+    if next(islice(stage.Traverse(), MAX_PRIMS, None), None):
+        raise StageError(f"has more than {MAX_PRIMS} prims", where=path, do="instance what repeats, or split the stage")
+
+
+@contextmanager
+def _silenced() -> Iterator[None]:
+    """Keep USD's warnings off the terminal: what matters of them is raised."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        delegate.TakeUncoalescedDiagnostics()
+        del delegate

@@ -1,0 +1,68 @@
+"""What of a stage would be drawn: visibility, purpose, and which prims are geometry."""
+
+from pxr import Usd, UsdGeom, UsdLux, UsdSkel
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.stage.gprims import SHAPES
+
+PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+DRAWN_PURPOSES = ("default", "render")
+"""Purposes that are drawn; proxy, guide, and names that USD does not know are not."""
+
+
+def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+    """Whether `prim` itself hides what is at and below it, at `time`."""
+    visibility = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr()
+    return bool(visibility) and visibility.Get(time) == UsdGeom.Tokens.invisible
+
+
+def is_always_invisible(prim: Usd.Prim) -> bool:
+    """Whether `prim` itself hides what is at and below it at all times."""
+    if not is_invisible(prim, Usd.TimeCode.EarliestTime()):
+        return False
+    return not UsdGeom.Imageable(prim).GetVisibilityAttr().ValueMightBeTimeVarying()
+
+
+def own_purpose(prim: Usd.Prim, inherited: str) -> str:
+    """The purpose of `prim`, whose parent has `inherited`: an authored one wins."""
+    purpose = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetPurposeAttr()
+    return str(purpose.Get()) if purpose and purpose.HasAuthoredValue() else inherited
+
+
+def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
+    """All prims above `prim`, from the root down."""
+    found: list[Usd.Prim] = []
+    while prim.GetParent() and not prim.GetParent().IsPseudoRoot():
+        prim = prim.GetParent()
+        found.insert(0, prim)
+    return found
+
+
+def is_geometry(prim: Usd.Prim) -> bool:
+    """Whether `prim` is geometry. Raises UnsupportedError for kinds that this version does not read."""
+    if prim.IsA(UsdGeom.Mesh):
+        if prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton():
+            raise UnsupportedError("is skinned by a skeleton", where=prim.GetPath(), do="bake its points")
+        return True
+    if prim.IsA(UsdGeom.PointInstancer) or str(prim.GetTypeName()) in SHAPES:
+        return True
+    other = prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI)
+    if other and not prim.IsA(UsdSkel.Root) and not prim.IsA(UsdSkel.Skeleton):
+        do = "convert it to a Mesh, make it invisible, or give it purpose guide"
+        raise UnsupportedError(f"is a {prim.GetTypeName()}, which is not drawn yet", where=prim.GetPath(), do=do)
+    return False
+
+
+def refuse_geometry_outside(target: Usd.Prim) -> None:
+    """Raise UnsupportedError for geometry that would be drawn, at any time, outside the target."""
+    waiting = [(prim, "default") for prim in target.GetStage().GetPseudoRoot().GetFilteredChildren(PROXIES)]
+    while waiting:
+        prim, inherited = waiting.pop()
+        if prim == target or is_always_invisible(prim):
+            continue
+        purpose = own_purpose(prim, inherited)
+        if purpose in DRAWN_PURPOSES and is_geometry(prim):
+            found = f"lies outside the target {target.GetPath()}, and only the target is drawn yet"
+            do = "move it below the target, make it invisible, or give it purpose guide"
+            raise UnsupportedError(found, where=prim.GetPath(), do=do)
+        waiting += [(child, purpose) for child in prim.GetFilteredChildren(PROXIES)]

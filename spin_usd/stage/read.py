@@ -1,0 +1,142 @@
+"""A composed stage at a time code, as a Scene."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.model import FrameId, Scene, Sensor, Target
+from spin_usd.stage import compose
+from spin_usd.stage.cameras import find_camera, read_camera, read_sensor
+from spin_usd.stage.captures import read_frames, read_seed
+from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
+from spin_usd.stage.keypoints import find_keypoints
+from spin_usd.stage.lights import find_lights, read_light
+from spin_usd.stage.target import TargetReader, find_target
+from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, check_chain, placement
+
+
+class StageReader:
+    """Turns an opened stage into one Scene per frame; what does not change is read once and shared.
+
+    frames: the stage's pictures · seed: the dataset's · variants: what it offers · variant: which is selected.
+    Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
+    """
+
+    def __init__(self, path: str | Path, *, variant: str = compose.NOMINAL, asset_roots: Sequence[str | Path] = ()):
+        self.stage: Usd.Stage = compose.open_stage(path, variant=variant, asset_roots=asset_roots)
+        self.variant = compose.selected_variant(self.stage)
+        self.variants = compose.variants(self.stage)
+        self.metres = _metres_per_unit(self.stage)
+        self._camera_prim = find_camera(self.stage)
+        self._target_prim = find_target(self.stage)
+        refuse_geometry_outside(self._target_prim)
+        self._light_prims = find_lights(self.stage)
+        check_chain(self._camera_prim)
+        check_chain(self._target_prim)
+        self.frames: tuple[FrameId, ...] = read_frames(self.stage)
+        self.seed = read_seed(self.stage)
+        self._camera_varies = _varies([self._camera_prim], "xformOp:")
+        self._camera: tuple[Camera, Sensor] | None = None
+        self._target: Target | None = None
+        self._target_scale = float("nan")
+        self._target_varies = True
+
+    @cached_property
+    def stage_hash(self) -> str:
+        """Digest of the composed content with its variant; see compose.stage_hash."""
+        return compose.stage_hash(self.stage)
+
+    def scene(self, frame: FrameId) -> Scene:
+        """Everything that the picture `frame` needs. The target is the same object as long as it does not change."""
+        time = Usd.TimeCode(frame.time_code)
+        world = UsdGeom.XformCache(time)
+        usdcam = self._placement(world, self._camera_prim, "usdcam")
+        body = self._placement(world, self._target_prim, "body")
+        T_cam_world = T_CAM_USDCAM @ usdcam.transform.inverse()
+        camera, sensor = self._camera_at(time)
+        lights = (read_light(prim, time, T_cam_world, world) for prim in self._light_prims)
+        return Scene(
+            frame=frame,
+            camera=camera,
+            T_cam_body=T_CAM_USDCAM @ _between(usdcam.transform, body.transform),
+            target=self._target_at(time, body.scale),
+            lights=tuple(light for light in lights if light),
+            sensor=sensor,
+        )
+
+    def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
+        matrix = world.GetLocalToWorldTransform(prim)
+        return placement(matrix, frame=frame, metres=self.metres, where=prim.GetPath())
+
+    def _camera_at(self, time: Usd.TimeCode) -> tuple[Camera, Sensor]:
+        if self._camera is None or self._camera_varies:
+            self._camera = read_camera(self._camera_prim, time), read_sensor(self._camera_prim, time)
+        return self._camera
+
+    def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:
+        """The target at `time`: the last one again where nothing below it can vary, or nothing did."""
+        same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
+        if self._target is not None and same_scale and not self._target_varies:
+            return self._target
+        reader = TargetReader(prim=self._target_prim, time=time)
+        target = reader.read(scale * self.metres)
+        if self._target is None:
+            self._target_varies = _target_varies(self._target_prim, reader.visited)
+        if self._target is None or _content(target) != _content(self._target):
+            self._target = target
+        self._target_scale = scale
+        return self._target
+
+
+def _between(T_world_a: Transform, T_world_b: Transform) -> Transform:
+    """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
+    inverse = T_world_a.rotation.T
+    return Transform(
+        to=T_world_a.of,
+        of=T_world_b.of,
+        rotation=inverse @ T_world_b.rotation,
+        translation=inverse @ (T_world_b.translation - T_world_a.translation),
+    )
+
+
+def _content(target: Target) -> object:
+    """All that a picture of the target depends on, comparable."""
+    mesh, names = target.mesh, target.keypoint_names
+    return mesh.key, mesh.shading_key, target.parts, target.materials, names, target.keypoints.tobytes()
+
+
+def _target_varies(target: Usd.Prim, visited: list[Usd.Prim]) -> bool:
+    """Whether anything that the target's shape depends on can change in time. Its own pose is not of its shape."""
+    keypoints = find_keypoints(target)
+    shaping = [prim for prim in visited if prim != target]
+    shaping += (
+        [keypoints, *(p for p in ancestors(keypoints) if p.GetPath().HasPrefix(target.GetPath()))] if keypoints else []
+    )
+    above = [p.GetAttribute("visibility") for p in (*ancestors(target), target)]
+    own = [a for a in target.GetAuthoredAttributes() if not a.GetName().startswith("xformOp:")]
+    return any(a.ValueMightBeTimeVarying() for a in (*above, *own) if a) or _varies([p for p in shaping if p != target])
+
+
+def _varies(prims: list[Usd.Prim], ignore: str = "\0") -> bool:
+    """Whether an attribute of `prims`, but those whose names start with `ignore`, can change in time."""
+    attributes = (attribute for prim in prims for attribute in prim.GetAuthoredAttributes())
+    return any(a.ValueMightBeTimeVarying() for a in attributes if not a.GetName().startswith(ignore))
+
+
+def _metres_per_unit(stage: Usd.Stage) -> float:
+    """Raises StageError for units or an up axis that are none."""
+    where = stage.GetRootLayer().realPath
+    metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+    if not np.isfinite(metres) or metres <= 0:
+        raise StageError(f"metersPerUnit is {metres:g}", where=where, do="make it positive")
+    up = str(UsdGeom.GetStageUpAxis(stage))
+    if up not in ("Y", "Z"):
+        raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")
+    return metres

@@ -1,0 +1,218 @@
+"""The target: all that is drawn below one prim, as one mesh in body axes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+from spin_usd.scene.model import MAX_FACES, Material, Mesh, Part, Target
+from spin_usd.stage import schema
+from spin_usd.stage.compose import MAX_PRIMS
+from spin_usd.stage.drawn import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry, is_invisible, own_purpose
+from spin_usd.stage.gprims import read_gprim
+from spin_usd.stage.instances import read_instances
+from spin_usd.stage.keypoints import read_keypoints
+from spin_usd.stage.materials import bound_material
+from spin_usd.stage.meshes import read_mesh
+from spin_usd.stage.parts import Labels
+from spin_usd.stage.triangles import Int, Triangles
+from spin_usd.stage.xforms import local_matrix
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """Triangles of one gprim, with the number of the part and of the material of each."""
+
+    triangles: Triangles
+    part: Int
+    material: Int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inherited:
+    """What a prim has from its ancestors: its axes in the target's (row-vector), labels and purpose."""
+
+    matrix: Float
+    labels: Labels
+    purpose: str
+
+
+def find_target(stage: Usd.Stage) -> Usd.Prim:
+    """The one prim with SpinTargetAPI. Raises StageError for none or several."""
+    found = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(str(prim.GetPath()) for prim in found[:5]) or "none"
+    do = "apply SpinTargetAPI to the prim that holds the spacecraft, and to no other"
+    raise StageError(f"the stage has {len(found)} target prims ({names})", where=stage.GetRootLayer().realPath, do=do)
+
+
+@dataclass(eq=False)
+class TargetReader:
+    """Reads the target at one time. `visited` collects every prim that the result depends on."""
+
+    prim: Usd.Prim
+    time: Usd.TimeCode
+    visited: list[Usd.Prim] = field(default_factory=list)
+    _labels: list[Labels] = field(default_factory=list)
+    _materials: list[Material] = field(default_factory=list)
+    _shapes: dict[Any, Triangles] = field(default_factory=dict)
+    _faces: int = 0
+
+    def read(self, metres: float) -> Target:
+        """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
+        purpose, above = "default", [*ancestors(self.prim), self.prim]
+        for prim in above:
+            purpose = own_purpose(prim, purpose)
+        start = Inherited(matrix=np.eye(4), labels=Labels().below(self.prim), purpose=purpose)
+        visible = not any(is_invisible(prim, self.time) for prim in above)
+        pieces = list(self._below(self.prim, start)) if visible else []
+        if not pieces:
+            do = "add visible gprims of purpose default or render below it"
+            raise StageError("the target has no geometry that is drawn", where=self.prim.GetPath(), do=do)
+        names, keypoints = read_keypoints(self.prim, self.time)
+        mesh, parts = self._assembled(pieces, metres)
+        return Target(
+            path=str(self.prim.GetPath()),
+            name=str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName()),
+            mesh=mesh,
+            parts=parts,
+            materials=tuple(self._materials),
+            keypoint_names=names,
+            keypoints=keypoints * metres,
+        )
+
+    def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[Piece]:
+        """Pieces of `prim`, whose own transform and labels `inherited` includes, and of all below it."""
+        waiting = [(prim, inherited)]
+        while waiting:
+            current, state = waiting.pop()
+            self._count(current)
+            yield from self._own(current, state)
+            if current.IsA(UsdGeom.PointInstancer):
+                continue
+            for child in reversed(current.GetFilteredChildren(PROXIES)):
+                if not child.IsA(UsdGeom.Subset) and self._visible(child):
+                    waiting.append((child, self._entered(child, state)))
+
+    def _entered(self, prim: Usd.Prim, state: Inherited) -> Inherited:
+        matrix = local_matrix(prim, self.time) @ state.matrix
+        return Inherited(matrix=matrix, labels=state.labels.below(prim), purpose=own_purpose(prim, state.purpose))
+
+    def _visible(self, prim: Usd.Prim) -> bool:
+        hidden = is_invisible(prim, self.time)
+        if hidden:
+            self.visited.append(prim)
+        return not hidden
+
+    def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+        """The pieces of a prim itself. Purposes other than default and render are not drawn."""
+        if state.purpose not in DRAWN_PURPOSES or not is_geometry(prim):
+            return
+        if prim.IsA(UsdGeom.PointInstancer):
+            yield from self._instanced(prim, state)
+        else:
+            piece = self._piece(prim, state.labels.of_gprim(prim))
+            moved = piece.triangles.transformed(state.matrix, prim.GetPath())
+            yield self._budgeted(replace(piece, triangles=moved), prim)
+
+    def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+        for prototype, matrices in read_instances(prim, self.time):
+            if not self._visible(prototype):
+                continue
+            inside = replace(self._entered(prototype, state), matrix=np.eye(4))
+            pieces = list(self._below(prototype, inside))
+            for matrix in matrices:
+                for piece in pieces:
+                    moved = piece.triangles.transformed(matrix @ state.matrix, prim.GetPath())
+                    yield self._budgeted(replace(piece, triangles=moved), prim)
+
+    def _piece(self, prim: Usd.Prim, labels: Labels) -> Piece:
+        triangles = self._shape(prim)
+        part = np.full(len(triangles.corners), self._part(labels))
+        material = np.full(len(triangles.corners), -1)
+        for subset in UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim)):
+            self.visited.append(subset.GetPrim())
+            chosen = self._chosen(subset, triangles, prim)
+            own = labels.below(subset.GetPrim())
+            if own.part_path != labels.part_path:
+                part[chosen] = self._part(own)
+            if subset.GetFamilyNameAttr().Get() == "materialBind":
+                if (material[chosen] >= 0).any():
+                    found = "shares faces with another subset of family materialBind"
+                    raise StageError(found, where=subset.GetPath(), do="give each face one material")
+                material[chosen] = self._material(subset.GetPrim())
+        if (material < 0).any():
+            material[material < 0] = self._material(prim)
+        return Piece(triangles=triangles, part=part, material=material)
+
+    def _chosen(self, subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim) -> Any:
+        """Which triangles (T,) a subset of faces holds."""
+        if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
+            return np.zeros(len(triangles.source), bool)
+        indices = np.array(subset.GetIndicesAttr().Get(self.time) or [], np.int64)
+        counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time) if prim.IsA(UsdGeom.Mesh) else [0]
+        bad = (indices < 0) | (indices >= len(counts))
+        if bad.any():
+            found = f"indices[{int(np.argmax(bad))}] is {indices[np.argmax(bad)]}, but there are {len(counts)} faces"
+            raise StageError(found, where=subset.GetPath(), do="mend the subset")
+        return np.isin(triangles.source, indices)
+
+    def _shape(self, prim: Usd.Prim) -> Triangles:
+        """The prim's triangles in its own axes; equal instances are read once."""
+        key = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()
+        if key not in self._shapes:
+            mesh = prim.IsA(UsdGeom.Mesh)
+            self._shapes[key] = read_mesh(prim, self.time) if mesh else read_gprim(prim, self.time)
+        return self._shapes[key]
+
+    def _part(self, labels: Labels) -> int:
+        for number, known in enumerate(self._labels):
+            if known.part_path == labels.part_path:
+                return number
+        self._labels.append(labels)
+        return len(self._labels) - 1
+
+    def _material(self, prim: Usd.Prim) -> int:
+        material = bound_material(prim, self.time)
+        if material.path and not material.path.startswith(str(prim.GetPath())):
+            self.visited += Usd.PrimRange(prim.GetStage().GetPrimAtPath(material.path.split(".")[0]), PROXIES)
+        if material not in self._materials:
+            self._materials.append(material)
+        return self._materials.index(material)
+
+    def _count(self, prim: Usd.Prim) -> None:
+        self.visited.append(prim)
+        if len(self.visited) > MAX_PRIMS:
+            raise StageError(f"has more than {MAX_PRIMS} prims", where=self.prim.GetPath(), do="merge meshes")
+
+    def _budgeted(self, piece: Piece, prim: Usd.Prim) -> Piece:
+        self._faces += len(piece.part)
+        if self._faces > MAX_FACES:
+            raise StageError(
+                f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
+            )
+        return piece
+
+    def _assembled(self, pieces: list[Piece], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
+        """One mesh, and its parts numbered from 1 in order of prim path; parts without a face are left out."""
+        part = np.concatenate([piece.part for piece in pieces])
+        used = sorted(np.unique(part), key=lambda number: self._labels[number].part_path)
+        ids = np.zeros(len(self._labels), np.int64)
+        ids[used] = np.arange(1, len(used) + 1)
+        first = np.cumsum([0, *(len(piece.triangles.points) for piece in pieces)])
+        mesh = Mesh(
+            points=np.concatenate([piece.triangles.points for piece in pieces]) * metres,
+            faces=np.concatenate([p.triangles.corners + n for p, n in zip(pieces, first, strict=False)]),
+            face_part=ids[part],
+            face_material=np.concatenate([piece.material for piece in pieces]),
+            corner_normals=np.concatenate([piece.triangles.normals for piece in pieces]),
+        )
+        labels = [self._labels[number] for number in used]
+        return mesh, tuple(
+            Part(id=i, path=x.part_path, name=x.part_name, class_name=x.part_class) for i, x in enumerate(labels, 1)
+        )

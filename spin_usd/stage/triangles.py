@@ -1,0 +1,63 @@
+"""Triangles of one prim on their way into the target's mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+
+Int = NDArray[np.int64]
+# Twice the area over the longest edge squared: below this, rounding decides which way a triangle faces.
+FLAT = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Triangles:
+    """points (P, 3) · corners (T, 3) into points, counter-clockwise seen from outside · normals (T, 3, 3) unit, at the
+    corners · source (T,) the face of the prim that each triangle is of."""
+
+    points: Float
+    corners: Int
+    normals: Float
+    source: Int
+
+    def transformed(self, matrix: Float, where: object) -> "Triangles":
+        """Moved by the row-vector `matrix` (4, 4). Normals turn by its inverse transpose; a mirror turns windings."""
+        linear = matrix[:3, :3]
+        if np.array_equal(matrix, np.eye(4)):
+            return self
+        det = np.linalg.det(linear)
+        if det == 0:
+            raise StageError("is scaled to nothing", where=where, do="make it invisible, or give it a size")
+        order = [0, 1, 2] if det > 0 else [0, 2, 1]
+        return Triangles(
+            points=self.points @ linear + matrix[3, :3],
+            corners=self.corners[:, order],
+            normals=unit(self.normals[:, order] @ np.linalg.inv(linear).T),
+            source=self.source,
+        )
+
+    def with_area(self) -> "Triangles":
+        """Without the triangles that no ray can hit."""
+        a, b, c = (self.points[self.corners[:, i]] for i in range(3))
+        longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
+        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > FLAT * longest
+        if keep.all():
+            return self
+        return Triangles(
+            points=self.points, corners=self.corners[keep], normals=self.normals[keep], source=self.source[keep]
+        )
+
+
+def face_normals(points: Float, corners: Int) -> Float:
+    """Unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
+    a, b, c = (points[corners[:, i]] for i in range(3))
+    return unit(np.cross(b - a, c - a))
+
+
+def unit(vectors: Float) -> Float:
+    """`vectors` (..., 3) at length 1; (0, 0, 1) for zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(length > 0, vectors / np.where(length > 0, length, 1), np.array([0.0, 0.0, 1.0]))

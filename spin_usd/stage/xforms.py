@@ -1,0 +1,99 @@
+"""Where prims stand: transforms in double precision, checked for what USD reads wrongly without a word."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.transform import Transform
+from spin_usd.stage.convert import quaternion
+
+# USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.
+NORM_TOLERANCE = 1e-6
+HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
+# What remains of an accepted quaternion, or of a matrix that passed through float32, is no shear.
+SHEAR_TOLERANCE = 1e-5
+UNIT_SCALE_TOLERANCE = 1e-9  # rounding of a product of a few rotations, with room
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Placement:
+    """A prim's axes in the world: `transform` in metres without scale, and the scale factor that was removed."""
+
+    transform: Transform
+    scale: float
+
+
+def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) -> Placement:
+    """From a local-to-world `matrix` in stage units of `metres` each. Raises StageError for shear, unequal scale
+    factors or a mirror."""
+    m = np.array(matrix)
+    linear = m[:3, :3].T
+    u, sizes, vt = np.linalg.svd(linear)
+    if not np.isfinite(m).all() or sizes[2] <= 0 or np.linalg.det(linear) <= 0:
+        raise StageError("its transform is mirrored, flat or not finite", where=where, do="give it a plain rotation")
+    if sizes[0] - sizes[2] > SHEAR_TOLERANCE * sizes[0]:
+        found = f"its transform shears or scales unequally (by {sizes[0] / sizes[2]:.6g})"
+        raise StageError(found, where=where, do="scale the prims below it instead")
+    scale = float(np.cbrt(sizes.prod()))
+    scale = 1.0 if abs(scale - 1) < UNIT_SCALE_TOLERANCE else scale
+    transform = Transform(to="world", of=frame, rotation=u @ vt, translation=m[3, :3] * metres)
+    return Placement(transform=transform, scale=scale)
+
+
+def check_chain(prim: Usd.Prim) -> None:
+    """`check_ops` of a prim and all its ancestors."""
+    while prim and not prim.IsPseudoRoot():
+        check_ops(prim)
+        prim = prim.GetParent()
+
+
+def check_ops(prim: Usd.Prim) -> None:
+    """Raise StageError for a listed transform operation that does not exist, or an orientation that USD misreads."""
+    xformable = UsdGeom.Xformable(prim)
+    if not xformable:
+        return
+    for name in xformable.GetXformOpOrderAttr().Get() or []:
+        plain = name.removeprefix("!invert!")
+        if plain != "!resetXformStack!" and not prim.GetAttribute(plain):
+            raise StageError(f"xformOpOrder lists {name}, which is not authored", where=prim.GetPath(), do="author it")
+    for op in xformable.GetOrderedXformOps():
+        if op.GetOpType() == UsdGeom.XformOp.TypeOrient:
+            _check_orient(op, prim)
+
+
+def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
+    where = f"{prim.GetPath()}.{op.GetOpName()}"
+    if op.GetPrecision() == UsdGeom.XformOp.PrecisionHalf:
+        raise StageError("a half-precision orientation is off by up to 0.5 degrees", where=where, do="use quatd")
+    attribute = op.GetAttr()
+    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
+    values = [(time, attribute.Get(time)) for time in times]
+    quaternions = np.array([quaternion(value) for _, value in values if value is not None]).reshape(-1, 4)
+    worst = norm_error(quaternions)
+    if worst > NORM_TOLERANCE:
+        found = f"holds a quaternion whose norm is off 1 by {worst:.3g}, which USD reads as another rotation"
+        raise StageError(found, where=where, do="normalise it")
+
+
+def norm_error(quaternions: Float) -> float:
+    """How far the norm of the worst of (N, 4) is off 1; infinity for NaN."""
+    off = np.abs(np.linalg.norm(quaternions, axis=1) - 1).max(initial=0)
+    return float(off) if np.isfinite(off) else float("inf")
+
+
+def local_matrix(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
+    """(4, 4) row-vector matrix, prim to parent, in stage units; the identity for a prim without transform."""
+    xformable = UsdGeom.Xformable(prim)
+    if not xformable:
+        return np.eye(4)
+    check_ops(prim)
+    if xformable.GetResetXformStack():
+        found = "resets its transform stack, so it does not move with the target"
+        raise UnsupportedError(found, where=prim.GetPath(), do="remove !resetXformStack!")
+    matrix: Float = np.array(xformable.GetLocalTransformation(time))
+    if not np.isfinite(matrix).all():
+        raise StageError("its transform holds NaN or infinity", where=prim.GetPath(), do="mend its xformOps")
+    return matrix

@@ -1,0 +1,70 @@
+"""A small stage around the geometry that a test is about, written as text so that a reader sees all of it."""
+
+import pytest
+
+from spin_usd.stage.read import StageReader
+
+STAGE = """#usda 1.0
+(
+    defaultPrim = "World"
+    upAxis = "Z"
+    {metadata}
+)
+
+def Xform "World"
+{{
+    def Camera "Camera" (
+        prepend apiSchemas = ["SpinLensAPI"]
+    )
+    {{
+        int2 spin:lens:imageSize = (200, 120)
+        double spin:lens:fx = 250
+        double spin:lens:fy = 240
+        double spin:lens:cx = 100
+        double spin:lens:cy = 60
+        {camera}
+    }}
+
+    def Xform "Target" (
+        prepend apiSchemas = ["SpinTargetAPI"]
+    )
+    {{
+        {pose}
+        {geometry}
+    }}
+
+    {world}
+}}
+"""
+
+
+@pytest.fixture
+def make_stage(tmp_path):
+    """Write a stage; the target, 10 m before the camera, holds `geometry`. Returns the path of its root layer."""
+
+    def make(
+        geometry='def Cube "Box" {}',
+        *,
+        metadata="metersPerUnit = 1",
+        camera="",
+        pose='double3 xformOp:translate = (0, 0, -10)\nuniform token[] xformOpOrder = ["xformOp:translate"]',
+        world="",
+        name="stage.usda",
+    ):
+        path = tmp_path / name
+        text = STAGE.format(metadata=metadata, camera=camera, pose=pose, geometry=geometry, world=world)
+        path.write_text(text.replace(" {}", "\n{\n}"))
+        return path
+
+    return make
+
+
+@pytest.fixture
+def read_scene(make_stage):
+    """The first scene of a stage made by `make_stage`."""
+
+    def read(*arguments, **options):
+        reader = StageReader(make_stage(*arguments, **options))
+        return reader.scene(reader.frames[0])
+
+    return read
