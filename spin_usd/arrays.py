@@ -14,10 +14,11 @@ Float = NDArray[np.float64]
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """`values` as a C-contiguous read-only array; copies only when it must."""
-    array = np.ascontiguousarray(values, dtype=dtype).reshape(np.shape(values))
+    """`values` as a C-contiguous read-only array that nobody else can write to; copies only when it must."""
+    array = np.asarray(values, dtype=dtype, order="C")
     if array.flags.writeable:
-        array = array.copy() if array is values else array
+        if isinstance(values, np.ndarray) and np.may_share_memory(array, values):
+            array = array.copy()
         array.flags.writeable = False
     return array
 
@@ -43,8 +44,8 @@ def digest(*items: Any) -> str:
     total = hashlib.sha256()
     for item in items:
         if isinstance(item, np.ndarray):
-            little = np.ascontiguousarray(item, dtype=item.dtype.newbyteorder("<"))
-            head = f"{little.dtype.str}{little.shape}".encode()
+            little = item.astype(item.dtype.newbyteorder("<"), order="C", copy=False)
+            head = f"{little.dtype.str}{item.shape}".encode()
             body: bytes | memoryview = little.tobytes()
         else:
             head = b"json"

@@ -44,4 +44,4 @@ def _channels(rgb: NDArray[np.float32], channels: str) -> NDArray[Any]:
         return rgb.astype(np.float64)
     if channels != "mono":
         raise UnsupportedError(f"the sensor has the channels {channels!r}", do="choose mono or rgb")
-    return rgb @ LUMINANCE
+    return np.asarray(rgb @ LUMINANCE)

@@ -1,0 +1,85 @@
+"""Pictures of pictures, for people: labels in colours, and sheets of them. Every image here is (H, W, 3) uint8 RGB."""
+
+import colorsys
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+RGB = NDArray[np.uint8]
+
+GOLDEN = (5**0.5 - 1) / 2  # steps of this around the colour circle keep any number of hues apart
+GUTTER_PX = 6
+GUTTER_GREY = 48
+NEAREST, FARTHEST = 0.95, 0.15  # of the colour map: its dark end stays clear of the black background
+
+
+def image(numbers: NDArray[Any]) -> RGB:
+    """A grey (H, W) or RGB (H, W, 3) picture of 8 or 16 bits."""
+    eight = np.asarray(numbers >> 8 if numbers.dtype == np.uint16 else numbers, np.uint8)
+    return np.repeat(eight[..., None], 3, -1) if eight.ndim == 2 else eight
+
+
+def depth(metres: NDArray[np.float32]) -> RGB:
+    """Depth (H, W) by the perceptual map "viridis": yellow is the target's nearest point, dark blue its farthest."""
+    seen = metres > 0
+    colours = np.zeros((*metres.shape, 3), np.uint8)
+    if seen.any():
+        z = metres[seen].astype(np.float64)
+        away = (z - z.min()) / max(float(np.ptp(z)), np.finfo(np.float64).tiny)
+        level = np.rint(255 * (NEAREST + (FARTHEST - NEAREST) * away)).astype(np.uint8)
+        colours[seen] = cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]
+    return colours
+
+
+def segmentation(ids: NDArray[np.uint16]) -> RGB:
+    """Part ids (H, W): each id its own colour, the same in every picture; 0 is black."""
+    return np.array([part_colour(i) for i in range(int(ids.max(initial=0)) + 1)], np.uint8)[ids]
+
+
+def part_colour(part: int) -> tuple[int, int, int]:
+    """The colour of a part id: neighbouring ids differ in hue, saturation and brightness."""
+    if part == 0:
+        return 0, 0, 0
+    red, green, blue = colorsys.hsv_to_rgb(part * GOLDEN % 1, (0.45, 0.85, 0.65)[part % 3], (1.0, 0.75)[part % 2])
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def dense_pose(metres: NDArray[np.float32]) -> RGB:
+    """Body coordinates (H, W, 3): X, Y, Z as red, green, blue, each from the least to the greatest that is visible."""
+    seen = metres.any(-1)
+    colours = np.zeros(metres.shape, np.uint8)
+    if seen.any():
+        points = metres[seen].astype(np.float64)
+        size = np.maximum(np.ptp(points, axis=0), np.finfo(np.float64).tiny)
+        colours[seen] = np.rint(30 + 225 * (points - points.min(0)) / size)
+    return colours
+
+
+def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
+    """Rows of images of one shape, each reduced to `width` pixels by area averaging, with thin gutters between."""
+    if not rows:
+        return np.zeros((0, 0, 3), np.uint8)
+    tiles = [[reduced(tile, width) for tile in row] for row in rows]
+    tall, wide, _ = tiles[0][0].shape
+    columns = max(len(row) for row in tiles)
+    sheet = np.full((_spaced(tall, len(tiles)), _spaced(wide, columns), 3), GUTTER_GREY, np.uint8)
+    for i, row in enumerate(tiles):
+        for j, tile in enumerate(row):
+            y, x = GUTTER_PX + i * (tall + GUTTER_PX), GUTTER_PX + j * (wide + GUTTER_PX)
+            sheet[y : y + tall, x : x + wide] = tile
+    return sheet
+
+
+def reduced(picture: RGB, width: int) -> RGB:
+    """The picture `width` pixels wide by area averaging; a narrower one is left as it is."""
+    tall, wide, _ = picture.shape
+    if wide <= width:
+        return picture
+    return np.asarray(cv2.resize(picture, (width, max(round(tall * width / wide), 1)), interpolation=cv2.INTER_AREA))
+
+
+def _spaced(size: int, count: int) -> int:
+    return GUTTER_PX + count * (size + GUTTER_PX)
