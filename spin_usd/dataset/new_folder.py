@@ -17,7 +17,7 @@ def new_folder(out: Path) -> Iterator[Path]:
     Raises InputError when `out` exists and is not an empty folder, OutputError when it cannot be made.
     """
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
-        raise InputError("exists already and is not an empty folder", where=out, do="give a new folder, or remove it")
+        raise InputError("exists already and is not empty", where=out, do="give a new folder, or remove it")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))

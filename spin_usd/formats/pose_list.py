@@ -93,7 +93,7 @@ def _entries(document: Any, path: Path) -> Sequence[Any]:
     if not isinstance(document, list):
         raise InputError("holds no list of poses", where=path, do='give a list, or {"poses": [...]}')
     if not document:
-        raise InputError("holds an empty list of poses", where=path)
+        raise InputError("holds no poses: its list is empty", where=path)
     return document
 
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdUtils
+from pxr import Ar, Sdf, Usd, UsdUtils
 
 from spin_usd.stage import schema
 from spin_usd.stage.finding import WARNING, Finding
@@ -17,10 +17,12 @@ UNIT_TOLERANCE = 1e-6  # relative, of metersPerUnit
 def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
     root = stage.GetRootLayer()
     for layer in stage.GetUsedLayers():
-        if layer.anonymous:
-            continue
-        yield from _metadata(layer, root)
-        yield from _paths(layer, Path(root.realPath).parent)
+        packed = layer.GetFileFormat().IsPackage() or Ar.IsPackageRelativePath(layer.identifier)
+        if not (layer.anonymous or packed):
+            yield from _metadata(layer, root)
+            yield from _paths(layer, Path(root.realPath).parent)
+    for layer in stage.GetLayerStack(includeSessionLayers=False):
+        yield from _time(layer, root)
     yield from _units(stage)
 
 
@@ -38,6 +40,10 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
             message=f"the layer does not author {', '.join(missing)}, which every layer that may be root must",
             severity=WARNING,
         )
+
+
+def _time(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
+    """In the stage's own layers a time code is a picture; what comes by reference keeps its own clock."""
     if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
         yield Finding(
             code="layer-time",

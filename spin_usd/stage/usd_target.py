@@ -1,6 +1,8 @@
 """A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
@@ -55,19 +57,15 @@ def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: floa
     """
     layer = open_layer(source)
     _refuse_missing(source)
+    found = describe(source, name, units_per_metre)
     with writing(folder):
         folder.mkdir(parents=True)
         copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
-    if not copied:
-        raise InputError("cannot be copied with what it depends on", where=source)
-    _anchor(folder)
+        _anchor(folder)
     file = folder / Path(layer.realPath).name
-    return _described(file, source, name, units_per_metre)
-
-
-def describe(file: Path, name: str) -> TargetAsset:
-    """The asset in `file`, which is already in its place and says its unit."""
-    return _described(file, file, name, None)
+    if not copied or Usd.Stage.Open(str(file)).GetCompositionErrors():
+        raise InputError("cannot be copied with what it depends on", where=source)
+    return replace(found, file=file)
 
 
 def _refuse_missing(source: Path) -> None:
@@ -84,16 +82,27 @@ def _refuse_missing(source: Path) -> None:
 
 
 def _anchor(folder: Path) -> None:
-    """Asset paths of the copy begin with "./": USD writes some without, which it then also looks for elsewhere."""
-    for file in sorted(folder.rglob("*")):
-        if file.is_file() and file.suffix in LAYER_SUFFIXES:
-            layer = Sdf.Layer.FindOrOpen(str(file))
-            UsdUtils.ModifyAssetPaths(layer, lambda path: path if not path or path[0] in "./" else f"./{path}")
+    """Make every asset path of the copy relative to its own layer, with "./" or "../" first.
+
+    USD writes some relative to the copy's folder, which it finds only as long as the copy is the root layer.
+    """
+
+    def anchored(path: str, beside: Path) -> str:
+        if not path or path[0] in "./":
+            return path
+        file = path.partition("[")[0]
+        return f"./{path}" if (beside / file).exists() else os.path.relpath(folder / path, beside)
+
+    for layer_file in sorted(folder.rglob("*")):
+        if layer_file.is_file() and layer_file.suffix in LAYER_SUFFIXES:
+            layer = Sdf.Layer.FindOrOpen(str(layer_file))
+            UsdUtils.ModifyAssetPaths(layer, partial(anchored, beside=layer_file.parent))
             layer.Save()
 
 
-def _described(file: Path, source: Path, name: str, units_per_metre: float | None) -> TargetAsset:
-    stage = Usd.Stage.Open(str(file))
+def describe(source: Path, name: str, units_per_metre: float | None = None) -> TargetAsset:
+    """The asset in the file at `source`, as it lies. Raises InputError that names the file."""
+    stage = Usd.Stage.Open(str(source))
     errors = stage.GetCompositionErrors()
     if errors:
         raise InputError(f"does not compose: {errors[0]}", where=source)
@@ -105,7 +114,7 @@ def _described(file: Path, source: Path, name: str, units_per_metre: float | Non
     order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if root.IsA(UsdGeom.Xformable) else None
     return TargetAsset(
         name=name,
-        file=file,
+        file=source,
         prim=None if stage.GetDefaultPrim() else str(root.GetPath()),
         metres_per_unit=_metres_per_unit(stage, source, units_per_metre),
         has_kind=bool(Usd.ModelAPI(root).GetKind()),

@@ -138,10 +138,11 @@ def test_a_usd_targets_dependencies_come_along(inputs: dict[str, Any], tmp_path:
     (tmp_path / "shared").mkdir()
     usd_target(tmp_path, name="geometry.usda").rename(tmp_path / "shared" / "geometry.usda")
     top = tmp_path / "models" / "top.usda"
-    top.write_text(
-        '#usda 1.0\n(\n defaultPrim = "Top"\n metersPerUnit = 0.01\n)\n'
-        'def "Top" (\n prepend payload = @../shared/geometry.usda@\n)\n{\n}\n'
-    )
+    head = '#usda 1.0\n(\n defaultPrim = "Top"\n metersPerUnit = 0.01\n upAxis = "Y"\n)\n'
+    middle = tmp_path / "middle.usda"
+    middle.write_text(head + 'def "Top" (\n prepend payload = @./shared/geometry.usda@\n)\n{\n}\n')
+    top.write_text(head + 'def "Top" (\n prepend references = @../middle.usda@\n)\n{\n}\n')
+    (top.parent / "geometry.usda").write_text("#usda 1.0\n")  # not the one that is meant
     report = author_stage(**inputs | {"target": top, "units_per_metre": 100})
     shutil.rmtree(tmp_path / "shared")
     shutil.rmtree(tmp_path / "models")
@@ -250,7 +251,7 @@ def test_a_folder_that_holds_something_is_not_touched(inputs: dict[str, Any]) ->
     inputs["out"].mkdir()
     author_stage(**inputs)  # an empty folder is as good as none
     before = tree(inputs["out"])
-    with pytest.raises(InputError, match="not an empty folder"):
+    with pytest.raises(InputError, match="is not empty"):
         author_stage(**inputs | {"camera": "shirt"})
     assert tree(inputs["out"]) == before
 
