@@ -5,8 +5,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from pxr import Sdf
-
 from spin_usd.dataset.new_folder import new_folder
 from spin_usd.errors import InputError
 from spin_usd.formats.camera_file import read_camera_file
@@ -15,6 +13,7 @@ from spin_usd.formats.pose_list import chosen_frames, read_pose_list
 from spin_usd.stage.author import ROOT, write_stage
 from spin_usd.stage.authorship import Origin
 from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
@@ -71,7 +70,7 @@ def author_stage(
     )
 
 
-def _camera(given: str) -> tuple[Sdf.Layer, Path]:
+def _camera(given: str) -> tuple[Layer, Path]:
     """The camera's layer, and the file it comes from."""
     suffix = Path(given).suffix.lower()
     if suffix == ".json":

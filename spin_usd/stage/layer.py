@@ -9,6 +9,9 @@ from pxr import Sdf, Tf, UsdGeom
 from spin_usd.errors import InputError, OutputError
 from spin_usd.stage import schema as schema
 
+type Layer = Sdf.Layer
+"""For callers outside this package, which do not import pxr."""
+
 TIME_CODES_PER_SECOND = 24.0
 UP_AXIS = UsdGeom.Tokens.z
 METERS_PER_UNIT = 1.0
