@@ -70,7 +70,8 @@ def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
 def parse_failure(error: Exception, where: object) -> StageError:
     """A Tf exception as one sentence."""
     reasons = re.findall(r" : '(.*?)'\s*(?=\n\tError|\Z)", str(error), re.DOTALL)
-    return StageError(f"USD cannot read it: {reasons[0] if reasons else error}", where=where, do="mend the layer")
+    reason = (reasons[0] if reasons else str(error)).strip()
+    return StageError(f"USD cannot read it: {reason}", where=where, do="mend the layer")
 
 
 def _check_file(file: Path) -> None:

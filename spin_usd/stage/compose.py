@@ -57,7 +57,7 @@ def _check(stage: Usd.Stage, files: Files, path: str | Path) -> None:
     errors = stage.GetCompositionErrors()
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        first = min(str(error) for error in errors)
+        first = min(str(error).rstrip(".") for error in errors)
         raise StageError(f"does not compose: {first}{more}", where=path, do="mend the layer it names")
     for layer in stage.GetUsedLayers():
         file = layer.realPath.split("[")[0]
