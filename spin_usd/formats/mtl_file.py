@@ -1,8 +1,9 @@
 """MTL material libraries: constant colours in, UsdPreviewSurface's constants out.
 
-Kd is the diffuse colour, Ks the reflectance at normal incidence (specular workflow), Ns the Blinn-Phong exponent:
-roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular BRDF Reference", 2013). Pm and Pr, where there, are metallic and
-roughness. Colours are taken as linear.
+Kd is the diffuse colour. MTL's Ks and Ns belong to a Phong lobe that no surface has, so they are read as exporters mean
+them: the mean of Ks as Disney's "specular", a head-on reflectance of 0.08 Ks (B. Burley, "Physically-Based Shading at
+Disney", 2012), and Ns as the Blinn-Phong exponent, roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular BRDF
+Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours are taken as linear.
 """
 
 from dataclasses import replace
@@ -34,15 +35,16 @@ def _changed(material: Material, key: str, fields: list[str], where: str) -> Mat
     if key == "Kd":
         return replace(material, diffuse_color=_color(fields, where))
     if key == "Ks":
-        return replace(material, specular_color=_color(fields, where), use_specular_workflow=True)
+        head_on = (0.08 * sum(_color(fields, where)) / 3) ** 0.5
+        return replace(material, ior=(1 + head_on) / (1 - head_on))
     if key == "Ke":
-        return replace(material, emissive_color=_color(fields, where))
+        return replace(material, emissive_color=_color(fields, where, high=1e6))
     if key == "Ns":
         return replace(material, roughness=(2 / (_number(fields, where, high=1e6) + 2)) ** 0.25)
     if key == "Pr":
         return replace(material, roughness=_number(fields, where))
     if key == "Pm":
-        return replace(material, metallic=_number(fields, where), use_specular_workflow=False)
+        return replace(material, metallic=_number(fields, where))
     if key == "d":
         return replace(material, opacity=_number(fields, where))
     if key == "Tr":
@@ -50,12 +52,12 @@ def _changed(material: Material, key: str, fields: list[str], where: str) -> Mat
     return material
 
 
-def _color(fields: list[str], where: str) -> Color:
+def _color(fields: list[str], where: str, high: float = 1.0) -> Color:
     if len(fields) == 1:
         fields = fields * 3
     if len(fields) != 3:
         raise InputError(f"{' '.join(fields)[:40]!r} is not a colour", where=where)
-    r, g, b = (_number([text], where, high=1e6) for text in fields)
+    r, g, b = (_number([text], where, high) for text in fields)
     return r, g, b
 
 

@@ -73,15 +73,15 @@ def test_the_real_tango_has_its_35_groups_and_trimeshs_triangles(shared: Path) -
 
 def test_material_libraries_give_constants(tmp_path: Path) -> None:
     (tmp_path / "lib.mtl").write_text(
-        "newmtl gold\nKd 0.8 0.6 0.1\nNs 98\nKs 0.2 0.2 0.2\nmap_Kd gold.png\n"
+        "newmtl gold\nKd 0.8 0.6 0.1\nNs 98\nKs 0.5 0.5 0.5\nmap_Kd gold.png\n"
         "newmtl (silver)\nKd 1 1 1\nPm 1\nPr 0.25\n"
     )
     asset = read_mesh_file(write(tmp_path, "mtllib lib.mtl\n" + CUBE), 1)
     gold, silver = asset.materials
     assert gold.diffuse_color == (0.8, 0.6, 0.1)
-    assert gold.use_specular_workflow
+    assert gold.ior == pytest.approx(1.5)  # an exporter's default Ks of 0.5 is 4 %, glass
     assert gold.roughness**4 == pytest.approx(2 / 100)
-    assert (silver.metallic, silver.roughness, silver.use_specular_workflow) == (1, 0.25, False)
+    assert (silver.metallic, silver.roughness) == (1, 0.25)
     assert any("textures" in note and "map_Kd" in note for note in asset.notes)
 
 
