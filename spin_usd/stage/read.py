@@ -50,8 +50,19 @@ class StageReader:
 
     @cached_property
     def stage_hash(self) -> str:
-        """Digest of the composed content with its variant; see compose.stage_hash."""
+        """Digest of the composed content with its variant, wherever the stage lies."""
         return compose.stage_hash(self.stage)
+
+    @cached_property
+    def used_files(self) -> dict[str, str]:
+        """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
+        return compose.used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+
+    @cached_property
+    def variant_selections(self) -> dict[str, str]:
+        """What is selected of each variant set of the default prim."""
+        prim = self.stage.GetDefaultPrim()
+        return dict(prim.GetVariantSets().GetAllVariantSelections()) if prim else {}
 
     def scene(self, frame: FrameId) -> Scene:
         """Everything that the picture `frame` needs. The target is the same object as long as it does not change."""
