@@ -143,6 +143,15 @@ def test_frames_do_not_depend_on_their_order(blender, noisy, make_scene, square)
     assert render(blender, noisy, samples=4).rgb.tobytes() == first
 
 
+def test_a_pixel_averages_its_own_square(blender, make_scene, square, speedplus):
+    """A white square whose left edge leaves three quarters of a column of pixels to it."""
+    camera = replace(speedplus, fx=100.0, fy=100.0, distortion=(0.0,) * 5)
+    scene = make_scene(*square, camera=camera, t=(0.01, 0, 4), lights=[sun()])  # from column 96 - 25 + 0.25
+    region, rgb = scene.region, render(blender, scene, samples=64).rgb
+    column = rgb[20 - region.y0 + 20 : 80 - region.y0, 71 - region.x0]
+    assert column.mean() == pytest.approx(0.75 * 1361 / np.pi, rel=NOISE)
+
+
 def test_region_is_cut_from_the_same_picture(blender, noisy):
     vars(noisy)["region"] = noisy.camera.frame
     whole = render(blender, noisy, samples=4).rgb

@@ -26,7 +26,7 @@ INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
 MAX_INVERSE_STEPS = 12
 SUBPIXELS = 65536  # places per pixel side that a ray can go through
-CENTRE_PX = 0.006  # reach of a pixel's exact centre: half the label filter's width, and a little
+CENTRE_PX = 0.006  # reach of a pixel's exact centre: ten times what Cycles' first ray misses it by
 GRID = 65  # points per axis on which the inverse is fitted and proved
 
 
@@ -76,8 +76,8 @@ class View:
         Blender calls it with a camera that looks along +z with y up. Its numbers are constants in the text: parameters
         would need Blender's `oslquery` bindings, which clash with OpenImageIO's. Pixels go through integers because
         those have no derivatives, which OSL would carry through all that follows for nobody. A ray within CENTRE_PX of
-        its pixel's centre goes through it exactly: each ray of a label, whose filter is narrower than that, and of a
-        picture's one in 7,000, by less than it shows. So both passes share one shader; compiling costs 20 ms.
+        its pixel's centre goes through it exactly: the first, which Cycles sends 0.0005 px off, and one in 7,000 of the
+        others, by less than shows. So both passes share one shader; compiling it costs 20 ms.
         """
         c = self.camera
         start, steps = lens_inverse(c)

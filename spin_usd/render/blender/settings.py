@@ -27,7 +27,7 @@ CYCLES: Mapping[str, Any] = {
     "tile_size": 8192,
     "scrambling_distance": 1.0,
     "auto_scrambling_distance": False,
-    "pixel_filter_type": "BOX",
+    "pixel_filter_type": "BOX",  # the pixel's own square; its width is always 1, whatever filter_width says
     "sample_clamp_direct": 0.0,
     "sample_clamp_indirect": 0.0,
     "light_sampling_threshold": 0.0,
@@ -68,10 +68,9 @@ IMAGE: Mapping[str, Any] = {
     "color_depth": "32",
     "exr_codec": "NONE",
 }
-LABEL: Mapping[str, Any] = {  # one ray per pixel, at its centre, that stops where it lands
+LABEL: Mapping[str, Any] = {  # one ray per pixel that stops where it lands; Cycles sends the first through the centre
     "samples": 1,
     "seed": 0,
-    "filter_width": 0.01,
     "max_bounces": 0,
     "diffuse_bounces": 0,
     "glossy_bounces": 0,
@@ -79,8 +78,7 @@ LABEL: Mapping[str, Any] = {  # one ray per pixel, at its centre, that stops whe
     "transparent_max_bounces": 0,
     "use_light_tree": False,
 }
-BEAUTY: Mapping[str, Any] = {  # rays spread evenly over the pixel's own square
-    "filter_width": 1.0,
+BEAUTY: Mapping[str, Any] = {
     "max_bounces": BOUNCES,
     "diffuse_bounces": BOUNCES,
     "glossy_bounces": BOUNCES,
