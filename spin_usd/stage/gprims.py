@@ -80,10 +80,19 @@ def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
 
 
 def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
+    """Its radii are those of the circles at the spine's ends, where spheres meet the cone between them without an edge
+    (so USD computes its extent): a sphere's own radius is larger, and its centre shifted along the spine."""
     h = _size(prim, "height", time, zero=True) / 2
     low, high = _radii(prim, time)
-    sections = [_arc(low, -h, -np.pi / 2, 0.0), _side(low, -h, high, h), _arc(high, h, 0.0, np.pi / 2)]
-    return _along(prim, revolve(sections))
+    if h == 0 and low != high:
+        raise StageError("its height is 0 and its radii differ", where=prim.GetPath(), do="give it a height")
+    side = _side(low, -h, high, h)
+    lean = float(np.arctan2(low - high, 2 * h))
+    grow, shift = 1 / np.cos(lean), np.tan(lean)
+    bottom = _arc(low * grow, -h - low * shift, -np.pi / 2, lean)
+    top = _arc(high * grow, h - high * shift, lean, np.pi / 2)
+    bottom[0][-1], top[0][0] = side[0]  # to the last bit, so that the surface closes
+    return _along(prim, revolve([bottom, side, top]))
 
 
 SHAPES: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Triangles]] = {
@@ -140,7 +149,7 @@ def _spun(outline: Float, ring: Float) -> Float:
 
 
 def _arc(radius: float, height: float, start: float, end: float) -> tuple[Float, Float]:
-    steps = round(SEGMENTS * (end - start) / (2 * np.pi))
+    steps = int(np.ceil(SEGMENTS * (end - start) / (2 * np.pi) - 1e-9))
     angle = np.linspace(start, end, steps + 1)
     normal = np.stack([np.where(np.isclose(abs(angle), np.pi / 2), 0, np.cos(angle)), np.sin(angle)], -1)
     return radius * normal + [0, height], normal

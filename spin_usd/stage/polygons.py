@@ -71,6 +71,9 @@ def _clip_ears(p: Float, where: str) -> Int:
     """Triangles (n - 2, 3) of a simple polygon (n, 2), counter-clockwise."""
     if len(p) > MAX_CONCAVE_CORNERS:
         raise UnsupportedError(f"is concave and has {len(p)} corners", where=where, do="triangulate it")
+    crossing = StageError("is a polygon that crosses itself", where=where, do="split it into simple polygons")
+    if _crosses(p):
+        raise crossing
     rest, ears = list(range(len(p))), []
     while len(rest) > 3:
         # A corner on a straight line goes last, so that it stays a corner of some triangle where it can.
@@ -79,10 +82,19 @@ def _clip_ears(p: Float, where: str) -> Int:
             (i for i in corners if _is_ear(p, rest, i)), next((i for i in corners if _straight(p, rest, i)), None)
         )
         if ear is None:
-            raise StageError("is a polygon that crosses itself", where=where, do="split it into simple polygons")
+            raise crossing
         ears.append([rest[ear - 1], rest[ear], rest[(ear + 1) % len(rest)]])
         del rest[ear]
     return np.array([*ears, rest])
+
+
+def _crosses(p: Float) -> bool:
+    """Whether two edges of a polygon (n, 2) cross; touching is no crossing."""
+    q = np.roll(p, -1, axis=0)
+    side_p = _cross((q - p)[:, None], p[None] - p[:, None])  # of each edge's line, every corner
+    side_q = np.roll(side_p, -1, axis=1)
+    apart = side_p * side_q < -((STRAIGHT * np.ptp(p, axis=0).max() ** 2) ** 2)
+    return bool((apart & apart.T).any())
 
 
 def _is_ear(p: Float, rest: list[int], i: int) -> bool:
