@@ -3,11 +3,10 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.lens import invertible_radius
 from spin_usd.geometry.region import Region
 
 SAMPLES_PER_EDGE = 33  # straight edges bow under distortion; 33 points bound the bow to < 0.1 px on SPEED+
@@ -58,35 +57,22 @@ def convex_hull_2d(points: ArrayLike) -> Float:
 
 
 def _outline_pixels(camera: Camera, hull: Float) -> Float:
-    """Pixel coordinates (N, 2) around the visible part of the convex polygon `hull` (M, 2), normalised coordinates.
+    """Pixel coordinates (N, 2) around the part of the convex polygon `hull` (M, 2), normalised, that is in view.
 
-    That part ends at the polygon's edges and at the frame's: the edges are sampled where the lens is one to one, the
-    frame's rim where it lies within the polygon.
+    The lens is one to one there, so the image of the outline is the outline of the image.
     """
-    rim_uv, rim_xy, low, high = _field_of_view(camera)
-    outline = _clip(hull, low, high)
+    outline = _clip(hull, *_field_of_view(camera))
     s = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
-    edges = (outline + s * (np.roll(outline, -1, axis=0) - outline)).reshape(-1, 2)
-    seen = np.hypot(edges[:, 0], edges[:, 1]) < invertible_radius(camera.distortion)
-    return np.concatenate([camera.pixels(edges[seen]), rim_uv[_within(hull, rim_xy)]])
-
-
-def _within(hull: Float, xy: Float) -> NDArray[np.bool_]:
-    """Which of the points (N, 2) lie in the convex polygon (M, 2), counter-clockwise."""
-    if len(hull) < 3:
-        return np.zeros(len(xy), bool)
-    along = np.roll(hull, -1, axis=0) - hull
-    to = xy[:, None] - hull
-    return np.asarray((along[:, 0] * to[..., 1] - along[:, 1] * to[..., 0] >= 0).all(axis=1))
+    edges = outline + s * (np.roll(outline, -1, axis=0) - outline)
+    return camera.pixels(edges.reshape(-1, 2))
 
 
 @lru_cache(maxsize=16)
-def _field_of_view(camera: Camera) -> tuple[Float, Float, Float, Float]:
-    """The frame's rim in pixels and in undistorted normalised coordinates (N, 2), and the latter's bounding box."""
-    uv = camera.rim(RIM_SAMPLES)
-    xy = camera.normalised(uv)
+def _field_of_view(camera: Camera) -> tuple[Float, Float]:
+    """Corners (low, high) of the box, in undistorted normalised coordinates, that holds the frame and 2 px more."""
+    xy = camera.normalised(camera.rim(RIM_SAMPLES))
     margin = np.array([PADDING_PX / camera.fx, PADDING_PX / camera.fy])
-    return uv, xy, xy.min(0) - margin, xy.max(0) + margin
+    return xy.min(0) - margin, xy.max(0) + margin
 
 
 def _clip(polygon: Float, low: Float, high: Float) -> Float:

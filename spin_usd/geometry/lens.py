@@ -114,5 +114,7 @@ def invertible_radius(distortion: Coefficients) -> float:
     angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
     radius = np.concatenate([np.linspace(0, 2, 2001), np.linspace(2, 20, 1801)[1:]])
     ray = np.stack([np.cos(angle), np.sin(angle)], -1)
-    singular = (np.linalg.det(distortion_jacobian(radius[:, None, None] * ray, k)) <= 0).any(axis=1)
+    jacobian = distortion_jacobian(radius[:, None, None] * ray, k)
+    determinant = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] ** 2
+    singular = (determinant <= 0).any(axis=1)
     return float(radius[np.argmax(singular)]) if singular.any() else float("inf")

@@ -1,0 +1,91 @@
+"""The region of interest holds every pixel that the body can cover."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
+from scipy.spatial import ConvexHull
+
+from spin_usd.geometry.bounds import PADDING_PX, convex_hull_2d, region_of_interest
+from spin_usd.geometry.transform import Transform
+
+SLACK_PX = 1  # whole pixels, and the bow of edges between their samples
+CORNERS, FACES = box((-0.6, -0.4, -0.3), (0.6, 0.5, 0.2))
+
+
+def surface(count=24):
+    """Points all over the box, its edges included."""
+    i, j = np.meshgrid(np.linspace(0, 1, count), np.linspace(0, 1, count))
+    a, b = i.ravel()[:, None, None], (j * (1 - i)).ravel()[:, None, None]
+    corners = CORNERS[FACES]
+    return (corners[:, 0] + a * (corners[:, 1] - corners[:, 0]) + b * (corners[:, 2] - corners[:, 0])).reshape(-1, 3)
+
+
+SURFACE = surface()
+
+
+def covered(camera, points):
+    """Pixels (N, 2) of the frame that the points in front of the camera fall into."""
+    uv = camera.project(points)
+    return uv[((uv >= 0) & (uv < (camera.width, camera.height))).all(1)]  # NaN is never inside
+
+
+@settings(max_examples=400)
+@given(
+    st.sampled_from([SPEEDPLUS, BARREL, PINCUSHION, FOLDING, SMALL]),
+    unit_quaternions(),
+    st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-2, 12)),
+)
+@example(FOLDING, np.array([1.0, 0, 0, 0]), (0.9, 0.7, 1.2))  # a corner of the frame, where the lens nearly folds
+@example(PINCUSHION, np.array([1.0, 0, 0, 0]), (0.0, 0.0, 0.7))  # fills the frame
+@example(BARREL, np.array([1.0, 0, 0, 0]), (0.0, 0.0, 0.1))  # around the camera
+def test_holds_every_surface_point(camera, q, aside):
+    """In front, partly out of the frame, around the camera, behind it; also through lenses that nearly fold."""
+    x, y, z = aside
+    pose = Transform.from_quaternion(to="cam", of="body", q=q, t=(x * abs(z) / 2, y * abs(z) / 2, z))
+    region = region_of_interest(camera, pose.points(CORNERS))
+    uv = covered(camera, pose.points(SURFACE))
+    assert region & camera.frame == region or region.empty
+    assert ((uv >= (region.x0, region.y0)) & (uv <= (region.x1, region.y1))).all()
+
+
+@given(st.sampled_from([SPEEDPLUS, BARREL, PINCUSHION]), unit_quaternions(), st.floats(8, 1e7))
+def test_is_no_larger_than_needed(camera, q, z):
+    """Wholly inside the frame, the box ends at the padding around the outermost points."""
+    pose = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, z))
+    region = region_of_interest(camera, pose.points(CORNERS))
+    uv = camera.project(pose.points(CORNERS))
+    low, high = uv.min(0) - PADDING_PX - SLACK_PX - 1, uv.max(0) + PADDING_PX + SLACK_PX + 1
+    assert region.x0 >= low[0]
+    assert region.y0 >= low[1]
+    assert region.x1 <= high[0]
+    assert region.y1 <= high[1]
+
+
+@pytest.mark.parametrize("t", [(0, 0, -3), (40, 0, 5), (0, -40, 5), (3e6, 0, 1e6)])
+def test_out_of_view_is_empty(t):
+    assert region_of_interest(SPEEDPLUS, CORNERS + t).empty
+
+
+def test_a_camera_inside_the_body_sees_it_everywhere():
+    assert region_of_interest(SPEEDPLUS, CORNERS) == SPEEDPLUS.frame
+
+
+@pytest.mark.parametrize("points", [CORNERS[:1], CORNERS[:2], np.repeat(CORNERS[:1], 5, axis=0)])
+def test_flat_bodies_have_a_region(points):
+    """A point, a line, the same point many times."""
+    points = np.add(points, (0, 0, 5))
+    region = region_of_interest(SPEEDPLUS, points)
+    uv = SPEEDPLUS.project(points)
+    assert not region.empty
+    assert ((uv >= (region.x0, region.y0)) & (uv <= (region.x1, region.y1))).all()
+
+
+@given(st.integers(0, 2**31), st.integers(3, 60))
+def test_convex_hull_is_qhulls(seed, count):
+    points = np.random.default_rng(seed).normal(size=(count, 2))
+    expected = points[ConvexHull(points).vertices]  # counter-clockwise, too
+    found = convex_hull_2d(points)
+    start = int(np.argmin(np.abs(expected - found[0]).sum(1)))
+    np.testing.assert_array_equal(found, np.roll(expected, -start, axis=0))

@@ -1,0 +1,77 @@
+"""Quaternions and matrices, against SciPy's Rotation."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import unit_quaternions
+from scipy.spatial.transform import Rotation
+
+from spin_usd.errors import GeometryError
+from spin_usd.geometry.rotation import angle_between, matrix_from_quaternion, quaternion_from_matrix, unit_quaternion
+
+ROUNDING = 4e-16 * 4  # a few units in the last place of numbers up to one
+
+
+def scipy(q):
+    return Rotation.from_quat(q, scalar_first=True)
+
+
+@given(unit_quaternions())
+def test_matrix_is_scipys(q):
+    np.testing.assert_allclose(matrix_from_quaternion(q), scipy(q).as_matrix(), rtol=0, atol=ROUNDING)
+
+
+@given(unit_quaternions())
+def test_quaternion_comes_back(q):
+    """Up to its sign, at every angle, half turns included."""
+    back = quaternion_from_matrix(matrix_from_quaternion(q))
+    assert back[0] >= 0
+    assert min(np.abs(back - q).max(), np.abs(back + q).max()) <= ROUNDING
+
+
+@given(unit_quaternions(), unit_quaternions())
+def test_angle_is_scipys(q, p):
+    expected = (scipy(q) * scipy(p).inv()).magnitude()
+    assert angle_between(q, p) == pytest.approx(expected, abs=ROUNDING * 4)
+
+
+@given(st.floats(1e-15, 1e-3), unit_quaternions())
+def test_small_angles_keep_their_digits(angle, q):
+    """arccos would lose everything below 1e-8 rad; what is left here is the rounding of the quaternions."""
+    turned = (scipy(q) * Rotation.from_rotvec([0, 0, angle])).as_quat(scalar_first=True)
+    assert angle_between(turned, q) == pytest.approx(angle, abs=ROUNDING)
+
+
+@given(unit_quaternions())
+def test_labels_of_six_decimals_are_accepted(q):
+    """SPEED+'s synthetic labels are rounded to six decimals, which moves the norm by up to 1e-6."""
+    np.testing.assert_allclose(unit_quaternion(np.round(q, 6)), q, rtol=0, atol=2e-6)
+
+
+@pytest.mark.parametrize("q", [[1, 1, 0, 0], [1.00002, 0, 0, 0], [0.99998, 0, 0, 0], [1e20, 0, 0, 0], [1e-20, 0, 0, 0]])
+def test_other_norms_are_refused(q):
+    with pytest.raises(GeometryError, match="norm"):
+        unit_quaternion(q)
+
+
+@pytest.mark.parametrize("q", [[0, 0, 0, 0], [np.nan, 0, 0, 1], [np.inf, 0, 0, 0], [1, 0, 0], [[1, 0, 0, 0]]])
+def test_what_is_no_quaternion_is_refused(q):
+    with pytest.raises(GeometryError):
+        unit_quaternion(q)
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        np.diag([1, 1, -1]),
+        np.eye(3) * (1 + 1e-8),
+        np.eye(3) + 1e-8 * np.eye(3, k=1),
+        np.zeros((3, 3)),
+        np.full((3, 3), np.nan),
+        np.eye(4),
+    ],
+)
+def test_what_is_no_rotation_is_refused(matrix):
+    with pytest.raises(GeometryError):
+        quaternion_from_matrix(matrix)

@@ -1,0 +1,95 @@
+"""Keys change exactly when what they decide can change."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import pose, scene, soup, target
+
+from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
+from spin_usd.scene.model import DistantLight, FrameId, Material, Mesh, Part
+
+SETTINGS = RenderSettings(renderer="raycast", samples=4, seed=7)
+METAL = Material(path="/m", metallic=0.1)
+LIGHT = DistantLight(path="/sun", direction_cam=(0, 0, 1), irradiance=(1, 1, 1))
+
+
+def base():
+    points, faces, parts = soup(0, count=4)
+    return scene(target(points, faces, parts=parts), lights=(LIGHT,))
+
+
+def with_mesh(s, **changes):
+    mesh = s.target.mesh
+    names = ("points", "faces", "face_part", "face_material", "corner_normals")
+    fields = {name: np.array(getattr(mesh, name)) for name in names} | changes
+    return replace(s, target=replace(s.target, mesh=Mesh(**fields)))
+
+
+def nudged(array, by):
+    array = np.array(array)
+    array.flat[0] += by
+    return array
+
+
+# What each change must and must not reach: (geometry, radiance, exposure).
+NOTHING, IMAGE, PICTURE, ALL = (False,) * 3, (False, False, True), (False, True, True), (True,) * 3
+CHANGES = {
+    "nothing, made again": (lambda s: with_mesh(s), NOTHING),
+    "a path": (lambda s: replace(s, target=replace(s.target, path="/U", name="U")), NOTHING),
+    "a part's name": (lambda s: replace(s, target=replace(s.target, parts=tuple(
+        Part(id=p.id, path=p.path, name="other", class_name="other") for p in s.target.parts))), NOTHING),
+    "a material's path": (lambda s: replace(s, target=replace(s.target, materials=(Material(path="/n"),))), NOTHING),
+    "a light's path": (lambda s: replace(s, lights=(replace(LIGHT, path="/other"),)), NOTHING),
+    "time": (lambda s: replace(s, frame=replace(s.frame, time_code=3.0)), NOTHING),
+    "index": (lambda s: replace(s, frame=replace(s.frame, index=5)), NOTHING),
+    "exposure": (lambda s: replace(s, sensor=replace(s.sensor, exposure=2.0)), IMAGE),
+    "channels": (lambda s: replace(s, sensor=replace(s.sensor, channels="rgb")), IMAGE),
+    "bits": (lambda s: replace(s, sensor=replace(s.sensor, bit_depth=16)), IMAGE),
+    "encoding": (lambda s: replace(s, sensor=replace(s.sensor, encoding="linear")), IMAGE),
+    "frame name (its seed)": (lambda s: replace(s, frame=FrameId(index=0, name="g", time_code=0.0)), PICTURE),
+    "a colour": (lambda s: replace(s, target=replace(s.target, materials=(METAL,))), PICTURE),
+    "a normal": (lambda s: with_mesh(s, corner_normals=nudged(s.target.mesh.corner_normals, 1e-3)), PICTURE),
+    "irradiance": (lambda s: replace(s, lights=(replace(LIGHT, irradiance=(1, 1, 1.001)),)), PICTURE),
+    "light direction": (lambda s: replace(s, lights=(replace(LIGHT, direction_cam=(0, 1, 0)),)), PICTURE),
+    "light angle": (lambda s: replace(s, lights=(replace(LIGHT, angle=0.01),)), PICTURE),
+    "a second light": (lambda s: replace(s, lights=(LIGHT, LIGHT)), PICTURE),
+    "a point, by one rounding": (lambda s: with_mesh(s, points=nudged(s.target.mesh.points, 1e-15)), ALL),
+    "a face's order": (lambda s: with_mesh(s, faces=np.roll(s.target.mesh.faces, 1, axis=1)), ALL),
+    "a part": (lambda s: with_mesh(s, face_part=s.target.mesh.face_part[::-1]), ALL),
+    "position": (lambda s: replace(s, T_cam_body=pose(t=(0, 0, np.nextafter(4, 5)))), ALL),
+    "attitude": (lambda s: replace(s, T_cam_body=pose(q=(1, 0, 0, 1e-9))), ALL),
+    "focal length": (lambda s: replace(s, camera=replace(s.camera, fx=s.camera.fx + 1e-9)), ALL),
+    "distortion": (lambda s: replace(s, camera=replace(s.camera, distortion=(0.0,) * 5)), ALL),
+    "resolution": (lambda s: replace(s, camera=replace(s.camera, width=s.camera.width + 1)), ALL),
+}  # fmt: skip
+
+
+def keys(s, settings=SETTINGS):
+    return geometry_key(s, settings.renderer), radiance_key(s, settings), exposure_key(s, settings)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_scene(change):
+    make, expected = CHANGES[change]
+    before, after = keys(base()), keys(make(base()))
+    assert tuple(a != b for a, b in zip(after, before, strict=True)) == expected
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [({}, NOTHING), ({"samples": 5}, PICTURE), ({"seed": 8}, PICTURE), ({"renderer": "blender"}, ALL)],
+)
+def test_settings(change, expected):
+    before, after = keys(base()), keys(base(), replace(SETTINGS, **change))
+    assert tuple(a != b for a, b in zip(after, before, strict=True)) == expected
+
+
+def test_seeds_differ_by_name_and_dataset_and_fit_blender():
+    seeds = {
+        frame_seed(replace(base(), frame=FrameId(index=0, name=f"img{i:06}", time_code=0.0)), replace(SETTINGS, seed=j))
+        for i in range(40)
+        for j in range(5)
+    }
+    assert len(seeds) == 200
+    assert all(0 <= seed < 2**31 for seed in seeds)
