@@ -163,6 +163,26 @@ TARGET = """
 """
 
 
+TEXTURED = """
+        def Material "M"
+        {
+            token outputs:surface.connect = </World/Target/M/S.outputs:surface>
+            def Shader "S"
+            {
+                uniform token info:id = "UsdPreviewSurface"
+                token outputs:surface
+                color3f inputs:diffuseColor.connect = </World/Target/M/T.outputs:rgb>
+            }
+            def Shader "T"
+            {
+                uniform token info:id = "UsdUVTexture"
+                asset inputs:file = @./gone.png@
+                float3 outputs:rgb
+            }
+        }
+"""
+
+
 def stage(*content, head=HEAD):
     return head + 'def Xform "World"\n{' + "".join(content) + "}\n"
 
@@ -202,7 +222,7 @@ BAD_STAGES = {
     "zero-area faces alone": (stage(CAMERA, TARGET.replace("(0, 1, 0)]", "(2, 0, 0)]")), "/World/Target"),
     "zero quaternion": (stage(CAMERA, TARGET.replace("= (1, 0, 0, 0)", "= (0, 0, 0, 0)")), "quaternion"),
     "quaternion of norm 2": (stage(CAMERA, TARGET.replace("= (1, 0, 0, 0)", "= (2, 0, 0, 0)")), "norm"),
-    "half-precision quaternion": (stage(CAMERA, TARGET.replace("quatd", "quath")), "quath"),
+    "half-precision quaternion": (stage(CAMERA, TARGET.replace("quatd", "quath")), "half"),
     "op that is not there": (stage(CAMERA, TARGET.replace('orient"]', 'orient", "xformOp:scale"]')), "xformOp:scale"),
     "zero focal length in the stage": (stage(CAMERA.replace("fx = 100", "fx = 0"), TARGET), "focal"),
     "lens that folds in the stage": (
@@ -217,14 +237,7 @@ BAD_STAGES = {
             CAMERA,
             TARGET.replace('def Mesh "Body"', 'def Mesh "Body" (prepend apiSchemas = ["MaterialBindingAPI"])')
             .replace("uniform token sub", "rel material:binding = </World/Target/M>\nuniform token sub")
-            .replace(
-                "        def Mesh",
-                '        def Material "M"\n{ token outputs:surface.connect = </World/Target/M/S.outputs:surface>\n'
-                'def Shader "S" { uniform token info:id = "UsdPreviewSurface"\n token outputs:surface\n'
-                "color3f inputs:diffuseColor.connect = </World/Target/M/T.outputs:rgb> }\n"
-                'def Shader "T" { uniform token info:id = "UsdUVTexture"\n asset inputs:file = @./gone.png@\n'
-                "float3 outputs:rgb } }\n        def Mesh",
-            ),
+            .replace("        def Mesh", TEXTURED + "        def Mesh"),
         ),
         "gone.png",
     ),
@@ -272,7 +285,7 @@ def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_us
 
 @pytest.mark.parametrize("out", ["stage.usda/data", "/proc/spin_usd"])
 def test_render_refuses_where_it_cannot_write(good_stage, tmp_path, spin_usd, out):
-    refused(spin_usd, ["render", good_stage, "--out", tmp_path / out], "write")
+    refused(spin_usd, ["render", good_stage, "--out", tmp_path / out], "written")
 
 
 @pytest.mark.parametrize(

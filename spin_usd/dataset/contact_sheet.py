@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, write_atomically
@@ -11,6 +12,9 @@ from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels import preview
 
+MARGIN = 1.2  # of the box shown to the box that the target covers
+
+TILE_PX = 480
 COLUMNS = ("image", "depth", "segmentation", "dense_pose")
 
 
@@ -21,7 +25,7 @@ def write_contact_sheet(dataset: Path, path: Path, *, frames: int = 8) -> Path:
     if not records:
         raise InputError("holds no picture", where=dataset, do="render it first")
     rows = [_row(store, record) for record in records]
-    sheet = preview.contact_sheet(rows)
+    sheet = preview.contact_sheet(rows, width=TILE_PX)
     write_atomically(path, lambda temporary: write_image(temporary, sheet, channels=("R", "G", "B")))
     return path
 
@@ -32,9 +36,12 @@ def _spread(items: list[Path], count: int) -> list[Path]:
     return [items[i] for i in np.unique(np.linspace(0, len(items) - 1, count).astype(int))]
 
 
-def _row(store: Store, record: dict[str, Any]) -> list[np.ndarray[Any, Any]]:
+def _row(store: Store, record: dict[str, Any]) -> list[NDArray[np.uint8]]:
+    around = _surroundings(record)
     arrays = {
-        kind: read_image(store.root / record["files"][kind]["path"])[0] for kind in COLUMNS if kind in record["files"]
+        kind: read_image(store.root / record["files"][kind]["path"])[0][around]
+        for kind in COLUMNS
+        if kind in record["files"]
     }
     shown = []
     for kind, array in arrays.items():
@@ -48,3 +55,14 @@ def _row(store: Store, record: dict[str, Any]) -> list[np.ndarray[Any, Any]]:
             case "dense_pose":
                 shown.append(preview.dense_pose(array))
     return shown
+
+
+def _surroundings(record: dict[str, Any]) -> tuple[slice, slice]:
+    """The part of the frame around the target, as wide to high as the frame."""
+    width, height = record["camera"]["width"], record["camera"]["height"]
+    x0, y0, x1, y1 = record["provenance"]["render"]["region"]
+    scale = min(max(MARGIN * (x1 - x0) / width, MARGIN * (y1 - y0) / height, TILE_PX / width), 1.0)
+    wide, tall = round(scale * width), round(scale * height)
+    left = min(max((x0 + x1 - wide) // 2, 0), width - wide)
+    top = min(max((y0 + y1 - tall) // 2, 0), height - tall)
+    return slice(top, top + tall), slice(left, left + wide)

@@ -10,7 +10,7 @@ from spin_usd.dataset.render import Progress, RenderReport, RenderRequest, rende
 from spin_usd.errors import InputError
 
 POSES = "tango_speedplus_poses.json"
-SAMPLES = 32
+SAMPLES = 16
 
 
 @dataclass(frozen=True, kw_only=True)

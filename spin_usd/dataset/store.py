@@ -66,7 +66,7 @@ class Store:
                 entry.name not in (LOCK, WORK, "stage") for entry in self.root.iterdir()
             )
         except OSError as e:
-            raise OutputError(f"cannot be used as an output folder ({e.strerror})", where=self.root) from e
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
         if foreign:
             raise InputError("holds files but no dataset.json", where=self.root, do="choose an empty folder")
 
@@ -86,7 +86,7 @@ class Store:
         try:
             lock = os.open(self.root / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as e:
-            raise OutputError(f"cannot be written ({e.strerror})", where=self.root) from e
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
         try:
             self._acquire(lock)
             self.sweep()

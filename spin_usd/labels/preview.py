@@ -59,17 +59,17 @@ def dense_pose(metres: NDArray[np.float32]) -> RGB:
 
 
 def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
-    """Rows of images of one shape, each reduced to `width` pixels by area averaging, with thin gutters between."""
+    """Rows of images, each reduced to `width` pixels by area averaging, with thin gutters between."""
     if not rows:
         return np.zeros((0, 0, 3), np.uint8)
     tiles = [[reduced(tile, width) for tile in row] for row in rows]
-    tall, wide, _ = tiles[0][0].shape
+    tall, wide = (max(tile.shape[axis] for row in tiles for tile in row) for axis in (0, 1))
     columns = max(len(row) for row in tiles)
     sheet = np.full((_spaced(tall, len(tiles)), _spaced(wide, columns), 3), GUTTER_GREY, np.uint8)
     for i, row in enumerate(tiles):
         for j, tile in enumerate(row):
             y, x = GUTTER_PX + i * (tall + GUTTER_PX), GUTTER_PX + j * (wide + GUTTER_PX)
-            sheet[y : y + tall, x : x + wide] = tile
+            sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
     return sheet
 
 
