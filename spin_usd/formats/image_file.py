@@ -2,7 +2,7 @@
 
 OpenImageIO's traps, and what is done about them: names like "uint16" silently mean half in EXR (only its own type
 constants are used); EXR carries the time of writing (set to a constant); `write_image` and `close` report success on
-a full disk (each file is decoded again and compared).
+a full disk (each file is decoded again and compared), and for JPEG the process ends there (Pillow writes those).
 """
 
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
+from PIL import Image as PillowImage
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 
@@ -23,9 +24,9 @@ ATTRIBUTES: dict[str, dict[str, str | int]] = {
     # Measured on labels and noisy pictures: level 4 without row filters (libpng's PNG_FILTER_NONE, 8) is both faster
     # and smaller than with them, and twice as fast as OpenImageIO's default.
     ".png": {"png:compressionLevel": 4, "png:filter": 8},
-    ".jpg": {"compression": "jpeg:95"},
 }
 CONSTANTS = {"DateTime": "2000:01:01 00:00:00", "Software": "spin_usd"}
+JPEG_QUALITY = 95
 JPEG_MEAN_ERROR = 4.0  # grey levels; quality 95 leaves 2.5 on pure noise, less on pictures
 
 oiio.attribute("threads", 1)  # a worker has one processor
@@ -40,6 +41,14 @@ def write_image(path: Path, array: Image, *, channels: tuple[str, ...]) -> None:
     """
     pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
     _check_kind(path, pixels, channels)
+    if path.suffix == ".jpg":
+        _write_jpeg(path, pixels)
+    else:
+        _write(path, pixels, channels)
+    _check_written(path, pixels, channels)
+
+
+def _write(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], TYPES[pixels.dtype.name])
     if path.suffix == ".exr":
         spec.channelnames = channels
@@ -51,7 +60,15 @@ def write_image(path: Path, array: Image, *, channels: tuple[str, ...]) -> None:
     written = output.write_image(pixels)
     if not (output.close() and written):
         raise OutputError(f"could not be written whole ({_error(output)})", where=path, do="free some space")
-    _check_written(path, pixels, channels)
+
+
+def _write_jpeg(path: Path, pixels: Image) -> None:
+    try:
+        PillowImage.fromarray(pixels.squeeze(-1) if pixels.shape[2] == 1 else pixels).save(
+            path, quality=JPEG_QUALITY, subsampling=0
+        )
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do="free some space") from e
 
 
 def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:

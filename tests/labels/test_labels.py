@@ -1,0 +1,86 @@
+"""Labels agree with one another, and with the camera as OpenCV knows it."""
+
+import cv2
+import numpy as np
+import pytest
+from scenes import BARREL, SMALL, pose, scene, soup, target
+
+from spin_usd.labels.label import LABELS
+from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.scene.surface import visible_surface
+
+REPROJECTION_PX = 1e-4  # float32 of a body of a metre at four metres: 1e-5 px; the contract's bound is 1e-3
+DEPTH_RELATIVE = 2e-7  # float32, twice
+POSES = [((1, 0, 0, 0), (0, 0, 4)), ((0.5, -0.3, 0.7, 0.2), (1.6, -0.9, 3)), ((0.1, 0.9, -0.2, 0.4), (0.1, 0.1, 0.2))]
+
+
+@pytest.fixture(params=[(camera, i) for camera in (SMALL, BARREL) for i in range(len(POSES))])
+def labelled(request):
+    """A scene, wholly in the frame, partly outside and around the camera, its surface and its labels."""
+    camera, i = request.param
+    points, faces, parts = soup(i + 10, count=60)
+    s = scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(*POSES[i]))
+    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    assert len(surface.z) > 100
+    return s, surface, {name: label.make(surface, camera.frame.shape) for name, label in LABELS.items()}
+
+
+def test_shapes_and_types_are_the_contracts(labelled):
+    s, _, labels = labelled
+    kinds = {"depth": np.float32, "segmentation": np.uint16, "dense_pose": np.float32}
+    for name, label in LABELS.items():
+        channels = () if len(label.channels) == 1 else (len(label.channels),)
+        assert labels[name].shape == (*s.camera.frame.shape, *channels)
+        assert labels[name].dtype == kinds[name]
+
+
+def test_all_cover_the_same_pixels(labelled):
+    _, surface, labels = labelled
+    seen = labels["segmentation"] > 0
+    np.testing.assert_array_equal(np.argwhere(seen), np.stack([surface.rows, surface.columns], -1))
+    np.testing.assert_array_equal(labels["depth"] > 0, seen)
+    np.testing.assert_array_equal(labels["dense_pose"].any(-1), seen)
+
+
+def test_dense_pose_projects_onto_its_own_pixels(labelled):
+    s, _, labels = labelled
+    rows, columns = np.nonzero(labels["segmentation"])
+    points = s.T_cam_body.points(labels["dense_pose"][rows, columns])
+    zero, distortion = np.zeros(3), np.array(s.camera.distortion)
+    far = points[:, 2] > 0.3  # nearer, float32 of the body's size is worth more than the tolerance
+    uv = cv2.projectPoints(points[far][:, None], zero, zero, s.camera.matrix, distortion)[0][:, 0]
+    centres = np.stack([columns + 0.5, rows + 0.5], -1)[far]
+    np.testing.assert_allclose(uv, centres, rtol=0, atol=REPROJECTION_PX)
+
+
+def test_depth_is_the_z_of_dense_pose(labelled):
+    s, _, labels = labelled
+    seen = labels["segmentation"] > 0
+    z = s.T_cam_body.points(labels["dense_pose"][seen])[:, 2]
+    size = s.target.mesh.radius
+    np.testing.assert_allclose(labels["depth"][seen], z, rtol=DEPTH_RELATIVE, atol=DEPTH_RELATIVE * size)
+
+
+def test_segmentation_is_the_part_of_the_visible_face(labelled):
+    s, surface, labels = labelled
+    ids = labels["segmentation"][surface.rows, surface.columns]
+    np.testing.assert_array_equal(ids, s.target.mesh.face_part[surface.face])
+    assert len(np.unique(ids)) > 5
+
+
+def test_part_ids_of_sixteen_bits_survive():
+    points, faces, _ = soup(1, count=3)
+    many = target(points, faces, parts=np.array([1, 40000, 65535]))
+    s = scene(many)
+    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    ids = LABELS["segmentation"].make(surface, s.camera.frame.shape)
+    assert set(np.unique(ids)) == {0, 1, 40000, 65535}
+
+
+def test_nothing_visible_is_an_empty_frame():
+    s = scene(target(*soup(0)[:2]), T_cam_body=pose(t=(0, 0, -9)))
+    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    for label in LABELS.values():
+        array = label.make(surface, s.camera.frame.shape)
+        assert array.shape[:2] == s.camera.frame.shape
+        assert not array.any()
