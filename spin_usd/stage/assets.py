@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdUtils
+from pxr import Sdf, Tf, UsdUtils
 
 from spin_usd.errors import StageError
 
-EXTENSIONS = (".usd", ".usda", ".usdc", ".usdz")
+LAYERS = (".usd", ".usda", ".usdc")
+EXTENSIONS = (*LAYERS, ".usdz")
 MAX_FILE_BYTES = 2**31
 MAX_FILES = 10_000
 UDIM = "<UDIM>"
@@ -26,14 +27,12 @@ SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 class Files:
     """What a stage depends on, over all variants: `root` first. Paths are real ones.
 
-    `missing` holds what is named but not there, as "path named by layer"; `absolute` is whether any layer names a file
-    by an absolute path.
+    `missing` holds what is named but not there, as "path named by layer".
     """
 
     root: Path
     found: tuple[Path, ...]
     missing: tuple[str, ...]
-    absolute: bool
 
 
 def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
@@ -50,7 +49,7 @@ def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
     allowed = [Path(folder).resolve() for folder in asset_roots]
     found: dict[Path, None] = {}
     missing: list[str] = []
-    queue, absolute = [root], False
+    queue = [root]
     while queue:
         file = queue.pop(0)
         if file in found:
@@ -60,11 +59,17 @@ def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
         _check_file(file)
         found[file] = None
         for named in _named_by(file):
-            absolute = absolute or os.path.isabs(named)
             located = _locate(named, file, [root.parent, *allowed])
             missing += [] if located else [f"@{named}@ named by {file}"]
             queue += located
-    return Files(root=root, found=tuple(found), missing=tuple(missing), absolute=absolute)
+    return Files(root=root, found=tuple(found), missing=tuple(missing))
+
+
+def udim_files(path: Path) -> list[Path]:
+    """`path`, or the tiles that are there where its name holds <UDIM>."""
+    if UDIM not in path.name:
+        return [path]
+    return sorted(path.parent.glob(path.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")))
 
 
 def parse_failure(error: Exception, where: object) -> StageError:
@@ -102,9 +107,9 @@ def _named_by(file: Path) -> list[str]:
 
 def _check_package(file: Path) -> None:
     """Layers within a package may only name what lies within it."""
-    package = Usd.ZipFile.Open(str(file))
+    package = Sdf.ZipFile.Open(str(file))
     for name in package.GetFileNames() if package else []:
-        if Path(name).suffix.lower() not in EXTENSIONS[:3]:
+        if Path(name).suffix.lower() not in LAYERS:
             continue
         for named in (n for kind in UsdUtils.ExtractExternalReferences(f"{file}[{name}]") for n in kind):
             if os.path.isabs(named) or SCHEME.match(named) or ".." in Path(named).parts:
@@ -123,8 +128,7 @@ def _locate(named: str, layer: Path, roots: list[Path]) -> list[Path]:
         raise StageError(f"refers to the absolute path @{named}@", where=layer, do=do)
     if not any(full.is_relative_to(root) for root in roots):
         raise StageError(f"refers to @{named}@, which lies outside the stage's folder", where=layer, do=do)
-    pattern = full.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")
-    files = sorted(full.parent.glob(pattern)) if UDIM in full.name else [full]
+    files = udim_files(full)
     for file in files:
         if file.resolve() != file:
             raise StageError(f"refers to @{named}@ through a symbolic link", where=layer, do=do)

@@ -9,7 +9,8 @@ from pxr import Tf, Usd, UsdUtils
 
 from spin_usd.errors import StageError
 from spin_usd.stage.assets import Files, files_of, parse_failure
-from spin_usd.stage.content import AUGMENTATION, NOMINAL, copy_stage, selected_variant, stage_hash, used_files
+from spin_usd.stage.content import AUGMENTATION, NOMINAL, selected_variant, stage_hash, used_files
+from spin_usd.stage.copies import copy_stage
 
 __all__ = ["NOMINAL", "copy_stage", "open_stage", "selected_variant", "stage_hash", "used_files", "variants"]
 

@@ -1,15 +1,12 @@
-"""What a composed stage says, apart from where it lies: its hash, its files, and copies of it."""
+"""What a composed stage says, apart from where it lies: its hash and its files."""
 
 import hashlib
-import shutil
-from collections.abc import Sequence
 from pathlib import Path
 
-from pxr import Ar, Sdf, Usd, UsdUtils
+from pxr import Ar, Usd, UsdUtils
 
 from spin_usd.arrays import digest
-from spin_usd.errors import OutputError, StageError
-from spin_usd.stage.assets import files_of
+from spin_usd.stage.assets import udim_files
 
 AUGMENTATION = "augmentation"
 NOMINAL = "nominal"
@@ -45,40 +42,10 @@ def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
     return {_relative(file, folder): _sha256(file) for file in files}
 
 
-def copy_stage(path: str | Path, folder: str | Path, *, asset_roots: Sequence[str | Path] = ()) -> Path:
-    """Copy the layer at `path` and all it depends on, over all variants, into `folder`; return the root layer there.
-
-    Files within the root layer's own folder keep their bytes and places. A stage that also uses `asset_roots` is
-    rewritten to relative paths. Raises StageError for a missing file, OutputError where `folder` is not empty.
-    """
-    files, target = files_of(path, asset_roots), Path(folder)
-    if files.missing:
-        raise StageError(f"{files.missing[0]} is missing", where=path, do="add the file, or remove the reference")
-    if target.exists() and any(target.iterdir()):
-        raise OutputError("the folder is not empty", where=folder, do="give an empty one")
-    home = files.root.parent
-    if files.absolute or not all(file.is_relative_to(home) for file in files.found):
-        return _localised(files.root, target)
-    for file in files.found:
-        copy = target / file.relative_to(home)
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, copy)
-    return target / files.root.name
-
-
-def _localised(root: Path, target: Path) -> Path:
-    target.mkdir(parents=True, exist_ok=True)
-    if not UsdUtils.LocalizeAsset(Sdf.AssetPath(str(root)), str(target)):
-        raise OutputError("USD could not copy the stage there", where=target, do=f"check the layers of {root}")
-    return target / root.name
-
-
 def _resolved(path: str) -> list[Path]:
     """The files an absolute asset path stands for: the package of what lies in one, several for <UDIM>, or none."""
     outer = Path(Ar.SplitPackageRelativePathOuter(path)[0])
-    if "<UDIM>" in outer.name:
-        return sorted(outer.parent.glob(outer.name.replace("<UDIM>", "[0-9][0-9][0-9][0-9]")))
-    return [outer] if outer.is_file() else []
+    return [file for file in udim_files(outer) if file.is_file()]
 
 
 def _asset_sha256(path: str) -> str:

@@ -5,6 +5,7 @@ pixel in 10,000 across a radius. Between the corners of a sphere, which curves b
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -26,13 +27,7 @@ def read_gprim(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     """Triangles of a shape in its own axes, stage units. Raises StageError for a size of zero or less."""
     triangles = SHAPES[str(prim.GetTypeName())](prim, time)
     if UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
-        order = [0, 2, 1]
-        return Triangles(
-            points=triangles.points,
-            corners=triangles.corners[:, order],
-            normals=-triangles.normals[:, order],
-            source=triangles.source,
-        )
+        return replace(triangles.turned(), normals=-triangles.turned().normals)
     return triangles
 
 

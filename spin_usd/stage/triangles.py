@@ -1,6 +1,6 @@
 """Triangles of one prim on their way into the target's mesh."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,24 +31,30 @@ class Triangles:
         det = np.linalg.det(linear)
         if det == 0:
             raise StageError("is scaled to nothing", where=where, do="make it invisible, or give it a size")
-        order = [0, 1, 2] if det > 0 else [0, 2, 1]
-        return Triangles(
+        moved = replace(
+            self,
             points=self.points @ linear + matrix[3, :3],
-            corners=self.corners[:, order],
-            normals=unit(self.normals[:, order] @ np.linalg.inv(linear).T),
-            source=self.source,
+            normals=unit(self.normals @ np.linalg.inv(linear).T),
         )
+        return moved if det > 0 else moved.turned()
+
+    def kept(self, chosen: NDArray[np.bool_]) -> "Triangles":
+        """Only the `chosen` (T,) triangles."""
+        corners, normals, source = self.corners[chosen], self.normals[chosen], self.source[chosen]
+        return Triangles(points=self.points, corners=corners, normals=normals, source=source)
+
+    def turned(self) -> "Triangles":
+        """With the other winding; normals stay with their corners and point where they did."""
+        order = [0, 2, 1]
+        corners, normals = self.corners[:, order], self.normals[:, order]
+        return Triangles(points=self.points, corners=corners, normals=normals, source=self.source)
 
     def with_area(self) -> "Triangles":
         """Without the triangles that no ray can hit."""
         a, b, c = (self.points[self.corners[:, i]] for i in range(3))
         longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
         keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > FLAT * longest
-        if keep.all():
-            return self
-        return Triangles(
-            points=self.points, corners=self.corners[keep], normals=self.normals[keep], source=self.source[keep]
-        )
+        return self if keep.all() else self.kept(keep)
 
 
 def face_normals(points: Float, corners: Int) -> Float:

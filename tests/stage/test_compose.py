@@ -1,0 +1,302 @@
+"""Opening, variants, the rules for paths, hashes that do not depend on the place, relocatable copies."""
+
+import os
+import shutil
+import time
+
+import pytest
+from pxr import Sdf
+
+from spin_usd.errors import OutputError, StageError
+from spin_usd.stage import compose
+from spin_usd.stage.read import StageReader
+
+ROOT = """#usda 1.0
+(
+    defaultPrim = "World"
+    metersPerUnit = 1
+    upAxis = "Z"
+    {layers}
+)
+
+def Xform "World" (
+    {selection}
+    prepend variantSets = "augmentation"
+)
+{{
+    def "Model" (
+        prepend references = @./parts/model.usda@
+    )
+    {{
+    }}
+
+    variantSet "augmentation" = {{
+        "big" {{
+            over "Model"
+            {{
+                double size = 5
+            }}
+        }}
+        "small" {{
+            over "Model"
+            {{
+                double size = 1
+            }}
+        }}
+        {more}
+    }}
+}}
+"""
+MODEL = """#usda 1.0
+(
+    defaultPrim = "Model"
+)
+
+def Cube "Model"
+{
+    double size = 3
+    asset texture = @./textures/paint.png@
+}
+"""
+
+
+@pytest.fixture
+def make(tmp_path):
+    def write(folder="stage", *, layers="", selection="", more="", model=MODEL):
+        home = tmp_path / folder
+        (home / "parts" / "textures").mkdir(parents=True)
+        (home / "parts" / "textures" / "paint.png").write_bytes(b"not really a picture")
+        (home / "parts" / "model.usda").write_text(model)
+        (home / "root.usda").write_text(ROOT.format(layers=layers, selection=selection, more=more))
+        return home / "root.usda"
+
+    return write
+
+
+def size(stage):
+    return stage.GetPrimAtPath("/World/Model").GetAttribute("size").Get()
+
+
+def test_nominal_is_the_stage_as_authored(make):
+    path = make()
+    stage = compose.open_stage(path)
+    assert size(stage) == 3
+    assert compose.variants(stage) == ("nominal", "big", "small")
+    assert compose.selected_variant(stage) == "nominal"
+    assert size(compose.open_stage(make("b", selection='variants = {\nstring augmentation = "big"\n}'))) == 5
+
+
+def test_a_variant_is_selected_without_touching_the_layers(make):
+    path = make()
+    before = path.read_bytes()
+    stage = compose.open_stage(path, variant="big")
+    assert (size(stage), compose.selected_variant(stage)) == (5, "big")
+    assert not stage.GetRootLayer().dirty
+    assert path.read_bytes() == before
+
+
+def test_a_variant_called_nominal_is_selected(make):
+    path = make(
+        more='"nominal" {\nover "Model"\n{\ndouble size = 7\n}\n}',
+        selection='variants = {\nstring augmentation = "big"\n}',
+    )
+    stage = compose.open_stage(path)
+    assert size(stage) == 7
+    assert compose.variants(stage) == ("nominal", "big", "small")
+
+
+def test_an_unknown_variant_lists_the_known_ones(make):
+    with pytest.raises(StageError, match="has no variant 'huge'; choose one of nominal, big, small"):
+        compose.open_stage(make(), variant="huge")
+
+
+@pytest.mark.parametrize(
+    ("named", "saying"),
+    [
+        ("/etc/passwd", "the absolute path @/etc/passwd@"),
+        ("../../outside.usda", "outside the stage's folder"),
+        ("http://example.com/a.usda", "network and other schemes"),
+        ("file:///etc/passwd", "network and other schemes"),
+        ("./link.usda", "through a symbolic link"),
+        ("./linked/model.usda", "through a symbolic link"),
+        ("./pipe.usda", "is not a regular file"),
+        ("./parts", "is not a regular file"),
+    ],
+)
+@pytest.mark.parametrize("where", ["sublayer", "unused variant", "texture"])
+def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, named, saying, where):
+    (tmp_path / "outside.usda").write_text(MODEL)
+    if where == "sublayer":
+        path = make(layers=f"subLayers = [\n@{named}@\n]")
+    elif where == "texture":
+        path = make(layers="customLayerData = {\n}", more=f'"t" {{\nasset texture = @{named}@\n}}')
+    else:
+        path = make(more=f'"t" {{\ndef "X" (\nprepend payload = @{named}@\n)\n{{\n}}\n}}')
+    home = path.parent
+    (home / "link.usda").symlink_to(tmp_path / "outside.usda")
+    (home / "linked").symlink_to(home / "parts")
+    os.mkfifo(home / "pipe.usda")
+    started = time.perf_counter()
+    with pytest.raises(StageError, match=saying):
+        compose.open_stage(path)
+    assert time.perf_counter() - started < 5  # USD hangs on a pipe
+
+
+def test_asset_roots_are_allowed_by_name(make, tmp_path):
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "part.usda").write_text(MODEL)
+    path = make(layers="subLayers = [\n@../library/part.usda@\n]")
+    with pytest.raises(StageError, match="outside the stage's folder"):
+        compose.open_stage(path)
+    assert compose.open_stage(path, asset_roots=[tmp_path / "library"]).GetPrimAtPath("/Model")
+
+
+@pytest.mark.parametrize(
+    ("text", "saying"),
+    [
+        ("", "USD cannot read it"),
+        ("#usda 1.0\n(\n blah", "Expected"),
+        ("not usd at all", "USD cannot read it"),
+        ("#usda 1.0\n(\nsubLayers = [\n@./root.usda@\n]\n)\n", "does not compose"),
+        ('#usda 1.0\ndef "A" (\nprepend references = </B>\n)\n{\n}\n', "does not compose: Unresolved reference"),
+        ('#usda 1.0\ndef "A" (\nprepend references = </A>\n)\n{\n}\n', "does not compose: Cycle"),
+        ("#usda 1.0\n(\ntimeCodesPerSecond = 0\n)\n", "timeCodesPerSecond is 0"),
+    ],
+)
+def test_stages_that_do_not_compose(tmp_path, text, saying):
+    path = tmp_path / "root.usda"
+    path.write_text(text)
+    with pytest.raises(StageError, match=saying) as error:
+        compose.open_stage(path)
+    assert "\n" not in str(error.value)
+    assert "root.usda" in str(error.value)
+
+
+def test_files_that_are_no_stage(tmp_path):
+    with pytest.raises(StageError, match="there is no such stage"):
+        compose.open_stage(tmp_path / "none.usda")
+    (tmp_path / "model.obj").write_text("")
+    with pytest.raises(StageError, match="is not a USD stage"):
+        compose.open_stage(tmp_path / "model.obj")
+    (tmp_path / "folder.usda").mkdir()
+    with pytest.raises(StageError, match="is not a regular file"):
+        compose.open_stage(tmp_path / "folder.usda")
+
+
+def test_too_many_prims(tmp_path, monkeypatch):
+    path = tmp_path / "root.usda"
+    path.write_text("#usda 1.0\n" + "\n".join(f'def "P{i}"\n{{\n}}' for i in range(30)))
+    monkeypatch.setattr(compose, "MAX_PRIMS", 29)
+    with pytest.raises(StageError, match="more than 29 prims"):
+        compose.open_stage(path)
+    monkeypatch.setattr(compose, "MAX_PRIMS", 30)
+    assert compose.open_stage(path)
+
+
+def test_the_hash_is_of_the_content_not_the_place(make, tmp_path):
+    path = make()
+    moved = tmp_path / "elsewhere" / "deeper"
+    shutil.copytree(path.parent, moved)
+    assert compose.stage_hash(compose.open_stage(path)) == compose.stage_hash(compose.open_stage(moved / "root.usda"))
+
+
+def test_the_hash_follows_content_assets_and_variant(make):
+    hashes = [compose.stage_hash(compose.open_stage(make("a")))]
+    hashes.append(compose.stage_hash(compose.open_stage(make("b"), variant="big")))
+    hashes.append(compose.stage_hash(compose.open_stage(make("c", model=MODEL.replace("size = 3", "size = 4")))))
+    path = make("d")
+    (path.parent / "parts" / "textures" / "paint.png").write_bytes(b"another picture")
+    hashes.append(compose.stage_hash(compose.open_stage(path)))
+    assert len(set(hashes)) == 4
+
+
+def test_the_hash_ignores_variants_that_are_not_selected(make):
+    plain = compose.stage_hash(compose.open_stage(make("a")))
+    assert plain == compose.stage_hash(compose.open_stage(make("b", more='"huge" {\n}')))
+
+
+def test_used_files_are_those_of_this_composition(make):
+    path = make(more='"t" {\ndef "X" (\nprepend payload = @./unused.usda@\n)\n{\n}\n}')
+    (path.parent / "unused.usda").write_text(MODEL)
+    used = compose.used_files(compose.open_stage(path), path.parent)
+    assert list(used) == ["parts/model.usda", "parts/textures/paint.png", "root.usda"]
+    assert all(len(sha) == 64 for sha in used.values())
+    with_variant = compose.used_files(compose.open_stage(path, variant="t"), path.parent)
+    assert set(with_variant) - set(used) == {"unused.usda"}
+
+
+def test_a_copy_keeps_bytes_and_hash_and_holds_all_variants(make, tmp_path):
+    path = make(more='"t" {\ndef "X" (\nprepend payload = @./other/unused.usda@\n)\n{\n}\n}')
+    (path.parent / "other" / "textures").mkdir(parents=True)
+    (path.parent / "other" / "unused.usda").write_text(MODEL)
+    (path.parent / "other" / "textures" / "paint.png").write_bytes(b"x")
+    (path.parent / "stray.txt").write_text("not part of the stage")
+    copy = compose.copy_stage(path, tmp_path / "copy")
+    files = {p.relative_to(path.parent) for p in path.parent.rglob("*") if p.is_file()}
+    copied = {p.relative_to(copy.parent) for p in copy.parent.rglob("*") if p.is_file()}
+    assert {str(f) for f in files - copied} == {"stray.txt"}
+    assert all((copy.parent / f).read_bytes() == (path.parent / f).read_bytes() for f in copied)
+    for variant in ("nominal", "big", "t"):
+        a, b = (compose.open_stage(p, variant=variant) for p in (path, copy))
+        assert compose.stage_hash(a) == compose.stage_hash(b)
+
+
+@pytest.mark.parametrize("relative", [True, False])
+def test_a_copy_of_a_stage_with_outside_parts_stands_alone(make, tmp_path, relative):
+    library = tmp_path / "library"
+    library.mkdir()
+    (library / "part.usda").write_text(
+        MODEL.replace('"Model"', '"Part"').replace("./textures/paint.png", "./paint.png")
+    )
+    (library / "paint.png").write_bytes(b"library picture")
+    path = make(layers=f"subLayers = [\n@{'..' if relative else tmp_path}/library/part.usda@\n]")
+    copy = compose.copy_stage(path, tmp_path / "copy", asset_roots=[library])
+    before = compose.stage_hash(compose.open_stage(path, asset_roots=[library]))
+    layer = (copy.parent / "_external" / "0" / "part.usda").read_bytes()
+    assert layer == (library / "part.usda").read_bytes()  # it names its texture as before
+    shutil.rmtree(library)
+    stage = compose.open_stage(copy)  # everything lies within the copy's folder
+    assert stage.GetPrimAtPath("/Part")
+    assert compose.stage_hash(stage) == before
+
+
+def test_a_copy_is_whole_or_not_at_all(make, tmp_path):
+    path = make()
+    (path.parent / "parts" / "textures" / "paint.png").unlink()
+    with pytest.raises(StageError, match=r"@./textures/paint.png@ named by .*model.usda is missing"):
+        compose.copy_stage(path, tmp_path / "copy")
+    assert not (tmp_path / "copy").exists()
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").write_text("")
+    with pytest.raises(OutputError, match="not empty"):
+        compose.copy_stage(make("b"), tmp_path / "full")
+
+
+def test_a_package_may_not_name_what_lies_outside(tmp_path):
+    (tmp_path / "secret.usda").write_text(MODEL)
+    inside = tmp_path / "inner.usda"
+    inside.write_text(f'#usda 1.0\ndef "A" (\nprepend references = @{tmp_path}/secret.usda@\n)\n{{\n}}\n')
+    package = tmp_path / "package.usdz"
+    writer = Sdf.ZipFileWriter.CreateNew(str(package))
+    writer.AddFile(str(inside), "inner.usda")
+    assert writer.Save()
+    with pytest.raises(StageError, match="outside its package"):
+        compose.open_stage(package)
+    good = tmp_path / "good.usdz"
+    (tmp_path / "plain.usda").write_text(MODEL)
+    writer = Sdf.ZipFileWriter.CreateNew(str(good))
+    writer.AddFile(str(tmp_path / "plain.usda"), "plain.usda")
+    assert writer.Save()
+    stage = compose.open_stage(good)
+    assert stage.GetPrimAtPath("/Model")
+    assert list(compose.used_files(stage, tmp_path)) == ["good.usdz"]
+
+
+def test_no_target_and_two_targets(make_stage):
+    path = make_stage()
+    path.write_text(path.read_text().replace('prepend apiSchemas = ["SpinTargetAPI"]', ""))
+    with pytest.raises(StageError, match=r"has 0 target prims \(none\)"):
+        StageReader(path)
+    world = 'def Xform "Second" (\nprepend apiSchemas = ["SpinTargetAPI"]\n)\n{\n}'
+    with pytest.raises(StageError, match="has 2 target prims"):
+        StageReader(make_stage(world=world, name="b.usda"))

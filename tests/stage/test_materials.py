@@ -1,0 +1,190 @@
+"""UsdPreviewSurface constants as bound; everything else refused by name."""
+
+import numpy as np
+import pytest
+from pxr import Sdr
+
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.scene.model import Material
+
+FLOAT32 = 1e-7
+MATERIAL = """
+    def Cube "Box" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {{
+        rel material:binding = </World/Target/Paint>
+    }}
+    def Material "Paint"
+    {{
+        {interface}
+        token outputs:surface.connect = </World/Target/Paint/Surface.outputs:surface>
+        def Shader "Surface"
+        {{
+            uniform token info:id = "{id}"
+            {inputs}
+            token outputs:surface
+        }}
+        {nodes}
+    }}
+"""
+
+
+def material(inputs="", interface="", nodes="", kind="UsdPreviewSurface"):
+    return MATERIAL.format(inputs=inputs, interface=interface, nodes=nodes, id=kind)
+
+
+@pytest.fixture
+def read_material(read_scene):
+    def read(*arguments, **options):
+        target = read_scene(material(*arguments, **options)).target
+        assert len(target.materials) == 1
+        return target.materials[0]
+
+    return read
+
+
+def test_constants(read_material):
+    found = read_material(
+        """color3f inputs:diffuseColor = (0.1, 0.2, 0.3)
+        color3f inputs:emissiveColor = (0.5, 0, 0)
+        color3f inputs:specularColor = (0.4, 0.4, 0.4)
+        int inputs:useSpecularWorkflow = 1
+        float inputs:metallic = 0.25
+        float inputs:roughness = 0.75
+        float inputs:clearcoat = 0.5
+        float inputs:clearcoatRoughness = 0.125
+        float inputs:opacity = 0.5
+        float inputs:ior = 1.25"""
+    )
+    assert found.path == "/World/Target/Paint"
+    np.testing.assert_allclose(found.diffuse_color, (0.1, 0.2, 0.3), atol=FLOAT32)
+    np.testing.assert_allclose(found.specular_color, (0.4, 0.4, 0.4), atol=FLOAT32)
+    assert found.emissive_color == (0.5, 0, 0)
+    assert found.use_specular_workflow is True
+    assert (found.metallic, found.roughness, found.clearcoat) == (0.25, 0.75, 0.5)
+    assert (found.clearcoat_roughness, found.opacity, found.ior) == (0.125, 0.5, 1.25)
+
+
+def test_fallbacks_are_those_of_usds_own_shader_definition(read_material):
+    node = Sdr.Registry().GetShaderNodeByIdentifier("UsdPreviewSurface")
+    default = {name: node.GetShaderInput(name).GetDefaultValue() for name in node.GetShaderInputNames()}
+    found = read_material()
+    for name, value in {
+        "diffuseColor": found.diffuse_color,
+        "emissiveColor": found.emissive_color,
+        "specularColor": found.specular_color,
+        "useSpecularWorkflow": int(found.use_specular_workflow),
+        "metallic": found.metallic,
+        "roughness": found.roughness,
+        "clearcoat": found.clearcoat,
+        "clearcoatRoughness": found.clearcoat_roughness,
+        "opacity": found.opacity,
+        "ior": found.ior,
+    }.items():
+        np.testing.assert_allclose(value, default[name], atol=FLOAT32, err_msg=name)
+
+
+def test_values_from_the_materials_interface(read_material):
+    found = read_material(
+        "color3f inputs:diffuseColor.connect = </World/Target/Paint.inputs:tint>",
+        interface="color3f inputs:tint = (0.5, 0.25, 1)",
+    )
+    assert found.diffuse_color == (0.5, 0.25, 1)
+
+
+@pytest.mark.parametrize(("opacity", "seen"), [(0.4, 0.0), (0.6, 1.0)])
+def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen):
+    assert read_material(f"float inputs:opacity = {opacity}\nfloat inputs:opacityThreshold = 0.5").opacity == seen
+
+
+TEXTURE = """def Shader "Texture"
+        {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./paint.png@
+            float3 outputs:rgb
+        }"""
+
+
+@pytest.mark.parametrize(
+    ("inputs", "nodes", "error", "saying"),
+    [
+        (
+            "color3f inputs:diffuseColor.connect = </World/Target/Paint/Texture.outputs:rgb>",
+            TEXTURE,
+            UnsupportedError,
+            "Surface.inputs:diffuseColor: is connected to /World/Target/Paint/Texture",
+        ),
+        ("normal3f inputs:normal = (0, 1, 0)", "", UnsupportedError, "Surface: its normal is"),
+        ("float inputs:displacement = 0.5", "", UnsupportedError, "Surface: its displacement is 0.5"),
+        ("float inputs:roughness = 1.5", "", StageError, "Surface: its roughness is 1.5"),
+        ("float inputs:metallic = -1", "", StageError, "Surface: its metallic is -1"),
+        ("color3f inputs:diffuseColor = (nan, 0, 0)", "", StageError, "Surface: its diffuseColor is nan"),
+        (
+            'color3f inputs:diffuseColor = (1, 0, 0) (\ncolorSpace = "sRGB"\n)',
+            "",
+            UnsupportedError,
+            "inputs:diffuseColor: is given in colour space 'sRGB'",
+        ),
+    ],
+)
+def test_what_is_no_constant_is_refused_by_name(read_material, inputs, nodes, error, saying):
+    with pytest.raises(error, match=f"^/World/Target/Paint/{saying}|{saying}"):
+        read_material(inputs, nodes=nodes)
+
+
+def test_other_surfaces_are_refused(read_scene):
+    with pytest.raises(UnsupportedError, match=r"^/World/Target/Paint: its surface .* is 'Other'"):
+        read_scene(material(kind="Other"))
+    with pytest.raises(UnsupportedError, match=r"^/World/Target/Paint: has no surface"):
+        read_scene(material().replace("outputs:surface.connect", "outputs:mtlx:surface.connect"), name="b.usda")
+
+
+def test_a_binding_to_nothing_is_an_error(read_scene):
+    with pytest.raises(StageError, match=r"^/World/Target/Box: is bound to /World/Target/None, which is no material"):
+        read_scene(material().replace("= </World/Target/Paint>", "= </World/Target/None>"))
+
+
+def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene):
+    geometry = """
+    def Xform "Group" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        rel material:binding = </World/Target/All>
+        rel material:binding:full = </World/Target/Full>
+        rel material:binding:preview = </World/Target/Preview>
+        def Cube "Box" {}
+    }"""
+    for name, red in {"All": 0.1, "Full": 0.5, "Preview": 0.9}.items():
+        geometry += material(f"color3f inputs:diffuseColor = ({red}, 0, 0)").split("}", 1)[1].replace("Paint", name)
+    assert [m.path for m in read_scene(geometry).target.materials] == ["/World/Target/Full"]
+
+
+def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene):
+    geometry = """
+    def Xform "Group"
+    {
+        color3f[] primvars:displayColor = [(0.25, 0.5, 1)]
+        def Cube "Inherits" {}
+        def Cube "Own"
+        {
+            color3f[] primvars:displayColor = [(1, 1, 0), (1, 1, 0)] (
+                interpolation = "vertex"
+            )
+            float[] primvars:displayOpacity = [0.5]
+        }
+    }
+    def Cube "Plain" {}"""
+    found = read_scene(geometry).target.materials
+    assert [(m.diffuse_color, m.opacity) for m in found] == [
+        ((0.25, 0.5, 1), 1),
+        ((1, 1, 0), 0.5),
+        (Material(path="").diffuse_color, 1),
+    ]
+
+
+def test_a_display_color_that_varies_is_refused(read_scene):
+    geometry = 'def Cube "Box"\n{\ncolor3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)]\n}'
+    with pytest.raises(UnsupportedError, match=r"^/World/Target/Box.primvars:displayColor: varies over the surface"):
+        read_scene(geometry)
