@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from pxr import Sdf, Tf, UsdUtils
 
 from spin_usd.errors import StageError
@@ -19,6 +20,8 @@ LAYERS = (".usd", ".usda", ".usdc")
 EXTENSIONS = (*LAYERS, ".usdz")
 MAX_FILE_BYTES = 2**31
 MAX_FILES = 10_000
+MAX_DEPTH = 256  # USD's text parser recurses: 100,000 nested brackets overflow its stack
+QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
 UDIM = "<UDIM>"
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 
@@ -96,6 +99,7 @@ def _named_by(file: Path) -> list[str]:
         if suffix == ".usdz":
             _check_package(file)
             return []
+        _check_depth(file)
         layer = Sdf.Layer.FindOrOpen(str(file))
         if layer.timeCodesPerSecond <= 0:  # USD lists the time samples of such a stage for ever
             found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
@@ -103,6 +107,21 @@ def _named_by(file: Path) -> list[str]:
         return [name for kind in UsdUtils.ExtractExternalReferences(str(file)) for name in kind]
     except Tf.ErrorException as error:
         raise parse_failure(error, file) from None
+
+
+def _check_depth(file: Path) -> None:
+    """Refuse text whose brackets nest deeper than any stage's."""
+    text = file.read_bytes()
+    if not text.startswith(b"#usda"):
+        return
+    if _depth(text) > MAX_DEPTH and _depth(QUOTED.sub(b"", text)) > MAX_DEPTH:
+        raise StageError(f"nests brackets deeper than {MAX_DEPTH}", where=file, do="flatten it")
+
+
+def _depth(text: bytes) -> int:
+    codes = np.frombuffer(text, np.uint8)
+    step = np.isin(codes, list(b"([{")).astype(np.int32) - np.isin(codes, list(b")]}"))
+    return int(step.cumsum().max(initial=0))
 
 
 def _check_package(file: Path) -> None:

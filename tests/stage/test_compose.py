@@ -172,6 +172,16 @@ def test_stages_that_do_not_compose(tmp_path, text, saying):
     assert "root.usda" in str(error.value)
 
 
+@pytest.mark.parametrize("brackets", ["()", "{}", "[]"])
+def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets):
+    path = tmp_path / "root.usda"
+    path.write_text("#usda 1.0\n" + brackets[0] * 200_000 + brackets[1] * 200_000)
+    with pytest.raises(StageError, match="nests brackets deeper than 256"):
+        compose.open_stage(path)
+    path.write_text(f'#usda 1.0\n(\ndoc = """{brackets[0] * 300}"""\n)\n# {brackets[0] * 300}\n')
+    assert compose.open_stage(path)
+
+
 def test_files_that_are_no_stage(tmp_path):
     with pytest.raises(StageError, match="there is no such stage"):
         compose.open_stage(tmp_path / "none.usda")
