@@ -207,3 +207,10 @@ def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path):
     gone, alive = psutil.wait_procs(workers, timeout=10)
     assert gone
     assert not alive
+
+
+def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd):
+    layer = dataset / "stage" / "layers" / "lights.usda"
+    layer.write_text(layer.read_text() + "# a comment\n")
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [(f["code"], f["where"]) for f in found] == [("layer", "stage/layers/lights.usda")]
