@@ -38,11 +38,11 @@ def exact_hit(scene, column, row, face, ray):
 
 
 def at_range(z, seed):
-    """A soup of triangles at range z, as large in the picture at every range."""
+    """A soup of triangles at range z, as large in the picture at every range, and off the camera's axis."""
     points, faces, parts = soup(seed, size=0.3)
-    camera = Camera(width=48, height=40, fx=40 * z, fy=39 * z, cx=23.0, cy=21.0)
+    camera = Camera(width=48, height=40, fx=40 * z, fy=39 * z, cx=23.0 - 8 * z, cy=21.0 + 5 * z)
     q = np.random.default_rng(seed).normal(size=4)
-    return scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(q, (0.03, -0.05, z)))
+    return scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(q, (0.2 * z, -5 / 39 * z, z)))
 
 
 @pytest.mark.parametrize("z", RANGES)
