@@ -6,10 +6,10 @@ from typing import Any
 
 from spin_usd.dataset.check_pictures import Inventory, picture_findings
 from spin_usd.dataset.child import Child
-from spin_usd.dataset.finding import Finding
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import LOCK, TEMPORARY, WORK, Store
 from spin_usd.errors import InputError, SpinError
+from spin_usd.scene.finding import WARNING, Finding
 
 Progress = Callable[[str, int, int], None]
 
@@ -34,7 +34,7 @@ def stage_findings(root: Path) -> list[Finding]:
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
-    """All that is wrong with the dataset in the folder `root`: its stage, its pictures, and files that are in neither."""
+    """All that is wrong with the dataset in the folder `root`: its stage, its pictures, and stray files."""
     store = Store(root=root)
     try:
         description = read_json(store.description, "dataset-1")
@@ -73,4 +73,4 @@ def _strays(store: Store, listed: set[str]) -> Iterator[Finding]:
         if TEMPORARY in name:
             yield Finding(code="temporary", where=name, message="was left by an interrupted run; run render again")
         elif name not in listed and path.parent.parent.parent == store.root:
-            yield Finding(code="stray", where=name, message="is in no record", severity="warning")
+            yield Finding(code="stray", where=name, message="is in no record", severity=WARNING)

@@ -1,4 +1,4 @@
-"""Findings on a dataset's pictures: records, digests, and that the labels agree with one another and with the camera."""
+"""Findings on a dataset's pictures: records, digests, provenance, and whether the labels agree."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.dataset.finding import Finding
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.finding import WARNING, Finding
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
 DEPTH_RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much
@@ -62,7 +62,7 @@ def _provenance(store: Store, record: dict[str, Any], name: str, inventory: Inve
     stage = record["provenance"]["stage"]
     if inventory.description["stage"]["hashes"].get(record["variant"]) != stage["hash"]:
         message = "was made from another state of the stage; run spin-usd render again"
-        yield Finding(code="outdated", where=name, message=message, severity="warning")
+        yield Finding(code="outdated", where=name, message=message, severity=WARNING)
         return
     folder = Path(stage["root"]).parent
     for layer, sha256 in stage["files"].items():

@@ -9,11 +9,11 @@ from pathlib import Path
 from pxr import Usd, UsdValidation
 
 from spin_usd.errors import StageError
+from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check_layers import layer_findings
 from spin_usd.stage.check_pictures import camera_findings, capture_findings, pose_findings
 from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
 from spin_usd.stage.check_variants import variant_findings
-from spin_usd.stage.finding import ERROR, WARNING, Finding
 from spin_usd.stage.layer import open_layer
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pxr import Ar, Sdf, Usd, UsdUtils
 
+from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
-from spin_usd.stage.finding import WARNING, Finding
 
 ALWAYS = ("upAxis", "metersPerUnit")
 OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")

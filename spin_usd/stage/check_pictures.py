@@ -7,10 +7,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.errors import SpinError
 from spin_usd.geometry.camera import Camera
+from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.poses import FRAME_NAME
 from spin_usd.stage import schema
 from spin_usd.stage.convert import quaternion
-from spin_usd.stage.finding import WARNING, Finding
 from spin_usd.stage.lens import derived_values, read_lens
 
 FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
+from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
-from spin_usd.stage.finding import WARNING, Finding
 
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # their fallbacks differ between light types and versions
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pxr import Sdf, Usd
 
-from spin_usd.stage.finding import WARNING, Finding
+from spin_usd.scene.finding import WARNING, Finding
 
 MAX_VARIANTS = 200  # of one set; each is composed to be looked at
 

@@ -59,7 +59,8 @@ class TargetReader:
     time: Usd.TimeCode
     visited: list[Usd.Prim] = field(default_factory=list)
     _labels: list[Labels] = field(default_factory=list)
-    _materials: list[Material] = field(default_factory=list)
+    _part_number: dict[str, int] = field(default_factory=dict)
+    _materials: dict[Material, int] = field(default_factory=dict)
     _shapes: dict[Any, Triangles] = field(default_factory=dict)
     _faces: int = 0
 
@@ -171,19 +172,16 @@ class TargetReader:
         return self._shapes[key]
 
     def _part(self, labels: Labels) -> int:
-        for number, known in enumerate(self._labels):
-            if known.part_path == labels.part_path:
-                return number
-        self._labels.append(labels)
-        return len(self._labels) - 1
+        number = self._part_number.setdefault(labels.part_path, len(self._labels))
+        if number == len(self._labels):
+            self._labels.append(labels)
+        return number
 
     def _material(self, prim: Usd.Prim) -> int:
         material = bound_material(prim, self.time)
         if material.path and not material.path.startswith(str(prim.GetPath())):
             self.visited += Usd.PrimRange(prim.GetStage().GetPrimAtPath(material.path.split(".")[0]), PROXIES)
-        if material not in self._materials:
-            self._materials.append(material)
-        return self._materials.index(material)
+        return self._materials.setdefault(material, len(self._materials))
 
     def _count(self, prim: Usd.Prim) -> None:
         self.visited.append(prim)

@@ -1,4 +1,4 @@
-"""What a check found on a stage."""
+"""What a check finds on a stage or a dataset."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,8 @@ ERROR, WARNING = "error", "warning"
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """code names the rule · where is a prim path or a layer's file · severity is "error" or "warning"."""
+    """code names the rule · where is a prim path or a file · severity is "error", or "warning" for what fails
+    nothing."""
 
     code: str
     where: str
