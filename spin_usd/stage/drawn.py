@@ -1,6 +1,6 @@
 """What of a stage would be drawn: visibility, purpose, and which prims are geometry."""
 
-from pxr import Usd, UsdGeom, UsdLux, UsdSkel
+from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.gprims import SHAPES
@@ -40,6 +40,8 @@ def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
 
 def is_geometry(prim: Usd.Prim) -> bool:
     """Whether `prim` is geometry. Raises UnsupportedError for kinds that this version does not read."""
+    if prim.HasAPI(UsdLod.RootAPI):
+        raise UnsupportedError("chooses among levels of detail", where=prim.GetPath(), do="keep one of them")
     if prim.IsA(UsdGeom.Mesh):
         if prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton():
             raise UnsupportedError("is skinned by a skeleton", where=prim.GetPath(), do="bake its points")

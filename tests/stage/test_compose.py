@@ -220,6 +220,12 @@ def test_the_hash_follows_content_assets_and_variant(make):
     assert len(set(hashes)) == 4
 
 
+def test_the_hash_tells_variants_of_equal_content_apart(make):
+    path = make(more='"same" {\n}\n"alike" {\n}')
+    hashes = {compose.stage_hash(compose.open_stage(path, variant=v)) for v in ("nominal", "same", "alike")}
+    assert len(hashes) == 3
+
+
 def test_the_hash_ignores_variants_that_are_not_selected(make):
     plain = compose.stage_hash(compose.open_stage(make("a")))
     assert plain == compose.stage_hash(compose.open_stage(make("b", more='"huge" {\n}')))

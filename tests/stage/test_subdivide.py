@@ -100,6 +100,14 @@ def test_a_sharpness_of_one_lasts_one_step():
     np.testing.assert_allclose(subdivide.limit(refined(cage(*CUBE, creases), 2)), smooth, atol=ROUNDING)
 
 
+def test_a_sharpness_of_two_lasts_two_steps():
+    once = refined(cage(*CUBE, dict.fromkeys(CUBE_EDGES, 2.0)), 1)
+    assert set(once.edge_sharpness) == {0.0, 1.0}
+    twice = subdivide.refine(once)
+    assert not twice.edge_sharpness.any()
+    np.testing.assert_allclose(abs(twice.points).max(1), 1)
+
+
 def test_a_boundary_is_a_cubic_b_spline_curve_and_its_corners_stay():
     points, counts, indices = grid(4)
     corners = subdivide.lonely_corners(counts, indices, len(points))

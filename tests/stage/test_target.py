@@ -392,3 +392,9 @@ def test_a_skinned_mesh_is_refused(read_scene):
     }"""
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Root/Skin: is skinned"):
         read_scene(geometry % MESH)
+
+
+def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene):
+    geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LodRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
+    with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
+        read_scene(geometry)
