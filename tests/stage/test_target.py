@@ -395,6 +395,6 @@ def test_a_skinned_mesh_is_refused(read_scene):
 
 
 def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene):
-    geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LodRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
+    geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LODRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
         read_scene(geometry)
