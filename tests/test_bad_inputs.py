@@ -252,6 +252,18 @@ def test_render_refuses_bad_stages(tmp_path, spin_usd, name):
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
 
 
+@pytest.mark.slow
+def test_a_stage_that_multiplies_without_end_is_given_up(tmp_path, spin_usd):
+    """2.3 kB of doubling references: 2**32 prims."""
+    doubling = "".join(
+        f'def "D{i}"\n{{\n  def "A" (references = </D{i + 1}>)\n  {{\n  }}\n'
+        f'  def "B" (references = </D{i + 1}>)\n  {{\n  }}\n}}\n'
+        for i in range(30)
+    )
+    (tmp_path / "stage.usda").write_text(HEAD + doubling + 'def "D30"\n{\n}\n' + stage(CAMERA, TARGET, head=""))
+    refused(spin_usd, ["render", tmp_path / "stage.usda", "--out", tmp_path / "data"], "stage.usda")
+
+
 @pytest.fixture
 def good_stage(tmp_path):
     (tmp_path / "stage.usda").write_text(stage(CAMERA, TARGET))

@@ -6,6 +6,8 @@ of JSON. It dies with its parent. A crash ends the child, never the parent.
 
 import json
 import os
+import resource
+import select
 import signal
 import subprocess
 import sys
@@ -30,8 +32,11 @@ class ChildDiedError(RenderError):
 class Child:
     """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
 
-    def __init__(self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None) -> None:
-        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files."""
+    def __init__(
+        self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None, memory: int | None = None
+    ) -> None:
+        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files. `memory`:
+        bytes of address space it may take (Linux), for children that read what a stranger wrote."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
         environment.update(TMPDIR=str(scratch or tempfile.gettempdir()), SPIN_USD_PARENT=str(os.getpid()))
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
@@ -44,6 +49,8 @@ class Child:
             pass_fds=keep_open,
             start_new_session=True,
         )
+        if memory is not None and hasattr(resource, "prlimit"):
+            resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
 
     def __enter__(self) -> Self:
         return self
@@ -65,9 +72,15 @@ class Child:
         except OSError as broken:
             raise self._died() from broken
 
-    def receive(self) -> Mapping[str, Any]:
-        """The next line: {"progress": ...} or {"result": ...}; raises what the child raised, or ChildDiedError."""
+    def receive(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        """The next line: {"progress": ...} or {"result": ...}; raises what the child raised, or ChildDiedError.
+
+        A child that says nothing for `within_s` seconds is ended.
+        """
         assert self.process.stdout is not None
+        if within_s is not None and not select.select([self], [], [], within_s)[0]:
+            self.kill()
+            raise ChildDiedError(f"the worker process gave no answer within {within_s:g} s")
         line = self.process.stdout.readline()
         if not line.endswith(b"\n"):
             raise self._died()
@@ -76,10 +89,17 @@ class Child:
             raise _error(answer["error"])
         return answer
 
-    def call(self, call: str, *, progress: Callable[[Any], None] | None = None, **arguments: Any) -> Any:
-        """Do `call` in the child and return its result."""
+    def call(
+        self,
+        call: str,
+        *,
+        progress: Callable[[Any], None] | None = None,
+        within_s: float | None = None,
+        **arguments: Any,
+    ) -> Any:
+        """Do `call` in the child and return its result; `within_s` bounds the wait for each word from it."""
         self.send(call, **arguments)
-        while "result" not in (answer := self.receive()):
+        while "result" not in (answer := self.receive(within_s=within_s)):
             if progress:
                 progress(answer["progress"])
         return answer["result"]

@@ -12,18 +12,19 @@ from typing import Any
 
 import psutil
 
-from spin_usd.dataset.child import Child
+from spin_usd.dataset.child import Child, ChildDiedError
 from spin_usd.dataset.cost import Estimate, estimate
 from spin_usd.dataset.job import Job, PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, StageError
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.keys import RenderSettings
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+PATIENCE_S = 120.0  # for a stage to open, and for every PROGRESS_EVERY pictures after that
 IMAGE_SUFFIXES = (".png", ".jpg")
 
 Progress = Callable[[str, int, int], None]
@@ -79,8 +80,7 @@ class RenderReport:
 
 def plan(request: RenderRequest, *, progress: Progress) -> tuple[Mapping[str, Any], list[PlannedPicture], Estimate]:
     """What a run would make and about what it would cost; writes nothing."""
-    with Child() as child:
-        answer = _plan(child, request, request.stage, None, progress)
+    answer = _plan(request, None, progress)
     pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
     return answer, pictures, estimate(pictures, answer["description"], request.kinds, request.renderer, request.samples)
 
@@ -102,8 +102,7 @@ def render(request: RenderRequest, out: Path, *, workers: int | None = None, pro
 
 
 def _render(store: Store, lock: int, request: RenderRequest, workers: int | None, progress: Progress) -> RenderReport:
-    with Child(scratch=store.work) as child:
-        answer = _plan(child, request, request.stage, store.work / "stage", progress)
+    answer = _plan(request, store.work / "stage", progress)
     pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
     root = _adopt_stage(store, Path(answer["root"]).relative_to(store.work / "stage"))
     write_json(store.description, _description(store, answer, root, request.kinds))
@@ -142,20 +141,25 @@ class _Listener:
         self.progress("rendering", report.reused + report.made + len(report.failed), report.pictures)
 
 
-def _plan(
-    child: Child, request: RenderRequest, stage: Path, copy_to: Path | None, progress: Progress
-) -> Mapping[str, Any]:
-    answer: Mapping[str, Any] = child.call(
-        "plan",
-        stage=str(stage.absolute()),
-        variants=request.variants,
-        frames=request.frames,
-        renderer=request.renderer,
-        samples=request.samples,
-        seed=request.seed,
-        copy_to=str(copy_to) if copy_to else None,
-        progress=lambda counts: progress("planning", *counts),
-    )
+def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> Mapping[str, Any]:
+    """Read the stage in a child of its own: a stage that was made to harm ends that, and nothing else."""
+    with Child(memory=psutil.virtual_memory().total // 2) as child:
+        try:
+            answer: Mapping[str, Any] = child.call(
+                "plan",
+                stage=str(request.stage.absolute()),
+                variants=request.variants,
+                frames=request.frames,
+                renderer=request.renderer,
+                samples=request.samples,
+                seed=request.seed,
+                copy_to=str(copy_to) if copy_to else None,
+                progress=lambda counts: progress("planning", *counts),
+                within_s=PATIENCE_S,
+            )
+        except ChildDiedError as died:
+            do = "simplify it, or look for what multiplies in it"
+            raise StageError(f"cannot be read: {died.found}", where=request.stage, do=do) from died
     return answer
 
 
