@@ -21,7 +21,10 @@ from spin_usd.scene.model import Scene
 # camera's axes pixels to 2**-24 of their distance from the principal point.
 NEAR_RADII = 16.0
 CLEARANCE = 1.01  # rays start this many radii before the target's centre: outside its bounding sphere
-PLAIN_FOCAL = (1 / 8, 16.0)  # fx / width within which Cycles' own float32 field of view keeps 1e-4 px
+PLAIN_FOCAL = (
+    1 / 8,
+    16.0,
+)  # fx / width where Cycles' float32 field of view should keep 1e-4 px: reckoned, not measured
 INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
 MAX_INVERSE_STEPS = 12

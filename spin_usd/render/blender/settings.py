@@ -11,7 +11,7 @@ import numpy as np
 
 from spin_usd.errors import RenderError
 
-BOUNCES = 4  # diffuse and glossy: a spacecraft's parts light each other; a fifth bounce adds less than 1 %
+BOUNCES = 4  # diffuse and glossy: a spacecraft's parts light each other
 TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
 SINGLE_PRECISION = 1e-6  # relative rounding of a float32 property, with room for its unit conversion
 
@@ -40,7 +40,7 @@ CYCLES: Mapping[str, Any] = {
     "use_distance_cull": False,
     "film_exposure": 1.0,
     "debug_bvh_type": "DYNAMIC_BVH",
-    "shading_system": False,  # the camera's shader runs under OSL without it; materials run 20 % faster outside OSL
+    "shading_system": False,  # the camera's shader runs without it; it would only move the materials to OSL
     "volume_bounces": 0,
 }
 RENDER: Mapping[str, Any] = {
