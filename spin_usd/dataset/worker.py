@@ -3,11 +3,13 @@
 import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import psutil
+from numpy.typing import NDArray
 
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_picture
@@ -21,6 +23,8 @@ from spin_usd.render.renderer import Renderer
 from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read import StageReader
+
+WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
 
 
 class Worker:
@@ -42,18 +46,27 @@ class Worker:
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
         before = self.withdraw(variant, scene.frame.name)
-        files = {}
-        for kind, array, channels in make_picture(scene, self.renderer, self.job.settings, kinds, watch):
-            path = self.store.file(kind, variant, scene.frame.name, suffix_of(kind, self.job.image_suffix))
+        with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
+            writing = {
+                kind: writers.submit(self._write, kind, variant, scene.frame.name, array, channels)
+                for kind, array, channels in make_picture(scene, self.renderer, self.job.settings, kinds, watch)
+            }
             with watch("files"):
-                digest = write_atomically(path, partial(write_image, array=array, channels=channels))
-            files[kind] = {"path": self.store.relative(path), "sha256": digest}
-        record = make_record(reader, scene, self.job, files, self.versions)
+                files = {kind: written.result() for kind, written in writing.items()}
         with watch("files"):
+            record = make_record(reader, scene, self.job, files, self.versions)
             write_json(self.store.record(variant, scene.frame.name), record)
             for stale in before - {entry["path"] for entry in files.values()}:
                 (self.store.root / stale).unlink(missing_ok=True)
         return {"seconds": watch.seconds, "memory": psutil.Process().memory_info().rss}
+
+    def _write(
+        self, kind: str, variant: str, frame: str, array: NDArray[Any], channels: tuple[str, ...]
+    ) -> dict[str, str]:
+        """Write one file; returns its entry in the record."""
+        path = self.store.file(kind, variant, frame, suffix_of(kind, self.job.image_suffix))
+        digest = write_atomically(path, partial(write_image, array=array, channels=channels))
+        return {"path": self.store.relative(path), "sha256": digest}
 
     def withdraw(self, variant: str, frame: str) -> set[str]:
         """Remove a picture's old record, so that none ever describes files being replaced; returns those files."""

@@ -103,6 +103,13 @@ class Mesh:
         return digest(self.face_material, self.corner_normals)
 
     @cached_property
+    def edges(self) -> NDArray[np.int32]:
+        """(E, 2) each edge once, as indices into points."""
+        pairs = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]], self.faces[:, [2, 0]]])
+        edges: NDArray[np.int32] = np.unique(np.sort(pairs, axis=1), axis=0)
+        return edges
+
+    @cached_property
     def centre(self) -> Float:
         """(3,) middle of the bounding box, body axes, metres."""
         used = self.points[np.unique(self.faces)]

@@ -218,3 +218,16 @@ def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, val
 def test_lights_that_are_no_sun_are_named(blender, make_scene, square, values):
     with pytest.raises(UnsupportedError, match="/Sun"):
         render(blender, make_scene(*square, lights=[replace(sun(), **values)]))
+
+
+def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speedplus, monkeypatch):
+    """However the region is cut into renders, every pixel is the same, bit for bit; partly out of the frame too."""
+    for t in ((0.0, 0.0, 3.0), (0.5, 0.3, 2.5)):
+        scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=t, lights=[sun()])
+        pictures = []
+        for cost in (1e18, 0.0):  # one band; as many as there are
+            monkeypatch.setattr("spin_usd.render.blender.renderer.BAND_COST_SAMPLES", cost)
+            pictures.append((blender.visibility(scene).face, blender.radiance(scene, samples=3, seed=5).rgb))
+        assert (pictures[0][0] >= 0).any()
+        assert np.array_equal(pictures[0][0], pictures[1][0])
+        assert np.array_equal(pictures[0][1], pictures[1][1])

@@ -1,6 +1,5 @@
 """Rendering one Blender scene into an array, through a float EXR in a temporary folder."""
 
-import os
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,10 @@ from numpy.typing import NDArray
 from spin_usd.errors import RenderError
 from spin_usd.geometry.region import Region
 
-MEMORY_FOLDER = Path("/dev/shm")  # in memory on Linux: a picture is written and read again each frame
-
 
 def scratch_folder() -> tempfile.TemporaryDirectory[str]:
-    """A private temporary folder, in memory where the machine offers that."""
-    place = str(MEMORY_FOLDER) if os.access(MEMORY_FOLDER, os.W_OK) else None
-    return tempfile.TemporaryDirectory(prefix="spin_usd-", dir=place, ignore_cleanup_errors=True)
+    """A private folder where the process keeps its temporary files: a worker's lies in the dataset, to be swept."""
+    return tempfile.TemporaryDirectory(prefix="spin_usd-", ignore_cleanup_errors=True)
 
 
 class Readback:

@@ -6,7 +6,9 @@ from typing import Any
 import bpy
 import numpy as np
 import OpenImageIO
+from numpy.typing import NDArray
 
+from spin_usd.geometry.bands import tight_bands
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.light import SunRig
 from spin_usd.render.blender.material import label_material
@@ -16,6 +18,9 @@ from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.settings import BEAUTY, LABEL, TRANSPARENT_BOUNCES, assign, cycles_scene
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
+
+# What starting a render costs, in samples of empty pixels: some 15 ms against half a microsecond.
+BAND_COST_SAMPLES = 30_000
 
 
 class BlenderRenderer:
@@ -43,7 +48,7 @@ class BlenderRenderer:
         self._show(scene)
         assign(self._scene.cycles, LABEL)
         self._scene.view_layers[0].material_override = self._label_material
-        numbers = self._readback.render(self._scene, region)[..., 0]
+        numbers = self._render(scene, samples=1)[..., 0]
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
@@ -56,7 +61,7 @@ class BlenderRenderer:
         self._suns.shine(scene.lights)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
-        return Radiance(region=region, rgb=self._readback.render(self._scene, region))
+        return Radiance(region=region, rgb=self._render(scene, samples=samples))
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -75,7 +80,18 @@ class BlenderRenderer:
         view = View.of(scene)
         self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location)
         self._camera.aim(view)
-        self._camera.crop(scene.region)
+
+    def _render(self, scene: Scene, *, samples: int) -> NDArray[np.float32]:
+        """(rows, columns, 3) of the scene's region, rendered only where the target can be; black elsewhere."""
+        mesh, region = scene.target.mesh, scene.region
+        points = scene.T_cam_body.points(mesh.points)
+        cost = BAND_COST_SAMPLES / samples
+        pixels = np.zeros((*region.shape, 3), np.float32)
+        for band in tight_bands(scene.camera, points, mesh.edges, region, band_cost_px=cost):
+            self._camera.crop(band)
+            rows, columns = band.y0 - region.y0, band.x0 - region.x0
+            pixels[rows : rows + band.height, columns : columns + band.width] = self._readback.render(self._scene, band)
+        return pixels
 
     def _effort(self, samples: int, seed: int) -> dict[str, Any]:
         """What the materials and the user ask of the path tracer."""

@@ -1,0 +1,92 @@
+"""A region of interest cut into bands of rows, each only as wide as the body is there."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.bounds import PADDING_PX
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.region import Region
+
+ROWS = 8  # height of a slice: bands begin and end at multiples of it
+FAR_FRAMES = 8  # a point further out than so many frames would make edges of very many pieces
+PIECE_PX = 4.0  # edges are followed in pieces of about this length; distortion bows none by 1e-3 px
+
+
+def tight_bands(
+    camera: Camera, points_cam: ArrayLike, edges: NDArray[np.integer], region: Region, *, band_cost_px: float
+) -> list[Region]:
+    """Boxes that together hold every pixel of `region` that a mesh can touch, chosen so that their pixels and
+    `band_cost_px` for each of them are fewest.
+
+    points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame. A triangle's reach within a slice
+    of rows is that of its edges. The region itself where a point lies behind the camera or far outside the frame.
+    """
+    if region.empty:
+        return []
+    p = np.asarray(points_cam, np.float64)
+    uv = camera.project(p)
+    if not np.abs(uv).max() < FAR_FRAMES * max(camera.width, camera.height):  # NaN is not less
+        return [region]
+    start, end = _pieces(camera, p[:, :2] / p[:, 2:], uv, edges)
+    low, high = _extents(start, end, region)
+    return [
+        Region(x0=int(low[a:b].min()), x1=int(high[a:b].max()), y0=region.y0 + a * ROWS, y1=y1)
+        for a, b in _cheapest_cuts(low, high, band_cost_px)
+        if (y1 := min(region.y0 + b * ROWS, region.y1)) and low[a:b].min() < high[a:b].max()
+    ]
+
+
+def _extents(start: Float, end: Float, region: Region) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and end column (S,) of what the segments start to end (N, 2) touch in each slice of rows; an empty slice
+    has first > end."""
+    count = -(-region.height // ROWS)
+    low, high = np.full(count, region.x1), np.full(count, region.x0)
+    left = np.floor(np.minimum(start[:, 0], end[:, 0])).astype(np.int64) - PADDING_PX
+    right = np.ceil(np.maximum(start[:, 0], end[:, 0])).astype(np.int64) + PADDING_PX
+    above = np.floor(np.minimum(start[:, 1], end[:, 1])).astype(np.int64) - PADDING_PX - region.y0
+    below = np.ceil(np.maximum(start[:, 1], end[:, 1])).astype(np.int64) + PADDING_PX - region.y0
+    first, last = above // ROWS, below // ROWS
+    for step in range(int((last - first).max(initial=-1)) + 1):
+        row = first + step
+        here = (row <= last) & (row >= 0) & (row < count)
+        np.minimum.at(low, row[here], left[here])
+        np.maximum.at(high, row[here], right[here])
+    return np.clip(low, region.x0, region.x1), np.clip(high, region.x0, region.x1)
+
+
+def _pieces(camera: Camera, xy: Float, uv: Float, edges: NDArray[np.integer]) -> tuple[Float, Float]:
+    """Starts and ends (N, 2), pixels, of pieces of the edges. An edge is straight in the undistorted coordinates `xy`
+    (P, 2), and bowed in the pixels `uv` (P, 2)."""
+    i, j = edges.T
+    count = np.maximum(np.ceil(np.abs(uv[j] - uv[i]).max(-1) / PIECE_PX), 1).astype(np.int64)
+    long = count > 1
+    start, end = [uv[i[~long]]], [uv[j[~long]]]
+    if long.any():
+        i, j, count = i[long], j[long], count[long]
+        edge = np.repeat(np.arange(len(i)), count)
+        k = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
+        step = ((xy[j] - xy[i]) / count[:, None])[edge]
+        start.append(camera.pixels(xy[i][edge] + k[:, None] * step))
+        end.append(camera.pixels(xy[i][edge] + (k + 1)[:, None] * step))
+    return np.concatenate(start), np.concatenate(end)
+
+
+def _cheapest_cuts(low: NDArray[np.int64], high: NDArray[np.int64], band_cost_px: float) -> list[tuple[int, int]]:
+    """Where to cut the slices into bands (first slice, end slice) at least cost, by dynamic programming."""
+    count = len(low)
+    cost, cut = [0.0] + [np.inf] * count, [0] * (count + 1)
+    for end in range(1, count + 1):
+        # Widths of the bands that end here, by where they begin.
+        wide = np.maximum.accumulate(high[end - 1 :: -1][:end]) - np.minimum.accumulate(low[end - 1 :: -1][:end])
+        for begin in range(end - 1, -1, -1):
+            width = max(int(wide[end - 1 - begin]), 0)
+            total = cost[begin] + (width * (end - begin) * ROWS + band_cost_px if width else 0)
+            if total < cost[end]:
+                cost[end], cut[end] = total, begin
+    ends = [count]
+    while ends[-1]:
+        ends.append(cut[ends[-1]])
+    return list(pairwise(reversed(ends)))
