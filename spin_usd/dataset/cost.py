@@ -12,13 +12,13 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import IMAGE, RADIANCE
 from spin_usd.labels.label import LABELS
 
-BLENDER_SAMPLE_S = 1.0e-6  # per sample and pixel of the region of interest, of which about 45 % are target
-RAYCAST_SAMPLE_S = 0.8e-6
-PASS_S = 0.1  # what a pass costs beside its samples
+BLENDER_SAMPLE_S = 1.25e-6  # per sample and pixel of the region of interest, of which about half are target
+RAYCAST_SAMPLE_S = 0.6e-6
+PASS_S = 0.03  # what a pass costs beside its samples
 LABEL_PIXEL_S = 1.0e-6  # per pixel of the region: the ray, the cast, the point
-FRAME_PIXEL_S = 7e-8  # per pixel of the whole frame and file: encode, decode again, hash, sync
+FRAME_PIXEL_S = 3.5e-8  # per pixel of the whole frame and file: encode, decode again, hash, sync
 START_S = 3.0  # a worker's start
-BYTES_PER_REGION_PIXEL = {IMAGE: 0.6, RADIANCE: 9.0, "depth": 2.6, "segmentation": 0.05, "dense_pose": 7.5}
+BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0, "depth": 1.3, "segmentation": 0.03, "dense_pose": 4.0}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 
 
