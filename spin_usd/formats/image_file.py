@@ -113,7 +113,7 @@ def _check_written(path: Path, pixels: Image, channels: tuple[str, ...]) -> None
     try:
         found, names = read_image(path)
     except InputError as e:
-        raise OutputError(f"came back {e.found}", where=path, do="free some space and try again") from e
+        raise OutputError(f"was written, but {e.found}", where=path, do="free some space and try again") from e
     wanted, expected = _in_name_order(pixels, list(channels))
     same = found.shape == wanted.shape and found.dtype == wanted.dtype
     if same and path.suffix == ".jpg":

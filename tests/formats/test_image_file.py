@@ -1,5 +1,7 @@
 """Image files come back bit for bit, are read alike by others, and never pass for whole when they are not."""
 
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -144,6 +146,21 @@ def test_a_full_disk_is_said(tmp_path, name):
     noise = np.random.default_rng(0).integers(0, 256, (64, 64)).astype(np.float32 if name.endswith("exr") else np.uint8)
     with pytest.raises(OutputError, match=name):
         write_image(tmp_path / name, noise, channels=GREY)
+
+
+def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path):
+    """A limit on the size of a file stands for the disk."""
+    code = (
+        "import resource, signal, numpy as np; from spin_usd.errors import OutputError;"
+        "from spin_usd.formats.image_file import write_image; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "noise = np.random.default_rng(0).integers(0, 2**16, (64, 64)).astype(np.uint16);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
+        f"try: write_image({str(tmp_path / 'a.png')!r}, noise, channels=('Y',))\n"
+        "except OutputError as error: print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "a.png: was written, but is cut short or damaged (" in done.stdout, done
+    assert done.stdout.count("\n") == 1
 
 
 @pytest.mark.parametrize("name", ["a.exr", "a.png"])
