@@ -15,7 +15,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
-from spin_usd.scene.poses import FRAME_NAME, PoseList
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
 POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
@@ -26,7 +26,7 @@ def read_pose_list(path: str | Path) -> PoseList:
     """The poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
     path = Path(path)
     entries = _entries(read_json(path), path)
-    names, seen = [], dict[str, int]()
+    names: list[str] = []
     q, t = np.empty((len(entries), 4)), np.empty((len(entries), 3))
     for i, entry in enumerate(entries):
         where = f"{path}, entry {i}"
@@ -34,12 +34,12 @@ def read_pose_list(path: str | Path) -> PoseList:
             raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
         name = _name(entry, where)
         where = f"{where} ({name!r})"
-        first = seen.setdefault(name.lower(), i)
-        if first != i:
-            raise InputError(f"names the same picture as entry {first}", where=where, do="give every pose its own name")
         names.append(name)
         q[i] = _numbers(entry, QUATERNION_KEYS, 4, where)
         t[i] = _numbers(entry, POSITION_KEYS, 3, where)
+    if pair := repeated_name(names):
+        where = f"{path}, entry {pair[1]} ({names[pair[1]]!r})"
+        raise InputError(f"names the same picture as entry {pair[0]}", where=where, do="give every pose its own name")
     _check_norms(q, names, path)
     return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, source=str(path))
 
@@ -108,7 +108,7 @@ def _name(entry: dict[str, Any], where: str) -> str:
         raise InputError(
             f"has the filename {filename[:80]!r}, which cannot name a picture",
             where=where,
-            do="use up to 200 letters, digits, '.', '_' and '-', the first a letter or digit",
+            do=FRAME_NAME_RULE,
         )
     return name
 

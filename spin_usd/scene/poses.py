@@ -1,6 +1,7 @@
 """A list of poses, each with the name of the picture taken from it."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -10,7 +11,19 @@ from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
 
-FRAME_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
+# A name becomes the stem of files, and ".tmp-" in a file's name marks what an interrupted run left half-written.
+FRAME_NAME = re.compile(r"(?!.*\.tmp-)[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
+FRAME_NAME_RULE = "use up to 200 letters, digits, '.', '_' and '-', the first a letter or digit, and not '.tmp-'"
+
+
+def repeated_name(names: Sequence[str]) -> tuple[int, int] | None:
+    """Indices of the first two names that are the same to a file system that ignores capitals; None if all differ."""
+    seen: dict[str, int] = {}
+    for i, name in enumerate(names):
+        first = seen.setdefault(name.lower(), i)
+        if first != i:
+            return first, i
+    return None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,13 +49,12 @@ class PoseList:
             raise GeometryError(f"quaternion has norm {norm[i]:.9g}, expected 1", where=f"pose {i} ({self.names[i]!r})")
         object.__setattr__(self, "q_cam_body", frozen(q / norm[:, None]))
         object.__setattr__(self, "t_cam_body", finite(self.t_cam_body, (count, 3), "positions"))
-        seen: dict[str, int] = {}
         for i, name in enumerate(self.names):
             if not FRAME_NAME.fullmatch(name):
-                raise GeometryError(f"{name!r} cannot name a picture", where=f"pose {i}")
-            first = seen.setdefault(name.lower(), i)
-            if first != i:
-                raise GeometryError(f"the name {name!r} is that of pose {first} too", where=f"pose {i}")
+                raise GeometryError(f"{name!r} cannot name a picture", where=f"pose {i}", do=FRAME_NAME_RULE)
+        if pair := repeated_name(self.names):
+            first, i = pair
+            raise GeometryError(f"the name {self.names[i]!r} is that of pose {first} too", where=f"pose {i}")
 
     def __len__(self) -> int:
         return len(self.names)

@@ -1,15 +1,13 @@
 """Which pictures a stage holds: their names and time codes."""
 
-import re
-
 import numpy as np
 from pxr import Usd
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import FrameId
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.stage import schema
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,199}")
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
 
@@ -54,9 +52,8 @@ def _time_range(stage: Usd.Stage) -> list[float]:
 
 def _check_names(names: list[str], where: str) -> None:
     for name in names:
-        if not NAME.fullmatch(name):
-            do = "use letters, digits, '.', '_' and '-', starting with a letter or digit, at most 200"
-            raise StageError(f"{name!r} is no name for a picture", where=where, do=do)
-    if len(set(names)) != len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise StageError(f"'{twice}' names two pictures", where=where, do="make the names unique")
+        if not FRAME_NAME.fullmatch(name):
+            raise StageError(f"{name!r} is no name for a picture", where=where, do=FRAME_NAME_RULE)
+    if pair := repeated_name(names):
+        found = f"'{names[pair[1]]}' names two pictures (capitals do not count)"
+        raise StageError(found, where=where, do="make the names unique")

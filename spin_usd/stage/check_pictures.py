@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 from spin_usd.errors import SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.poses import FRAME_NAME
+from spin_usd.scene.poses import FRAME_NAME, repeated_name
 from spin_usd.stage import schema
 from spin_usd.stage.convert import quaternion
 from spin_usd.stage.lens import derived_values, read_lens
@@ -33,7 +33,7 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
     for name, time in zip(names, times, strict=True):
         if not FRAME_NAME.fullmatch(name):
             yield Finding(code="capture-name", where=where, message=f"{name!r} at time {time:g} cannot name a picture")
-    if len({name.lower() for name in names}) < len(names):
+    if repeated_name(names):
         yield Finding(code="capture-name", where=where, message="two pictures have the same name")
     if (stage.GetStartTimeCode(), stage.GetEndTimeCode()) != (times[0], times[-1]):
         yield Finding(

@@ -83,6 +83,7 @@ def test_a_target_behind_the_camera_is_legal(tmp_path: Path) -> None:
         ([GOOD | {"filename": "a\nb"}], r"entry 0.*letters"),
         ([GOOD | {"filename": ""}], r"entry 0.*letters"),
         ([GOOD | {"filename": "a" * 201}], r"entry 0.*200"),
+        ([GOOD | {"filename": "img.tmp-1.jpg"}], r"entry 0.*not '\.tmp-'"),
         ([GOOD, 7], r"entry 1.*int"),
         ([], r"empty"),
         ({"poses": []}, r"empty"),

@@ -99,7 +99,7 @@ def test_frames_are_the_captures_samples(make_stage):
     assert StageReader(make_stage(name="plain.usda")).seed == 0
 
 
-@pytest.mark.parametrize("name", ["../evil", "", ".hidden", "a/b", "a b", "x" * 201, "{camera}", "café"])
+@pytest.mark.parametrize("name", ["../evil", "", ".hidden", "a/b", "a b", "x" * 201, "{camera}", "café", "a.tmp-b"])
 def test_names_that_are_no_file_stem(make_stage, name):
     with pytest.raises(StageError, match="is no name for a picture"):
         StageReader(with_frames(make_stage(), ["good", name]))
@@ -108,6 +108,8 @@ def test_names_that_are_no_file_stem(make_stage, name):
 def test_names_are_unique(make_stage):
     with pytest.raises(StageError, match="'same' names two pictures"):
         StageReader(with_frames(make_stage(), ["same", "other", "same"]))
+    with pytest.raises(StageError, match="'SAME' names two pictures"):
+        StageReader(with_frames(make_stage(name="capitals.usda"), ["same", "SAME"]))
 
 
 RANGE = "metersPerUnit = 1\nstartTimeCode = 0\nendTimeCode = 3"
