@@ -55,7 +55,7 @@ def _print_version(asked: bool) -> None:
 def common(
     context: typer.Context,
     debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks; may stand anywhere.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress; may stand anywhere.")] = False,
     version: Annotated[
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
@@ -137,7 +137,8 @@ def plan(
     with shown(context.obj["quiet"]) as progress:
         answer, _, cost = rendering.plan(request, progress=progress)
     if as_json:
-        print(json.dumps({**asdict(cost), "variants": answer["variants"], "hashes": answer["hashes"]}))
+        hashes = {name: stage["hash"] for name, stage in answer["stages"].items()}
+        print(json.dumps({**asdict(cost), "variants": answer["variants"], "hashes": hashes}))
         return
     workers = rendering.default_workers()
     print(f"pictures          {cost.pictures}   ({len(answer['variants'])} variants: {', '.join(answer['variants'])})")
@@ -291,15 +292,16 @@ def _duration(seconds: float) -> str:
 def run() -> NoReturn:
     """The console script: every failure is one sentence and a documented exit code."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    debug = "--debug" in sys.argv[1:]
+    arguments = [a for a in sys.argv[1:] if a not in ("--debug", "--quiet")]
+    debug, quiet = ("--debug" in sys.argv[1:]), (["--quiet"] if "--quiet" in sys.argv[1:] else [])
     code: Any
     try:
-        app(args=[a for a in sys.argv[1:] if a != "--debug"], prog_name="spin-usd")
+        app(args=quiet + arguments, prog_name="spin-usd")
         code = DONE
     except SystemExit as e:
         code = e.code
         if code == INTERRUPTED:
-            print("interrupted; the same command takes up where this one stopped", file=sys.stderr)
+            print("interrupted; a render run again takes up where it stopped", file=sys.stderr)
     except SpinError as e:
         code = _report(e, str(e), e.exit_code, debug)
     except Exception as e:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.check_pictures import Inventory, picture_findings
-from spin_usd.dataset.child import Child
+from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import LOCK, TEMPORARY, WORK, Store
 from spin_usd.errors import InputError, SpinError
@@ -28,8 +28,11 @@ def check(path: Path, *, progress: Progress) -> tuple[str, list[Finding]]:
 
 def stage_findings(root: Path) -> list[Finding]:
     """Findings on the stage whose root layer is `root`."""
-    with Child() as child:
-        found = child.call("check_stage", stage=str(root.absolute()))
+    try:
+        with Child(memory=stage_memory()) as child:
+            found = child.call("check_stage", stage=str(root.absolute()), within_s=STAGE_PATIENCE_S)
+    except ChildDiedError as died:
+        return [Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")]
     return [Finding(**finding) for finding in found]
 
 

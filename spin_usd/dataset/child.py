@@ -17,12 +17,21 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
+import psutil
+
 from spin_usd import errors
 from spin_usd.errors import RenderError, SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
 LOG_TAIL = 2000
+READ_BYTES = 1 << 16
+STAGE_PATIENCE_S = 120.0  # for a child that reads a stage to say something: a stage can be made never to open
+
+
+def stage_memory() -> int:
+    """Bytes of address space for a child that reads a stage: half the machine's memory."""
+    return int(psutil.virtual_memory().total // 2)
 
 
 class ChildDiedError(RenderError):
@@ -39,6 +48,7 @@ class Child:
         bytes of address space it may take (Linux), for children that read what a stranger wrote."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
         environment.update(TMPDIR=str(scratch or tempfile.gettempdir()), SPIN_USD_PARENT=str(os.getpid()))
+        self._heard = bytearray()  # what was read of answers not yet received
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "spin_usd.dataset.child_main"],
@@ -55,8 +65,11 @@ class Child:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None or issubclass(kind, SpinError):
+            self.close()
+        else:
+            self.kill()  # interrupted: what it does now is not wanted any more
 
     def fileno(self) -> int:
         """Readable when an answer, a progress note or the child's end is there to `receive`."""
@@ -77,13 +90,16 @@ class Child:
 
         A child that says nothing for `within_s` seconds is ended.
         """
-        assert self.process.stdout is not None
-        if within_s is not None and not select.select([self], [], [], within_s)[0]:
-            self.kill()
-            raise ChildDiedError(f"the worker process gave no answer within {within_s:g} s")
-        line = self.process.stdout.readline()
-        if not line.endswith(b"\n"):
-            raise self._died()
+        while b"\n" not in self._heard:
+            if within_s is not None and not select.select([self], [], [], within_s)[0]:
+                self.kill()
+                raise ChildDiedError(f"the worker process gave no answer within {within_s:g} s")
+            more = os.read(self.fileno(), READ_BYTES)
+            if not more:
+                raise self._died()
+            self._heard += more
+        line, _, rest = self._heard.partition(b"\n")
+        self._heard = bytearray(rest)
         answer: Mapping[str, Any] = json.loads(line)
         if "error" in answer:
             raise _error(answer["error"])
@@ -147,8 +163,12 @@ def _error(raised: Mapping[str, Any]) -> Exception:
     kind = getattr(errors, raised["kind"], None)
     if isinstance(kind, type) and issubclass(kind, SpinError):
         return kind(raised["found"], where=raised["where"], do=raised["do"])
-    return ChildInternalError(raised["kind"], raised["traceback"])
+    return ChildInternalError(raised["traceback"])
 
 
 class ChildInternalError(RuntimeError):
-    """A defect of ours in the child: the exception's name and its traceback there."""
+    """A defect of ours in the child: its message, with the traceback there as a note."""
+
+    def __init__(self, trace: str) -> None:
+        super().__init__(f"internal error in a worker: {trace.strip().splitlines()[-1]}")
+        self.add_note(trace)

@@ -27,8 +27,8 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
     """Make the example in the folder `out`; what an earlier run made there is used again."""
     stage = out / "stage" / "dataset.usda"
     if not stage.exists():
-        if out.exists() and any(out.iterdir()):
-            raise InputError("is not empty and holds no demo", where=out, do="choose another folder with --out")
+        if out.exists() and not (out.is_dir() and not any(out.iterdir())):
+            raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
         progress("authoring", 0, 1)
         with Child() as child:
             poses = str(resources.stages() / "examples" / POSES)

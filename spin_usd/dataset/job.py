@@ -9,11 +9,10 @@ from spin_usd.scene.keys import RenderSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """A run over the stage copied into the dataset `root`. `kinds` are the files wanted of every picture."""
+    """A run over the stage copied into the dataset `root`."""
 
     root: str
     stage: str
-    kinds: tuple[str, ...]
     image_suffix: str
     settings: RenderSettings
 
@@ -22,8 +21,7 @@ class Job:
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Job":
-        settings = RenderSettings(**value["settings"])
-        return cls(**{**value, "kinds": tuple(value["kinds"]), "settings": settings})
+        return cls(**{**value, "settings": RenderSettings(**value["settings"])})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,7 +26,7 @@ def make_plan(
     copy_to: str | None = None,
     progress: Callable[[Any], None],
 ) -> dict[str, Any]:
-    """The plan of a run over `stage` as JSON: settings, per variant the stage's hash, and the pictures.
+    """The plan of a run over `stage` as JSON: settings, the stage's provenance by variant, and the pictures.
 
     `variants` empty means nominal alone, ["all"] all of them. `copy_to`: first copy the stage into that folder and
     plan from the copy, whose root layer is returned as "root".
@@ -39,10 +39,10 @@ def make_plan(
     if not chosen:
         raise InputError(f"--frames {frames} selects none of the {len(first.frames)} pictures", where=stage)
     pictures: list[dict[str, Any]] = []
-    hashes: dict[str, str] = {}
+    stages: dict[str, dict[str, Any]] = {}
     for variant in wanted:
         reader = first if variant == first.variant else StageReader(root, variant=variant)
-        hashes[variant] = reader.stage_hash
+        stages[variant] = stage_provenance(reader)
         for index in chosen:
             pictures.append(asdict(_planned(reader, index, settings)))
             if len(pictures) % PROGRESS_EVERY == 0:
@@ -51,11 +51,17 @@ def make_plan(
         "root": str(root),
         "settings": asdict(settings),
         "variants": wanted,
-        "hashes": hashes,
-        "frames": len(first.frames),
+        "known_variants": list(first.variants),
+        "stages": stages,
+        "names": [frame.name for frame in first.frames],
         "description": _description(first),
         "pictures": pictures,
     }
+
+
+def stage_provenance(reader: StageReader) -> dict[str, Any]:
+    """What a record says of the stage that made its picture, but its place."""
+    return {"hash": reader.stage_hash, "files": reader.used_files, "variants": reader.variant_selections}
 
 
 def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:

@@ -18,7 +18,6 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
     job = Job(
         root=folder,
         stage=str(Path(dataset) / provenance["stage"]["root"]),
-        kinds=kinds,
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
         settings=RenderSettings(
             renderer=render["renderer"], samples=render["samples"], seed=provenance["seed"]["dataset"]

@@ -1,10 +1,9 @@
 """A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
 
-import json
 import os
 import shutil
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,19 +11,19 @@ from typing import Any
 
 import psutil
 
-from spin_usd.dataset.child import Child, ChildDiedError
+from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.cost import Estimate, estimate
+from spin_usd.dataset.describe import describe, refuse_foreign_pictures
 from spin_usd.dataset.job import Job, PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
-from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.resume import Wanted, remaining
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
-from spin_usd.errors import InputError, StageError
+from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.keys import RenderSettings
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
-PATIENCE_S = 120.0  # for a stage to open, and for every PROGRESS_EVERY pictures after that
 IMAGE_SUFFIXES = (".png", ".jpg")
 
 Progress = Callable[[str, int, int], None]
@@ -92,31 +91,30 @@ def render(request: RenderRequest, out: Path, *, workers: int | None = None, pro
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
-    try:
-        with store.locked() as lock:
-            report = _render(store, lock, request, workers, progress)
-    finally:
-        store.remove_if_unused()
+    with store.locked() as lock:
+        report = _render(store, lock, request, workers, progress)
     report.seconds = time.monotonic() - began
     return report
 
 
 def _render(store: Store, lock: int, request: RenderRequest, workers: int | None, progress: Progress) -> RenderReport:
-    answer = _plan(request, store.work / "stage", progress)
+    own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
+    answer = _plan(request, None if own else store.work / "stage", progress)
     pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
-    root = _adopt_stage(store, Path(answer["root"]).relative_to(store.work / "stage"))
-    write_json(store.description, _description(store, answer, root, request.kinds))
+    refuse_foreign_pictures(store, answer)
+    copied = store.stage.resolve() if own else store.work / "stage"
+    root = (Path(store.stage.name) / Path(answer["root"]).relative_to(copied)).as_posix()
+    write_json(store.description, describe(store, answer, root, request.kinds))
+    if not own:
+        _adopt_stage(store)
     report = RenderReport(pictures=len(pictures))
-    tasks = [task for picture in pictures if (task := _remaining(store, picture, request))]
+    stages = {variant: {"root": root, **stage} for variant, stage in answer["stages"].items()}
+    wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
+    tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
     report.reused = len(pictures) - len(tasks)
     if tasks:
-        job = Job(
-            root=str(store.root),
-            stage=root,
-            kinds=request.kinds,
-            image_suffix=request.image_suffix,
-            settings=RenderSettings(**answer["settings"]),
-        )
+        settings = RenderSettings(**answer["settings"])
+        job = Job(root=str(store.root), stage=root, image_suffix=request.image_suffix, settings=settings)
         _run(job, tasks, workers, lock, store, _Listener(report, progress))
     return report
 
@@ -143,7 +141,7 @@ class _Listener:
 
 def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> Mapping[str, Any]:
     """Read the stage in a child of its own: a stage that was made to harm ends that, and nothing else."""
-    with Child(memory=psutil.virtual_memory().total // 2) as child:
+    with Child(memory=stage_memory()) as child:
         try:
             answer: Mapping[str, Any] = child.call(
                 "plan",
@@ -155,11 +153,16 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> M
                 seed=request.seed,
                 copy_to=str(copy_to) if copy_to else None,
                 progress=lambda counts: progress("planning", *counts),
-                within_s=PATIENCE_S,
+                within_s=STAGE_PATIENCE_S,
             )
         except ChildDiedError as died:
             do = "simplify it, or look for what multiplies in it"
             raise StageError(f"cannot be read: {died.found}", where=request.stage, do=do) from died
+        except SpinError as e:
+            if copy_to is None or e.where is None:
+                raise
+            where = str(e.where).replace(str(copy_to), str(request.stage.parent))  # the user's file, not our copy
+            raise type(e)(e.found, where=where, do=e.do) from e
     return answer
 
 
@@ -190,49 +193,10 @@ def default_workers() -> int:
     return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
 
 
-def _adopt_stage(store: Store, root: Path) -> str:
-    """Put the copied stage in its place; returns its root layer, relative to the dataset."""
+def _adopt_stage(store: Store) -> None:
+    """Put the copied stage in its place."""
     old = store.root / f"stage{TEMPORARY}old"
     with suppress(FileNotFoundError):
         store.stage.rename(old)
     (store.work / "stage").rename(store.stage)
     shutil.rmtree(old, ignore_errors=True)
-    return (Path("stage") / root).as_posix()
-
-
-def _description(store: Store, answer: Mapping[str, Any], root: str, kinds: Sequence[str]) -> dict[str, Any]:
-    """dataset.json, by schema dataset-1; what earlier runs made of other variants stays listed."""
-    meanings = {IMAGE: "what the sensor wrote", RADIANCE: "linear radiance R, G, B, W/m2/sr, float32"}
-    meanings |= {name: label.meaning for name, label in LABELS.items()}
-    described = answer["description"]
-    before = read_json(store.description, "dataset-1") if store.description.exists() else None
-    hashes = (before["stage"]["hashes"] if before else {}) | answer["hashes"]
-    return {
-        "schema": "dataset-1",
-        "stage": {"root": root, "hashes": hashes},
-        "target": described["target"],
-        "parts": described["parts"],
-        "keypoints": described["keypoints"],
-        "variants": list(hashes),
-        "frames": answer["frames"],
-        "files": {kind: meanings[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
-    }
-
-
-def _remaining(store: Store, picture: PlannedPicture, request: RenderRequest) -> Task | None:
-    """What is left to make of a picture: None when its record has the same keys and all the files are there.
-
-    A picture made again keeps the kinds of file it had.
-    """
-    try:
-        record = json.loads(store.record(picture.variant, picture.frame).read_text())
-        had, keys = record["files"], record["provenance"]["keys"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return Task(picture=picture, kinds=request.kinds)
-    decisive = list(keys) if IMAGE in had or RADIANCE in had else ["geometry"]
-    same = all(keys[key] == picture.keys[key] for key in decisive)
-    as_asked = IMAGE not in request.kinds or had.get(IMAGE, {}).get("path", "").endswith(request.image_suffix)
-    whole = set(request.kinds) <= set(had) and all((store.root / had[kind]["path"]).is_file() for kind in had)
-    if same and as_asked and whole:
-        return None
-    return Task(picture=picture, kinds=tuple(kind for kind in KINDS if kind in request.kinds or kind in had))

@@ -19,7 +19,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror})", where=path) from e
     except ValueError as e:
-        raise InputError(f"is not JSON ({e})", where=path, do="render the picture again") from e
+        raise InputError(f"is not JSON ({e})", where=path) from e
     error = best_match(_validator(schema).iter_errors(value))
     if error is not None:
         raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.schema import read_json
 from spin_usd.errors import InputError, OutputError
 
 WORK = ".work"
@@ -59,63 +60,61 @@ class Store:
         return iter(sorted((self.root / "records").glob("*/*.json")))
 
     def prepare(self) -> None:
-        """Make the folder; InputError when it holds something that is no dataset, OutputError when it is read-only."""
+        """Make the folder. InputError when it holds anything but a dataset, OutputError when it cannot be written."""
         try:
             self.root.mkdir(parents=True, exist_ok=True)
-            foreign = not self.description.exists() and any(
-                entry.name not in (LOCK, WORK, "stage") for entry in self.root.iterdir()
-            )
+            held = {entry.name for entry in self.root.iterdir()} - {LOCK, WORK}
         except OSError as e:
             raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
-        if foreign:
+        if self.description.name in held:
+            read_json(self.description, "dataset-1")
+        elif held:
             raise InputError("holds files but no dataset.json", where=self.root, do="choose an empty folder")
-
-    def remove_if_unused(self) -> None:
-        """Take back the folder of a run that was refused before it wrote anything."""
-        if not self.description.exists():
-            with suppress(OSError):
-                (self.root / LOCK).unlink()
-                self.root.rmdir()
 
     @contextmanager
     def locked(self) -> Iterator[int]:
         """Hold the dataset for this run and yield the lock's descriptor, which workers keep open too.
 
-        InputError when another run has it.
+        Takes the folder back when nothing came of the run. InputError when another run has it.
         """
+        lock = self._acquire()
         try:
-            lock = os.open(self.root / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as e:
-            raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
-        try:
-            self._acquire(lock)
             self.sweep()
-            self.work.mkdir(exist_ok=True)
-            try:
-                yield lock
-            finally:
-                self.sweep()
+            self.work.mkdir()
+            yield lock
         finally:
+            self.sweep()
+            (self.root / LOCK).unlink(missing_ok=True)
+            if not self.description.exists():
+                with suppress(OSError):
+                    self.root.rmdir()
             os.close(lock)
 
-    def _acquire(self, lock: int) -> None:
+    def _acquire(self) -> int:
         give_up = time.monotonic() + LOCK_PATIENCE_S
         while True:
             try:
-                return fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock = os.open(self.root / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
             except OSError as e:
-                if time.monotonic() > give_up:
-                    do = "wait for it, or end it"
-                    raise InputError("another run is writing this dataset", where=self.root, do=do) from e
-                time.sleep(0.05)
+                do = "choose another folder"
+                raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do=do) from e
+            with suppress(OSError):
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                # The run before may have removed the file between our opening and our locking it.
+                if os.fstat(lock).st_ino == (self.root / LOCK).stat().st_ino:
+                    return lock
+            os.close(lock)
+            if time.monotonic() > give_up:
+                do = "wait for it, or end it"
+                raise InputError("another run is writing this dataset", where=self.root, do=do)
+            time.sleep(0.05)
 
     def sweep(self) -> None:
-        """Remove every temporary file and folder, of this run or of one that was killed."""
+        """Remove the temporary files and folders of this run, or of one that was killed; nothing that is not ours."""
         shutil.rmtree(self.work, ignore_errors=True)
-        for folder, folders, files in os.walk(self.root):
-            for name in folders + files:
-                if TEMPORARY in name:
-                    path = Path(folder, name)
+        for pattern in (f"*{TEMPORARY}*", f"*/*/*{TEMPORARY}*"):
+            for path in self.root.glob(pattern):
+                if path.relative_to(self.root).parts[0] != self.stage.name:
                     shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 

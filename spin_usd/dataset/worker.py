@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_picture
+from spin_usd.dataset.plan import stage_provenance
+from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, write_atomically, write_json
 from spin_usd.dataset.versions import library_versions
@@ -72,11 +74,11 @@ class Worker:
         """Remove a picture's old record, so that none ever describes files being replaced; returns those files."""
         record = self.store.record(variant, frame)
         try:
-            paths = {entry["path"] for entry in read_json(record, "record-1")["files"].values()}
+            paths = recorded_files(read_json(record, "record-1"), variant, frame)
         except InputError:
-            paths = set()
+            paths = {}
         record.unlink(missing_ok=True)
-        return paths
+        return set(paths.values())
 
     def reader(self, variant: str) -> StageReader:
         """The stage in that variant. One is kept: pictures come ordered by variant."""
@@ -127,12 +129,7 @@ def make_record(
         "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
         "files": files,
         "provenance": {
-            "stage": {
-                "root": job.stage,
-                "hash": reader.stage_hash,
-                "files": reader.used_files,
-                "variants": reader.variant_selections,
-            },
+            "stage": {"root": job.stage, **stage_provenance(reader)},
             "keys": keys(scene, job.settings),
             "render": {
                 "renderer": job.settings.renderer,

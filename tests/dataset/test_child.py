@@ -65,3 +65,17 @@ def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkey
 def test_what_libraries_print_does_not_reach_the_answers():
     with Child() as child:
         assert "blender" in child.call("try_renderer", name="blender")
+
+
+def test_answers_that_arrive_together_are_told_one_by_one():
+    with Child() as child:
+        for _ in range(2):
+            child.send("try_renderer", name="raycast")
+        time.sleep(2.0)  # both answers wait in the pipe
+        for _ in range(2):
+            assert "embreex" in child.receive(within_s=5.0)["result"]
+
+
+def test_a_child_that_says_nothing_is_ended():
+    with Child() as child, pytest.raises(ChildDiedError, match="no answer"):
+        child.receive(within_s=0.1)

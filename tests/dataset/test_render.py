@@ -10,10 +10,12 @@ import time
 
 import psutil
 import pytest
+from conftest import REPOSITORY
 
 from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
+from spin_usd.errors import InputError
 
 SAMPLES = 2
 
@@ -155,19 +157,31 @@ def workers_of(process):
         return []
 
 
+def records_of(out):
+    return len(list((out / "records").glob("*/*.json")))
+
+
 def kill_at_random(stage, out, renderer, seed, *, supervisor):
-    """Start a render, kill a worker or the supervisor after a moment, and let it end; then run it again."""
+    """Start a render and kill a worker or the supervisor when a random number of pictures is done.
+
+    A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
+    """
     chance = random.Random(seed)
     process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
-    end = time.monotonic() + chance.uniform(0.5, 5.0)
-    while time.monotonic() < end and process.poll() is None:
-        time.sleep(0.01)
-    if process.poll() is None:
-        victims = [process] if supervisor else workers_of(process)
-        if victims:
-            chance.choice(victims).kill()
-    process.wait(timeout=120)
-    return make(stage, out, renderer=renderer, workers=2)
+    after = chance.randrange(1, 6)
+    while not (victims := [process] if supervisor else workers_of(process)) or records_of(out) < after:
+        assert process.poll() is None
+        time.sleep(0.002)
+    time.sleep(chance.uniform(0, 0.1))
+    chance.choice(victims).kill()
+    code = process.wait(timeout=120)
+    if not supervisor:
+        assert (code, records_of(out)) == (0, 8)
+        return
+    assert code == -signal.SIGKILL
+    report = make(stage, out, renderer=renderer, workers=2)
+    assert not report.failed
+    assert report.made + report.reused == 8
 
 
 def assert_whole(out, expected):
@@ -179,8 +193,7 @@ def assert_whole(out, expected):
 def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor):
     make(small_stage, tmp_path / "whole")
     expected = digests(tmp_path / "whole")
-    report = kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
-    assert not report.failed
+    kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
     assert_whole(tmp_path / "killed", expected)
 
 
@@ -191,8 +204,7 @@ def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spi
     expected = digests(tmp_path / "whole")
     for seed in range(10):
         out = tmp_path / f"killed{seed}"
-        report = kill_at_random(small_stage, out, "blender", seed, supervisor=supervisor)
-        assert not report.failed
+        kill_at_random(small_stage, out, "blender", seed, supervisor=supervisor)
         assert_whole(out, expected)
     spin_usd("check", tmp_path / "killed0")
 
@@ -214,3 +226,66 @@ def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd):
     layer.write_text(layer.read_text() + "# a comment\n")
     found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
     assert [(f["code"], f["where"]) for f in found] == [("layer", "stage/layers/lights.usda")]
+
+
+def edited(stage, folder, old, new):
+    """A copy of the stage in `folder` with the text `old` of its lights layer replaced."""
+    shutil.copytree(stage.parent, folder, dirs_exist_ok=True)
+    layer = folder / "layers" / "lights.usda"
+    text = layer.read_text()
+    assert old in text
+    layer.write_text(text.replace(old, new))
+    return folder / stage.name
+
+
+def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_path, spin_usd):
+    """A comment changes no picture, a light every image and no label; afterwards nothing is out of date."""
+    before = digests(dataset)
+    commented = edited(small_stage, tmp_path / "s1", "#usda 1.0", "#usda 1.0\n# a comment")
+    assert make(commented, dataset, frames="0:4").made == 0
+    assert digests(dataset) == before
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+    brighter = edited(small_stage, tmp_path / "s2", "1361", "680.5")
+    assert make(brighter, dataset, frames="0:4").made == 4
+    changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
+    assert {path.split("/")[0] for path in changed} == {"image"}
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+
+
+def test_the_datasets_own_stage_can_be_rendered_in_place(dataset):
+    before = digests(dataset)
+    assert make(dataset / "stage" / "dataset.usda", dataset).made == 4  # the four that were left out
+    assert before.items() <= digests(dataset).items()
+
+
+def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, dataset, tmp_path, spin_usd):
+    poses = json.loads((REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json").read_text())
+    for pose in poses:
+        pose["filename"] = "other_" + pose["filename"]
+    (tmp_path / "poses.json").write_text(json.dumps(poses))
+    spin_usd("author", "--poses", tmp_path / "poses.json", "--target", "tango", "--camera", "speedplus",
+             "--out", tmp_path / "other")  # fmt: skip
+    before = digests(dataset)
+    with pytest.raises(InputError, match="img000001"):
+        make(tmp_path / "other" / "dataset.usda", dataset)
+    assert digests(dataset) == before
+    assert (dataset / "stage" / "layers").is_dir()
+
+
+@pytest.mark.parametrize("held", ["dataset.json", "stage/precious.txt", "a.tmp-b.txt"])
+def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held):
+    path = tmp_path / "out" / held
+    path.parent.mkdir(parents=True)
+    path.write_text('{"a": 1}')
+    with pytest.raises(InputError):
+        make(small_stage, tmp_path / "out")
+    assert [p for p in (tmp_path / "out").rglob("*") if p.is_file()] == [path]
+
+
+@pytest.mark.parametrize("spoil", ['{"files": []}', '{"files": {"depth": {"path": "stage/layers/lights.usda"}}}', "[]"])
+def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil):
+    before = digests(dataset)
+    (dataset / "records" / "nominal" / "img000001.json").write_text(spoil)
+    assert make(small_stage, dataset, frames="0:4").made == 1
+    assert digests(dataset) == before
+    assert (dataset / "stage" / "layers" / "lights.usda").is_file()

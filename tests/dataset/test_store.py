@@ -49,6 +49,7 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
 
 def test_the_lock_sweeps_what_a_killed_run_left(tmp_path):
     store = Store(root=tmp_path)
+    (tmp_path / "dataset.json").write_text("{}")
     (tmp_path / "image" / "nominal").mkdir(parents=True)
     (tmp_path / "image" / "nominal" / "a.tmp-123.png").write_text("half")
     (tmp_path / "image" / "nominal" / "a.png").write_text("whole")
@@ -66,6 +67,24 @@ def test_a_second_run_on_the_same_dataset_is_refused(tmp_path, monkeypatch):
     store = Store(root=tmp_path)
     with store.locked(), pytest.raises(InputError, match="another run"), store.locked():
         pass
+
+
+def test_a_run_that_waits_in_vain_does_not_take_the_lock_away(tmp_path, monkeypatch):
+    monkeypatch.setattr("spin_usd.dataset.store.LOCK_PATIENCE_S", 0.2)
+    store = Store(root=tmp_path)
+    with store.locked():
+        for _ in range(2):
+            with pytest.raises(InputError, match="another run"), store.locked():
+                pass
+        assert store.work.is_dir()
+
+
+def test_a_run_without_result_leaves_no_folder(tmp_path):
+    store = Store(root=tmp_path / "new")
+    store.prepare()
+    with store.locked():
+        pass
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_folder_with_foreign_files_is_refused(tmp_path):

@@ -1,0 +1,52 @@
+"""dataset.json: what a dataset holds."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store
+from spin_usd.errors import InputError
+from spin_usd.labels.label import LABELS
+
+MEANINGS = {
+    IMAGE: "what the sensor wrote",
+    RADIANCE: "linear radiance R, G, B, W/m2/sr, float32",
+    **{name: label.meaning for name, label in LABELS.items()},
+}
+SHOWN = 3
+
+
+def describe(store: Store, plan: Mapping[str, Any], root: str, kinds: Sequence[str]) -> dict[str, Any]:
+    """By schema dataset-1; what earlier runs made of other variants and kinds stays listed."""
+    before = read_json(store.description, "dataset-1") if store.description.exists() else None
+    hashes = dict(before["stage"]["hashes"]) if before else {}
+    hashes = {name: hash for name, hash in hashes.items() if name in plan["known_variants"]}
+    hashes |= {name: stage["hash"] for name, stage in plan["stages"].items()}
+    return {
+        "schema": "dataset-1",
+        "stage": {"root": root, "hashes": hashes},
+        "target": plan["description"]["target"],
+        "parts": plan["description"]["parts"],
+        "keypoints": plan["description"]["keypoints"],
+        "variants": list(hashes),
+        "frames": len(plan["names"]),
+        "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
+    }
+
+
+def refuse_foreign_pictures(store: Store, plan: Mapping[str, Any]) -> None:
+    """Raise InputError when the dataset holds pictures that the stage does not: it is another stage's."""
+    names, variants = set(plan["names"]), set(plan["known_variants"])
+    foreign = [
+        f"{record.parent.name}/{record.stem}"
+        for record in store.records()
+        if record.stem not in names or record.parent.name not in variants
+    ]
+    if foreign:
+        listed = ", ".join(foreign[:SHOWN]) + (", ..." if len(foreign) > SHOWN else "")
+        raise InputError(
+            f"holds {len(foreign)} pictures that this stage does not have ({listed})",
+            where=store.root,
+            do="choose another folder, or remove their records and files first",
+        )

@@ -1,0 +1,73 @@
+"""What is left to make of a picture that an earlier run may have made."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import Any
+
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.store import Store, write_json
+from spin_usd.dataset.supervise import Task
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """The kinds of file asked for, and the image's file name extension."""
+
+    kinds: tuple[str, ...]
+    image_suffix: str
+
+
+def remaining(store: Store, picture: PlannedPicture, wanted: Wanted, stage: Mapping[str, Any]) -> Task | None:
+    """The task of making the picture, or None when its record has the same keys and all files are there.
+
+    A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
+    state of the stage, has its record say that `stage` (the record's own block) makes it too.
+    """
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    kinds = tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
+    if not (had and _same_content(record, picture, had) and _complete(store, had, wanted)):
+        return Task(picture=picture, kinds=kinds)
+    provenance = record["provenance"]
+    if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
+        provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
+        write_json(store.record(picture.variant, picture.frame), {**record, "index": picture.index})
+    return None
+
+
+def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
+    """Path by kind of the record's files; none where the record names what cannot be this picture's."""
+    try:
+        paths = {kind: PurePosixPath(entry["path"]) for kind, entry in record["files"].items()}
+    except (KeyError, TypeError, AttributeError):
+        return {}
+    if any(path.parts[:-1] != (kind, variant) or path.stem != frame for kind, path in paths.items()):
+        return {}
+    return {kind: str(path) for kind, path in paths.items()}
+
+
+def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
+    """The picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
+    try:
+        record = json.loads(store.record(picture.variant, picture.frame).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
+    decisive = ("geometry", "radiance", "exposure") if IMAGE in had or RADIANCE in had else ("geometry",)
+    try:
+        keys = record["provenance"]["keys"]
+        return all(keys[key] == picture.keys[key] for key in decisive)
+    except (KeyError, TypeError):
+        return False
+
+
+def _complete(store: Store, had: Mapping[str, str], wanted: Wanted) -> bool:
+    if IMAGE in wanted.kinds and not had.get(IMAGE, "").endswith(wanted.image_suffix):
+        return False
+    return set(wanted.kinds) <= set(had) and all((store.root / path).is_file() for path in had.values())
