@@ -15,15 +15,16 @@ COMMANDS = [line.partition("#")[0].strip() for block in BLOCKS for line in block
 
 def test_all_commands_are_ours():
     assert COMMANDS
-    assert {shlex.split(c)[0] for c in COMMANDS} <= {"spin-usd", "tools/demo", "tools/test", "tools/bench"}
+    assert {shlex.split(c)[0] for c in COMMANDS} <= {"cp", "spin-usd", "tools/demo", "tools/test"}
 
 
 @pytest.mark.slow
 def test_the_commands_work_in_their_order(tmp_path, spin_usd):
-    shutil.copy(REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json", tmp_path / "poses.json")
     for command in COMMANDS:
         name, *arguments = shlex.split(command)
-        if name == "spin-usd":
+        if name == "cp":
+            shutil.copy(REPOSITORY / arguments[0], tmp_path / arguments[1])
+        elif name == "spin-usd":
             spin_usd(*arguments, cwd=tmp_path)
 
 
