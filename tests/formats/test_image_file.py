@@ -151,11 +151,11 @@ def test_a_full_disk_is_said(tmp_path, name):
 def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path):
     """A limit on the size of a file stands for the disk."""
     code = (
-        "import resource, signal, numpy as np; from spin_usd.errors import OutputError;"
+        "import pathlib, resource, signal, numpy as np; from spin_usd.errors import OutputError;"
         "from spin_usd.formats.image_file import write_image; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "noise = np.random.default_rng(0).integers(0, 2**16, (64, 64)).astype(np.uint16);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
-        f"try: write_image({str(tmp_path / 'a.png')!r}, noise, channels=('Y',))\n"
+        f"try: write_image(pathlib.Path({str(tmp_path / 'a.png')!r}), noise, channels=('Y',))\n"
         "except OutputError as error: print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
