@@ -1,13 +1,12 @@
 """Which files a stage is made of, looked up and checked before USD opens any of them.
 
 USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a word. Here a stage may only
-name files by relative paths that stay within its own folder, or within folders that the caller allows.
+name files by relative paths that stay within its own folder.
 """
 
 import os
 import re
 import stat
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,18 +37,17 @@ class Files:
     missing: tuple[str, ...]
 
 
-def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
+def files_of(path: str | Path) -> Files:
     """All files that the layer at `path` depends on.
 
-    Raises StageError for a path that leaves the stage's folder and `asset_roots`, a file that is no regular file or
-    too large, a layer that does not parse, or a time scale of zero or less.
+    Raises StageError for a path that leaves the stage's folder, a file that is no regular file or too large, a layer
+    that does not parse, or a time scale of zero or less.
     """
     root = Path(path).resolve()
     if root.suffix.lower() not in EXTENSIONS:
         raise StageError("is not a USD stage", where=path, do=f"give a file that ends in {', '.join(EXTENSIONS)}")
     if not root.exists():
         raise StageError("there is no such stage", where=path, do="check the path")
-    allowed = [Path(folder).resolve() for folder in asset_roots]
     found: dict[Path, None] = {}
     missing: list[str] = []
     queue = [root]
@@ -62,7 +60,7 @@ def files_of(path: str | Path, asset_roots: Sequence[str | Path] = ()) -> Files:
         _check_file(file)
         found[file] = None
         for named in _named_by(file):
-            located = _locate(named, file, [root.parent, *allowed])
+            located = _locate(named, file, root.parent)
             missing += [] if located else [f"@{named}@ named by {file}"]
             queue += located
     return Files(root=root, found=tuple(found), missing=tuple(missing))
@@ -136,16 +134,16 @@ def _check_package(file: Path) -> None:
                 raise StageError(f"refers to @{named}@, outside its package", where=f"{file}[{name}]", do=do)
 
 
-def _locate(named: str, layer: Path, roots: list[Path]) -> list[Path]:
+def _locate(named: str, layer: Path, folder: Path) -> list[Path]:
     """The files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>."""
     do = "use a relative path to a file in the stage's own folder"
     if SCHEME.match(named):
         raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)
     outer = named.split("[")[0] if named.endswith("]") else named
     full = Path(os.path.normpath(layer.parent / outer))
-    if os.path.isabs(outer) and not any(full.is_relative_to(root) for root in roots[1:]):
+    if os.path.isabs(outer):
         raise StageError(f"refers to the absolute path @{named}@", where=layer, do=do)
-    if not any(full.is_relative_to(root) for root in roots):
+    if not full.is_relative_to(folder):
         raise StageError(f"refers to @{named}@, which lies outside the stage's folder", where=layer, do=do)
     files = udim_files(full)
     for file in files:

@@ -1,6 +1,6 @@
 """Stages opened for reading: checked, composed without errors, one augmentation selected."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -17,13 +17,13 @@ __all__ = ["NOMINAL", "copy_stage", "open_stage", "selected_variant", "stage_has
 MAX_PRIMS = 200_000
 
 
-def open_stage(path: str | Path, *, variant: str = NOMINAL, asset_roots: Sequence[str | Path] = ()) -> Usd.Stage:
+def open_stage(path: str | Path, *, variant: str = NOMINAL) -> Usd.Stage:
     """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`.
 
     "nominal" is the stage as authored when it has no variant of that name. Raises StageError for a file that USD must
     not open (see `assets`), any composition error, too many prims, or an unknown variant.
     """
-    files = files_of(path, asset_roots)
+    files = files_of(path)
     with _silenced():
         try:
             stage = Usd.Stage.Open(str(files.root))

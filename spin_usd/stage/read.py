@@ -1,6 +1,5 @@
 """A composed stage at a time code, as a Scene."""
 
-from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -29,8 +28,8 @@ class StageReader:
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
     """
 
-    def __init__(self, path: str | Path, *, variant: str = compose.NOMINAL, asset_roots: Sequence[str | Path] = ()):
-        self.stage: Usd.Stage = compose.open_stage(path, variant=variant, asset_roots=asset_roots)
+    def __init__(self, path: str | Path, *, variant: str = compose.NOMINAL):
+        self.stage: Usd.Stage = compose.open_stage(path, variant=variant)
         self.variant = compose.selected_variant(self.stage)
         self.variants = compose.variants(self.stage)
         self.metres = _metres_per_unit(self.stage)

@@ -7,6 +7,8 @@ layers themselves, in a copy that is given a target and a camera.
 Run `python tests/stage/test_foundation.py FOLDER` for the table as markdown.
 """
 
+import os
+import re
 import shutil
 import sys
 from dataclasses import dataclass
@@ -220,8 +222,8 @@ def reader_of(name, data, folder):
     for part in ("foundation", "_common"):
         shutil.copytree(data / part, corpus / part, dirs_exist_ok=True)
     file = corpus / "foundation" / name
-    path = referenced(file, corpus) if name.startswith(REFERENCED) else as_root(file)
-    return StageReader(path, asset_roots=[corpus])
+    path = referenced(file, corpus) if name.startswith(REFERENCED) else as_root(file, corpus)
+    return StageReader(path)
 
 
 def referenced(file, corpus):
@@ -238,8 +240,11 @@ def referenced(file, corpus):
     return Path(root.realPath)
 
 
-def as_root(file):
-    """The file itself, with its default prim for a target and a camera, both added as text that USD composes."""
+def as_root(file, corpus):
+    """The file itself, with its default prim for a target and a camera, both added as text that USD composes.
+
+    It moves to the corpus's top, for a stage may only name what lies in its own folder.
+    """
     body = """
 def Camera "SpinCamera" (
     prepend apiSchemas = ["SpinLensAPI"]
@@ -268,8 +273,10 @@ def Scope "SpinRender"
         text = text.replace('def "World"', f'def "World" ({target})'.replace("(", "(\n    ").replace("])", "]\n)"), 1)
     else:
         body += f'\nover "World" (\n    {target}\n)\n{{\n}}\n'
-    file.write_text(text + body)
-    return file
+    text = re.sub("@(.+?)@", lambda named: f"@./{os.path.relpath(file.parent / named[1], corpus)}@", text)
+    root = corpus / f"root_{file.name}"
+    root.write_text(text + body)
+    return root
 
 
 def with_camera(stage):
