@@ -1,5 +1,6 @@
 """Stages opened for reading: checked, composed without errors, one augmentation selected."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -15,13 +16,15 @@ from spin_usd.stage.copies import copy_stage
 __all__ = ["NOMINAL", "copy_stage", "open_stage", "selected_variant", "stage_hash", "used_files", "variants"]
 
 MAX_PRIMS = 200_000
+VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
 
 
 def open_stage(path: str | Path, *, variant: str = NOMINAL) -> Usd.Stage:
     """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`.
 
-    "nominal" is the stage as authored when it has no variant of that name. Raises StageError for a file that USD must
-    not open (see `assets`), any composition error, too many prims, or an unknown variant.
+    "nominal" is the stage without any augmentation, whatever it selects itself, when it has no variant of that name.
+    Raises StageError for a file that USD must not open (see `assets`), any composition error, too many prims, a variant
+    whose name cannot name a folder, or an unknown variant.
     """
     files = files_of(path)
     with _silenced():
@@ -47,11 +50,21 @@ def _variant_names(stage: Usd.Stage) -> list[str]:
 
 def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
     known = variants(stage)
+    for name in known:
+        if not VARIANT_NAME.fullmatch(name):
+            do = "use small letters, digits and '_'"
+            raise StageError(f"has a variant named {name!r}, which cannot name a folder", where=path, do=do)
     if variant not in known:
         raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(known)}")
-    if variant in _variant_names(stage):
-        with Usd.EditContext(stage, stage.GetSessionLayer()):
-            stage.GetDefaultPrim().GetVariantSet(AUGMENTATION).SetVariantSelection(variant)
+    prim = stage.GetDefaultPrim()
+    if not prim or not prim.GetVariantSets().HasVariantSet(AUGMENTATION):
+        return
+    augmentations = prim.GetVariantSet(AUGMENTATION)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        if variant in _variant_names(stage):
+            augmentations.SetVariantSelection(variant)
+        else:  # an empty selection is an opinion, and beats one that the stage's own layers author
+            augmentations.BlockVariantSelection()
 
 
 def _check(stage: Usd.Stage, files: Files, path: str | Path) -> None:

@@ -30,7 +30,7 @@ class StageReader:
 
     def __init__(self, path: str | Path, *, variant: str = compose.NOMINAL):
         self.stage: Usd.Stage = compose.open_stage(path, variant=variant)
-        self.variant = compose.selected_variant(self.stage)
+        self.variant = variant
         self.variants = compose.variants(self.stage)
         self.metres = _metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
@@ -61,7 +61,8 @@ class StageReader:
     def variant_selections(self) -> dict[str, str]:
         """What is selected of each variant set of the default prim."""
         prim = self.stage.GetDefaultPrim()
-        return dict(prim.GetVariantSets().GetAllVariantSelections()) if prim else {}
+        selections = prim.GetVariantSets().GetAllVariantSelections() if prim else {}
+        return {name: variant for name, variant in selections.items() if variant}
 
     def scene(self, frame: FrameId) -> Scene:
         """Everything that the picture `frame` needs. The target is the same object as long as it does not change."""

@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from pxr import Sdf
+from pxr import Sdf, Usd
 
 from spin_usd.errors import OutputError, StageError
 from spin_usd.stage import compose
@@ -79,13 +79,28 @@ def size(stage):
     return stage.GetPrimAtPath("/World/Model").GetAttribute("size").Get()
 
 
-def test_nominal_is_the_stage_as_authored(make):
+def test_nominal_is_the_stage_without_augmentation(make):
     path = make()
     stage = compose.open_stage(path)
     assert size(stage) == 3
     assert compose.variants(stage) == ("nominal", "big", "small")
     assert compose.selected_variant(stage) == "nominal"
-    assert size(compose.open_stage(make("b", selection='variants = {\nstring augmentation = "big"\n}'))) == 5
+
+
+def test_nominal_clears_a_selection_that_the_stage_authors(make):
+    """The cube's own size, and the same content as in a stage that authors no selection."""
+    path = make("b", selection='variants = {\nstring augmentation = "big"\n}')
+    assert size(Usd.Stage.Open(str(path))) == 5
+    stage = compose.open_stage(path)
+    assert (size(stage), compose.selected_variant(stage)) == (3, "nominal")
+    assert compose.stage_hash(stage) == compose.stage_hash(compose.open_stage(make("c")))
+    assert size(compose.open_stage(path, variant="big")) == 5
+
+
+@pytest.mark.parametrize("name", ["Tele", "tele-2"])
+def test_a_variant_that_cannot_name_a_folder_is_refused(make, name):
+    with pytest.raises(StageError, match=f"has a variant named '{name}', which cannot name a folder"):
+        compose.open_stage(make(more=f'"{name}" {{\n}}'))
 
 
 def test_a_variant_is_selected_without_touching_the_layers(make):

@@ -105,6 +105,30 @@ def test_names_that_are_no_file_stem(make_stage, name):
         StageReader(with_frames(make_stage(), ["good", name]))
 
 
+@pytest.mark.parametrize(("variant", "focal"), [("nominal", 250), ("tele", 900)])
+def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage, variant, focal):
+    path = make_stage()
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    stage = Usd.Stage.Open(layer)
+    augmentations = stage.GetPrimAtPath("/World").GetVariantSets().AddVariantSet("augmentation")
+    augmentations.AddVariant("tele")
+    augmentations.SetVariantSelection("tele")
+    with augmentations.GetVariantEditContext():
+        stage.GetPrimAtPath("/World/Camera").GetAttribute("spin:lens:fx").Set(900.0)
+    lens = layer.GetPrimAtPath("/World/Camera")
+    lens.RemoveProperty(lens.properties["spin:lens:fx"])
+    base = Sdf.Layer.CreateNew(str(path.parent / "base.usda"))
+    lower = Usd.Stage.Open(base)
+    lower.OverridePrim("/Camera").CreateAttribute("spin:lens:fx", Sdf.ValueTypeNames.Double).Set(250.0)
+    stage.GetPrimAtPath("/World/Camera").GetReferences().AddReference("./base.usda", "/Camera")
+    base.Save()
+    stage.Save()
+    reader = StageReader(path, variant=variant)
+    assert (reader.variant, reader.variants) == (variant, ("nominal", "tele"))
+    assert reader.scene(reader.frames[0]).camera.fx == focal
+    assert reader.variant_selections == ({} if variant == "nominal" else {"augmentation": "tele"})
+
+
 def test_names_are_unique(make_stage):
     with pytest.raises(StageError, match="'same' names two pictures"):
         StageReader(with_frames(make_stage(), ["same", "other", "same"]))
