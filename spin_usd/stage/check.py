@@ -8,13 +8,13 @@ from pathlib import Path
 
 from pxr import Usd, UsdValidation
 
-from spin_usd.errors import StageError
+from spin_usd.errors import InputError, StageError
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check_layers import layer_findings
 from spin_usd.stage.check_pictures import camera_findings, capture_findings, pose_findings
 from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
 from spin_usd.stage.check_variants import variant_findings
-from spin_usd.stage.layer import open_layer
+from spin_usd.stage.compose import open_for_check
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
 LEFT_OUT = "UsdzValidators"
@@ -35,12 +35,16 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
 def check_stage(path: str | Path) -> tuple[Finding, ...]:
     """All findings on the stage whose root layer is at `path`, in the order of the rules.
 
-    Raises InputError when the file is not a USD layer, StageError when it cannot be opened as a stage.
+    A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
+    when there is no file at `path`.
     """
-    open_layer(path)
-    stage = Usd.Stage.Open(str(path))
-    if not stage:
-        raise StageError("cannot be opened as a stage", where=path)
+    if not Path(path).is_file():
+        raise InputError("is not there, or is no file", where=path)
+    try:
+        stage = open_for_check(path)
+    except StageError as refusal:
+        message = f"{refusal.found}; {refusal.do}"
+        return (Finding(code="refused", where=str(refusal.where), message=message),)
     found = [*validator_findings(stage)]
     for rule in RULES:
         found += rule(stage)

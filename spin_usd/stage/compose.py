@@ -13,7 +13,16 @@ from spin_usd.stage.assets import Files, files_of, parse_failure
 from spin_usd.stage.content import AUGMENTATION, NOMINAL, selected_variant, stage_hash, used_files
 from spin_usd.stage.copies import copy_stage
 
-__all__ = ["NOMINAL", "copy_stage", "open_stage", "selected_variant", "stage_hash", "used_files", "variants"]
+__all__ = [
+    "NOMINAL",
+    "copy_stage",
+    "open_for_check",
+    "open_stage",
+    "selected_variant",
+    "stage_hash",
+    "used_files",
+    "variants",
+]
 
 MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
@@ -28,12 +37,18 @@ def open_stage(path: str | Path, *, variant: str = NOMINAL) -> Usd.Stage:
     """
     files = files_of(path)
     with _silenced():
-        try:
-            stage = Usd.Stage.Open(str(files.root))
-        except Tf.ErrorException as error:
-            raise parse_failure(error, path) from None
+        stage = _opened(files, path)
         _select(stage, variant, path)
-        _check(stage, files, path)
+        _refuse_errors(stage, path)
+        _refuse_excess(stage, files, path)
+    return stage
+
+
+def open_for_check(path: str | Path) -> Usd.Stage:
+    """The stage at `path` as it stands, composition errors included; what could harm the reader is still refused."""
+    files = files_of(path)
+    stage = _opened(files, path)
+    _refuse_excess(stage, files, path)
     return stage
 
 
@@ -67,12 +82,23 @@ def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
             augmentations.BlockVariantSelection()
 
 
-def _check(stage: Usd.Stage, files: Files, path: str | Path) -> None:
+def _opened(files: Files, path: str | Path) -> Usd.Stage:
+    try:
+        return Usd.Stage.Open(str(files.root))
+    except Tf.ErrorException as error:
+        raise parse_failure(error, path) from None
+
+
+def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
     errors = stage.GetCompositionErrors()
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         first = min(str(error).rstrip(".") for error in errors)
         raise StageError(f"does not compose: {first}{more}", where=path, do="mend the layer it names")
+
+
+def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
+    """Refuse layers that were not looked at before they were opened, and too many prims."""
     for layer in stage.GetUsedLayers():
         file = layer.realPath.split("[")[0]
         if not layer.anonymous and Path(file).resolve() not in files.found:

@@ -1,6 +1,8 @@
 """Checks of a stage: none on what was just authored, and each rule finds what breaks it."""
 
+import os
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from spin_usd.stage.check import check_stage
 from spin_usd.stage.mesh_target import write_mesh_target
 from spin_usd.stage.usd_target import copy_usd_target, describe, target_by_name
 
+SECONDS_TO_REFUSE = 5.0  # USD hangs for ever
 ORIGIN = Origin(inputs={"poses": ("poses.json", "0" * 64)})
 POSES = PoseList(
     names=("a", "b", "c"),
@@ -151,9 +154,9 @@ CAMERA, ROOT, LIGHTS, POSE = "layers/camera.usda", "dataset.usda", "layers/light
 GEOMETRY = "targets/box/geometry.usdc"
 BREAKS = {
     "missing reference": (text(ROOT, "./layers/lights.usda", "./layers/none.usda"), "usdValidation:Composition"),
-    "absolute path": (text(ROOT, "./layers/lights.usda", "/layers/lights.usda"), "path-absolute"),
+    "absolute path": (text(ROOT, "./layers/lights.usda", "/layers/lights.usda"), "refused"),
     "search path": (text(ROOT, "./layers/lights.usda", "layers/lights.usda"), "path-not-anchored"),
-    "path out of the folder": (text(ROOT, "./layers/lights.usda", "../lights.usda"), "path-leaves"),
+    "path out of the folder": (text(ROOT, "./layers/lights.usda", "../lights.usda"), "refused"),
     "no up axis": (text(LIGHTS, '    upAxis = "Z"\n', ""), "layer-metadata"),
     "no end": (text(ROOT, "    endTimeCode = 2\n", ""), "layer-metadata"),
     "other clock": (edit(POSE, lambda stage: stage.SetTimeCodesPerSecond(1)), "layer-time"),
@@ -219,6 +222,25 @@ def test_usds_validators_run(copied: Path) -> None:
 def test_what_is_no_stage_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not there"):
         check_stage(tmp_path / "none.usda")
-    (tmp_path / "bad.usda").write_text("#usda 1.0\ndef {")
-    with pytest.raises(InputError, match=r"bad\.usda: is not a USD layer"):
-        check_stage(tmp_path / "bad.usda")
+    os.mkfifo(tmp_path / "pipe.usda")
+    with pytest.raises(InputError, match="no file"):
+        check_stage(tmp_path / "pipe.usda")
+
+
+@pytest.mark.parametrize(
+    ("text", "saying"),
+    [
+        ("def {", "USD cannot read it"),
+        ("[" * 200_000 + "]" * 200_000, "nests brackets deeper than"),
+        ('def "A" (\nprepend references = @./pipe.usda@\n)\n{\n}\n', "is not a regular file"),
+        ("(\ntimeCodesPerSecond = 0\n)\n", "timeCodesPerSecond is 0"),
+    ],
+)
+def test_what_would_crash_or_hang_usd_is_one_finding(tmp_path: Path, text: str, saying: str) -> None:
+    os.mkfifo(tmp_path / "pipe.usda")
+    (tmp_path / "bad.usda").write_text(f"#usda 1.0\n{text}")
+    started = time.perf_counter()
+    (finding,) = check_stage(tmp_path / "bad.usda")
+    assert time.perf_counter() - started < SECONDS_TO_REFUSE
+    assert (finding.code, finding.severity) == ("refused", "error")
+    assert saying in finding.message
