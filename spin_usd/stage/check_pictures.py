@@ -10,6 +10,8 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.poses import FRAME_NAME, repeated_name
 from spin_usd.stage import schema
+from spin_usd.stage.cameras import find_camera, read_camera
+from spin_usd.stage.captures import read_frames
 from spin_usd.stage.convert import quaternion
 from spin_usd.stage.lens import derived_values, read_lens
 
@@ -25,11 +27,9 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else Usd.Attribute()
     times = attribute.GetTimeSamples() if attribute else []
     if not times:
-        yield Finding(
-            code="capture-none", where=where, message=f"{schema.CAPTURE_FRAME} has no time samples: no pictures"
-        )
+        yield from _range_findings(stage)
         return
-    names = [attribute.Get(time) for time in times]
+    names = [str(attribute.Get(time)) for time in times]
     for name, time in zip(names, times, strict=True):
         if not FRAME_NAME.fullmatch(name):
             yield Finding(code="capture-name", where=where, message=f"{name!r} at time {time:g} cannot name a picture")
@@ -58,15 +58,17 @@ def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Every camera has a lens, from which USD's own attributes and omni:lensdistortion:* follow."""
-    cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
-    if not cameras:
-        yield Finding(code="camera-none", where="/", message="the stage has no camera")
-    for prim in cameras:
+    """There is one that render takes, and every lens is one, from which USD's own attributes and
+    omni:lensdistortion:* follow."""
+    try:
+        chosen = find_camera(stage).GetPath()
+    except SpinError as error:
+        yield Finding(code="camera-none", where="/", message=error.found)
+        chosen = Sdf.Path()
+    for prim in (prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)):
         where = str(prim.GetPath())
         if not prim.HasAPI(schema.LENS_API):
-            message = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
-            yield Finding(code="lens-none", where=where, message=message, severity=WARNING)
+            yield from _lensless_findings(prim, is_chosen=prim.GetPath() == chosen)
             continue
         try:
             camera = read_lens(prim)
@@ -76,6 +78,26 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
             continue
         yield from _derived_findings(prim, camera)
         yield from _resolution_findings(stage, prim, camera)
+
+
+def _range_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Without names there is a picture for each whole step of the stage's time codes."""
+    try:
+        read_frames(stage)
+    except SpinError as error:
+        yield Finding(code="capture-none", where="/", message=error.found)
+
+
+def _lensless_findings(prim: Usd.Prim, *, is_chosen: bool) -> Iterator[Finding]:
+    """Apertures will do for a picture, if there is a resolution."""
+    where = str(prim.GetPath())
+    message = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
+    yield Finding(code="lens-none", where=where, message=message, severity=WARNING)
+    try:
+        if is_chosen:
+            read_camera(prim, Usd.TimeCode(prim.GetStage().GetStartTimeCode()))
+    except SpinError as error:
+        yield Finding(code="lens", where=where, message=f"the camera {error.found}; {error.do}")
 
 
 def _op_findings(attribute: Usd.Attribute, where: str) -> Iterator[Finding]:
@@ -103,14 +125,14 @@ def _op_findings(attribute: Usd.Attribute, where: str) -> Iterator[Finding]:
 
 def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
     where = str(prim.GetPath())
-    focal_length = prim.GetAttribute("focalLength")
-    if not focal_length.HasAuthoredValue():
-        yield Finding(code="lens-derived", where=where, message="the camera authors no focalLength")
-        return
-    for name, want in derived_values(camera, focal_length.Get()).items():
-        attribute = prim.GetAttribute(name)
-        have = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
-        if have is None or not _agree(have, want):
+    wanted = derived_values(camera, prim.GetAttribute("focalLength").Get())
+    attributes = {name: prim.GetAttribute(name) for name in ("focalLength", *wanted)}
+    absent = [name for name, attribute in attributes.items() if not (attribute and attribute.HasAuthoredValue())]
+    if absent:
+        message = f"the camera does not author {', '.join(absent)}, by which other programs know its lens"
+        yield Finding(code="lens-derived", where=where, message=message, severity=WARNING)
+    for name, want in wanted.items():
+        if name not in absent and not _agree(have := attributes[name].Get(), want):
             message = f"{name} is {have}, but {want} follows from the lens in spin:lens:*"
             yield Finding(code="lens-derived", where=where, message=message)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation
 
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.poses import PoseList
@@ -19,6 +19,7 @@ from spin_usd.stage.authorship import Origin
 from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
 from spin_usd.stage.check import check_stage
 from spin_usd.stage.mesh_target import write_mesh_target
+from spin_usd.stage.read import StageReader
 from spin_usd.stage.usd_target import copy_usd_target, describe, target_by_name
 
 SECONDS_TO_REFUSE = 5.0  # USD hangs for ever
@@ -121,8 +122,8 @@ def float_orient(stage: Usd.Stage) -> None:
 def matrices(stage: Usd.Stage) -> None:
     prim = stage.GetPrimAtPath("/World/Target")
     op = prim.CreateAttribute("xformOp:transform", Sdf.ValueTypeNames.Matrix4d, custom=False)
-    for time in range(3):
-        op.Set(Gf.Matrix4d(1), float(time))
+    for at in range(3):
+        op.Set(Gf.Matrix4d(1), float(at))
     prim.GetAttribute("xformOpOrder").Set(["xformOp:transform"])
 
 
@@ -150,6 +151,29 @@ def scaled_units(stage: Usd.Stage) -> None:
     stage.GetRootLayer().pseudoRoot.SetInfo("metersPerUnit", 0.01)
 
 
+def no_picture(stage: Usd.Stage) -> None:
+    """Neither names nor a range of time codes; the root layer's own range is in dataset.usda."""
+    without("/World", "spin:capture:frame")(stage)
+    root = Sdf.Layer.FindOrOpen(str(Path(stage.GetRootLayer().realPath).parents[1] / ROOT))
+    root.endTimeCode = -1
+    root.Save()
+
+
+def tele(name: str, values: dict[str, float]) -> Callable[[Usd.Stage], None]:
+    """Define an augmentation, not selected, that gives the camera other `values`."""
+
+    def define(stage: Usd.Stage) -> None:
+        variants = stage.GetPrimAtPath("/World").GetVariantSets().AddVariantSet("augmentation")
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
+        with variants.GetVariantEditContext():
+            for attribute, value in values.items():
+                stage.OverridePrim("/World/Camera").GetAttribute(attribute).Set(value)
+        variants.ClearVariantSelection()
+
+    return define
+
+
 CAMERA, ROOT, LIGHTS, POSE = "layers/camera.usda", "dataset.usda", "layers/lights.usda", "layers/poses.usdc"
 GEOMETRY = "targets/box/geometry.usdc"
 BREAKS = {
@@ -161,7 +185,10 @@ BREAKS = {
     "no end": (text(ROOT, "    endTimeCode = 2\n", ""), "layer-metadata"),
     "other clock": (edit(POSE, lambda stage: stage.SetTimeCodesPerSecond(1)), "layer-time"),
     "other units": (edit(GEOMETRY, scaled_units), "layer-units"),
-    "no picture": (edit(POSE, without("/World", "spin:capture:frame")), "capture-none"),
+    "no picture": (edit(POSE, no_picture), "capture-none"),
+    "variant name": (edit(ROOT, tele("Tele", {})), "variant-name"),
+    "variant's lens": (edit(ROOT, tele("tele", {"spin:lens:fx": 9000.0})), "lens-derived"),
+    "variant that folds": (edit(ROOT, tele("tele", {"spin:lens:k1": -9.0})), "lens"),
     "bad name": (edit(POSE, attribute("/World.spin:capture:frame", "..", 1.0)), "capture-name"),
     "range": (text(ROOT, "endTimeCode = 2", "endTimeCode = 9"), "capture-range"),
     "two targets": (text(ROOT, '["SpinCaptureAPI"', '["SpinTargetAPI", "SpinCaptureAPI"'), "target-count"),
@@ -191,6 +218,32 @@ def test_each_rule_finds_what_breaks_it(copied: Path, name: str) -> None:
     break_it(copied)
     found = codes(copied)
     assert any(each.startswith(code) for each in found), found
+
+
+def findings(path: Path) -> list[tuple[str, str]]:
+    return [(finding.code, finding.severity) for finding in check_stage(path)]
+
+
+def test_pictures_named_by_their_time_codes_are_fine(copied: Path) -> None:
+    edit(POSE, without("/World", "spin:capture:frame"))(copied)
+    assert findings(copied) == []
+
+
+def test_a_lens_that_other_programs_cannot_read_is_one_warning(copied: Path) -> None:
+    camera = copied.parent / CAMERA
+    lines = camera.read_text().splitlines(keepends=True)
+    camera.write_text("".join(line for line in lines if "omni:lensdistortion" not in line))
+    assert findings(copied) == [("lens-derived", "warning")]
+
+
+def test_a_camera_without_a_lens_needs_a_resolution(copied: Path) -> None:
+    text(CAMERA, '"SpinLensAPI", ', "")(copied)
+    assert [found for found in findings(copied) if found[0].startswith("lens")] == [("lens-none", "warning")]
+    text("layers/render.usda", "uniform int2 resolution = (1920, 1200)", "")(copied)
+    reader = StageReader(copied)
+    with pytest.raises(StageError, match="has no size in pixels"):
+        reader.scene(reader.frames[0])
+    assert ("lens", "error") in findings(copied)
 
 
 def test_a_variant_that_comes_before_a_reference_is_alive(copied: Path) -> None:
