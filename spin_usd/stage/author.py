@@ -90,6 +90,8 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
     model = stage.DefinePrim(MODEL)  # without a type: the asset's root may be a Mesh itself
     file = f"./{target.file.relative_to(folder).as_posix()}"
     model.GetReferences().AddReference(file, target.prim or Sdf.Path())
+    if model.HasAPI(schema.TARGET_API):  # an asset made for spin_usd; here its parent is the target
+        model.RemoveAPI(schema.TARGET_API)
     if not target.has_kind:
         Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
     if target.metres_per_unit != 1:

@@ -107,6 +107,7 @@ def describe(source: Path, name: str, units_per_metre: float | None = None) -> T
     if errors:
         raise InputError(f"does not compose: {errors[0]}", where=source)
     root = _root(stage, source)
+    _refuse_nested_targets(root, source)
     found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
     if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
         raise InputError("holds no geometry", where=source)
@@ -130,6 +131,14 @@ def _root(stage: Usd.Stage, source: Path) -> Usd.Prim:
     if len(prims) != 1:
         raise InputError(f"has no defaultPrim and {len(prims)} root prims", where=source, do="author a defaultPrim")
     return prims[0]
+
+
+def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
+    """On the root the schema does no harm: the stage that refers to it removes it there."""
+    nested = [prim for prim in Usd.PrimRange(root) if prim != root and prim.HasAPI(schema.TARGET_API)]
+    if nested:
+        found = f"its prim {nested[0].GetPath()} has {schema.TARGET_API}, which only the whole target may have"
+        raise InputError(found, where=source, do="remove it there")
 
 
 def _instanced(root: Usd.Prim) -> bool:
