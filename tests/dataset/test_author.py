@@ -17,6 +17,7 @@ from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 from spin_usd.dataset.author import AuthorReport, author_stage
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.stage.check import check_stage
+from spin_usd.stage.read import StageReader
 
 POSES = [
     {"filename": f"img{i:06d}.jpg", "q_vbs2tango_true": q, "r_Vo2To_vbs_true": [0.1, 0.2, 5.0 + i]}
@@ -203,6 +204,28 @@ def test_bad_usd_targets_are_refused(
     assert not inputs["out"].exists()
 
 
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_usd_target_that_is_marked_as_one_is_one_target(inputs: dict[str, Any], tmp_path: Path, packed: bool) -> None:
+    target = usd_target(tmp_path)
+    mark = '(\n prepend apiSchemas = ["SpinTargetAPI"]\n)'
+    target.write_text(target.read_text().replace('"Body" {', f'"Body" {mark}\n{{'))
+    if packed:
+        assert UsdUtils.CreateNewUsdzPackage(str(target), str(tmp_path / "craft.usdz"))
+        target = tmp_path / "craft.usdz"
+    report = author_stage(**inputs | {"target": target, "units_per_metre": None})
+    reader = StageReader(report.root)
+    target_read = reader.scene(reader.frames[0]).target
+    assert [target_read.path, *(part.path for part in target_read.parts)] == ["/World/Target", "/World/Target/Model"]
+    assert not [finding for finding in check_stage(report.root) if finding.code == "target-count"]
+
+
+def test_a_usd_target_with_a_target_inside_is_refused(inputs: dict[str, Any], tmp_path: Path) -> None:
+    inner = ' def Xform "Inner" (\n prepend apiSchemas = ["SpinTargetAPI"]\n) {\n}\n'
+    with pytest.raises(InputError, match=r"craft\.usda: its prim /Body/Inner has SpinTargetAPI"):
+        author_stage(**inputs | {"target": usd_target(tmp_path, body=inner), "units_per_metre": None})
+    assert not inputs["out"].exists()
+
+
 @pytest.mark.parametrize("data", [b"#usda 1.0\ndef {", b"PXR-USDC\0\x08", b"", b"\0" * 99])
 def test_a_damaged_layer_below_a_usd_target_is_refused(inputs: dict[str, Any], tmp_path: Path, data: bytes) -> None:
     target = usd_target(tmp_path, body=' def "A" (\n references = @./part.usd@\n) {}\n')
@@ -232,7 +255,7 @@ def test_a_full_disk_is_an_output_error_that_leaves_nothing(inputs: dict[str, An
         "except OutputError as error: print('OUTPUT', error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.startswith("OUTPUT"), done.stderr
+    assert done.stdout.startswith(f"OUTPUT {inputs['out']}/"), done  # not the hidden folder
     assert done.stdout.count("\n") == 1
     assert {path.name for path in inputs["out"].parent.iterdir()} == {"poses.json", "box.stl"}
 
@@ -260,6 +283,25 @@ def test_an_unwritable_place_is_an_output_error(inputs: dict[str, Any], tmp_path
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be made"):
         author_stage(**inputs | {"out": tmp_path / "file" / "stage"})
+
+
+def test_what_a_killed_run_left_is_swept_by_the_next(inputs: dict[str, Any]) -> None:
+    """Killed by itself amid the writing; what a live process, or a run for another folder, has there stays."""
+    code = (
+        "import os, pathlib; from spin_usd.dataset.new_folder import new_folder\n"
+        f"with new_folder(pathlib.Path({str(inputs['out'])!r})) as work:\n"
+        "    (work / 'half').write_text('x'); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=False)
+    parent = inputs["out"].parent
+    (left,) = [path for path in parent.iterdir() if path.name.startswith(".stage.")]
+    dead = left.name.split(".")[2]
+    others = {parent / f".stage.{os.getpid()}.abcdefgh", parent / f".stage.b.{dead}.abcdefgh", parent / ".stage.mine"}
+    for other in others:
+        other.mkdir()
+    author_stage(**inputs)
+    assert {path for path in parent.iterdir() if path.name.startswith(".")} == others
+    assert check_stage(inputs["out"] / "dataset.usda") == ()
 
 
 def test_two_at_once_make_one_whole_stage(inputs: dict[str, Any]) -> None:
