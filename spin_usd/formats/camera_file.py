@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.formats.pose_list import read_json
+from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.camera import Camera
 
 DEFAULT_PITCH = 5.86e-6  # metres: the Sony IMX174 behind SPEED, SPEED+ and SHIRT
@@ -31,7 +31,7 @@ class CameraFile:
 def read_camera_file(path: str | Path) -> CameraFile:
     """The camera of the file at `path`. Raises InputError that names the file and the key."""
     path = Path(path)
-    document = read_json(path)
+    document = read_json_file(path)
     if not isinstance(document, dict):
         raise InputError("is no camera: it holds no JSON object", where=path)
     width, height = (_size(document, key, path) for key in ("Nu", "Nv"))

@@ -5,7 +5,6 @@ t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q
 `r_Vo2To_vbs_true`. Source: tpark94/speedplusbaseline, vpulab/SPIN.
 """
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
@@ -25,7 +25,7 @@ IMAGE_SUFFIXES = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp", ".exr"}
 def read_pose_list(path: str | Path) -> PoseList:
     """The poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
     path = Path(path)
-    entries = _entries(read_json(path), path)
+    entries = _entries(read_json_file(path), path)
     names: list[str] = []
     q, t = np.empty((len(entries), 4)), np.empty((len(entries), 3))
     for i, entry in enumerate(entries):
@@ -67,24 +67,6 @@ def chosen_frames(poses: PoseList, text: str | None) -> PoseList:
     if not len(chosen):
         raise InputError(f"frames {text!r} chooses none of {len(poses)} poses", where=poses.source or None)
     return chosen
-
-
-def read_json(path: Path) -> Any:
-    """The JSON value in the file at `path`, or InputError."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
-    except UnicodeDecodeError:
-        raise InputError("is not a text file", where=path, do="give a JSON file") from None
-    except json.JSONDecodeError as error:
-        raise InputError(
-            f"is not JSON: {error.msg} at line {error.lineno}, column {error.colno}",
-            where=path,
-            do="check that the file is whole",
-        ) from None
-    except (ValueError, RecursionError):
-        raise InputError("holds a number or a nesting that is too long", where=path) from None
 
 
 def _entries(document: Any, path: Path) -> Sequence[Any]:
