@@ -17,7 +17,8 @@ from spin_usd.errors import InputError, OutputError
 def new_folder(out: Path) -> Iterator[Path]:
     """A temporary folder beside `out` to write in; it becomes `out` when the block ends well, else it is removed.
 
-    What killed processes left for the same `out` is removed first. Raises InputError when `out` exists and is not an empty folder, OutputError when it cannot be made.
+    What killed processes left for the same `out` is removed first. Raises InputError when `out` exists and is not an
+    empty folder, OutputError when it cannot be made.
     """
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise InputError("exists already and is not empty", where=out, do="give a new folder, or remove it")

@@ -72,13 +72,14 @@ def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
     if variant not in known:
         raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(known)}")
     prim = stage.GetDefaultPrim()
-    if not prim or not prim.GetVariantSets().HasVariantSet(AUGMENTATION):
+    if not prim:
         return
     augmentations = prim.GetVariantSet(AUGMENTATION)
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         if variant in _variant_names(stage):
             augmentations.SetVariantSelection(variant)
-        else:  # an empty selection is an opinion, and beats one that the stage's own layers author
+        elif augmentations.GetVariantSelection():
+            # An empty selection is an opinion, and beats one that the stage's own layers author.
             augmentations.BlockVariantSelection()
 
 

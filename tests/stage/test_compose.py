@@ -97,6 +97,14 @@ def test_nominal_clears_a_selection_that_the_stage_authors(make):
     assert size(compose.open_stage(path, variant="big")) == 5
 
 
+def test_a_selection_without_its_variant_set_is_no_variant(tmp_path):
+    path = tmp_path / "root.usda"
+    path.write_text(
+        '#usda 1.0\n(\ndefaultPrim = "A"\n)\ndef "A" (\nvariants = {\nstring augmentation = "x"\n}\n)\n{\n}\n'
+    )
+    assert compose.selected_variant(compose.open_stage(path)) == "nominal"
+
+
 @pytest.mark.parametrize("name", ["Tele", "tele-2"])
 def test_a_variant_that_cannot_name_a_folder_is_refused(make, name):
     with pytest.raises(StageError, match=f"has a variant named '{name}', which cannot name a folder"):
