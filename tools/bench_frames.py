@@ -143,7 +143,8 @@ def columns(rows: list[dict[str, dict[str, float]]]) -> Iterator[tuple[str, list
     yield "plain bpy script, full frame", [row["plain"] for row in rows]  # type: ignore[misc]
     yield "spin_usd, blender: image and labels", [row["blender"]["total"] for row in rows]
     for work in [*CYCLES, "stage", "labels", "sensor", "files"]:
-        yield f"— {work}", [row["blender"].get(work, 0.0) for row in rows]
+        name = "files, not hidden by the passes" if work == "files" else work
+        yield f"— {name}", [row["blender"].get(work, 0.0) for row in rows]
     rest = [row["blender"]["total"] - sum(row["blender"][work] for work in CYCLES) for row in rows]
     yield "— everything that is not a pass", rest
     yield "spin_usd, raycast: labels only", [row["raycast"]["total"] for row in rows]

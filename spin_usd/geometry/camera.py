@@ -89,11 +89,6 @@ class Camera:
         xy = self.normalised(uv)
         return np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], -1)
 
-    def centre_rays(self, region: Region) -> Float:
-        """Directions (rows, columns, 3), z = 1, through the pixel centres of `region`."""
-        xy = self.centres(region)
-        return np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], -1)
-
     def centres(self, region: Region) -> Float:
         """Undistorted normalised coordinates (rows, columns, 2) of the pixel centres of `region`; read-only.
 

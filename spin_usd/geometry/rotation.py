@@ -66,10 +66,3 @@ def check_rotation(rotation: ArrayLike) -> Float:
     if off > ORTHONORMAL_TOLERANCE or np.linalg.det(r) < 0:
         raise GeometryError(f"rotation is not orthonormal and right-handed (off by {off:.3g})")
     return r
-
-
-def angle_between(q: ArrayLike, p: ArrayLike) -> float:
-    """Angle in radians of the rotation from `p` to `q` (unit quaternions, scalar first); exact near zero."""
-    a, b = unit_quaternion(q), unit_quaternion(p)
-    b = -b if a @ b < 0 else b
-    return float(4 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b)))

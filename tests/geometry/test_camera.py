@@ -116,7 +116,7 @@ def test_a_ray_projects_to_its_pixel_at_any_range(camera):
 
 def test_the_first_pixels_centre_is_a_half():
     camera = Camera(width=2, height=2, fx=1, fy=1, cx=1, cy=1)
-    np.testing.assert_array_equal(camera.centre_rays(camera.frame)[0, 0], [-0.5, -0.5, 1])
+    np.testing.assert_array_equal(camera.centres(camera.frame)[0, 0], [-0.5, -0.5])
 
 
 @pytest.mark.parametrize("camera", CAMERAS)

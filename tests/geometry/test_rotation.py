@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from scenes import unit_quaternions
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import GeometryError
-from spin_usd.geometry.rotation import angle_between, matrix_from_quaternion, quaternion_from_matrix, unit_quaternion
+from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, unit_quaternion
 
 ROUNDING = 4e-16 * 4  # a few units in the last place of numbers up to one
 
@@ -28,19 +27,6 @@ def test_quaternion_comes_back(q):
     back = quaternion_from_matrix(matrix_from_quaternion(q))
     assert back[0] >= 0
     assert min(np.abs(back - q).max(), np.abs(back + q).max()) <= ROUNDING
-
-
-@given(unit_quaternions(), unit_quaternions())
-def test_angle_is_scipys(q, p):
-    expected = (scipy(q) * scipy(p).inv()).magnitude()
-    assert angle_between(q, p) == pytest.approx(expected, abs=ROUNDING * 4)
-
-
-@given(st.floats(1e-15, 1e-3), unit_quaternions())
-def test_small_angles_keep_their_digits(angle, q):
-    """arccos would lose everything below 1e-8 rad; what is left here is the rounding of the quaternions."""
-    turned = (scipy(q) * Rotation.from_rotvec([0, 0, angle])).as_quat(scalar_first=True)
-    assert angle_between(turned, q) == pytest.approx(angle, abs=ROUNDING)
 
 
 @given(unit_quaternions())

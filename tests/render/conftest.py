@@ -1,27 +1,18 @@
 """Small scenes made by numpy, and one Blender for all tests that need it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scenes
 
-from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import FrameId, Material, Mesh, Part, Scene, Sensor, Target
 
 LAMBERT = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow=True)  # no specular at all
-SPEEDPLUS = Camera(  # the SPEED+ camera at a tenth of its resolution
-    width=192,
-    height=120,
-    fx=298.85795163815555,
-    fy=298.83401159176124,
-    cx=96.0,
-    cy=60.0,
-    distortion=(
-        -0.22383016606510672,
-        0.5140979708910638,
-        -0.0006649961199834,
-        -0.00021404771667484,
-        -0.1312424742940771,
-    ),
+# The SPEED+ camera at a tenth of its resolution.
+SPEEDPLUS = replace(
+    scenes.SPEEDPLUS, width=192, height=120, fx=scenes.SPEEDPLUS.fx / 10, fy=scenes.SPEEDPLUS.fy / 10, cx=96, cy=60
 )
 
 

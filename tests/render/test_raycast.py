@@ -24,7 +24,7 @@ def faces_by_trial(s):
     """First face (rows, columns) by trying each triangle in double precision (Moeller and Trumbore, 1997), or -1; and
     the pixels whose ray passes an edge of any triangle in front too near to call."""
     region, mesh = s.region, s.target.mesh
-    rays = s.camera.centre_rays(region).reshape(-1, 3)
+    rays = np.insert(s.camera.centres(region).reshape(-1, 2), 2, 1.0, axis=1)
     nearest, face = np.full(len(rays), np.inf), np.full(len(rays), -1)
     unsure = np.zeros(len(rays), bool)
     for i, (a, b, c) in enumerate(s.T_cam_body.points(mesh.points)[mesh.faces]):
