@@ -5,7 +5,9 @@ from hypothesis import strategies as st
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.model import FrameId, Material, Mesh, Part, Scene, Sensor, Target
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import FrameId, Mesh, Part, Scene, Target
+from spin_usd.scene.sensor import Sensor
 
 SPEEDPLUS = Camera(
     width=1920,

@@ -11,7 +11,7 @@ from spin_usd.labels.label import LABELS
 
 MEANINGS = {
     IMAGE: "what the sensor wrote",
-    RADIANCE: "linear radiance R, G, B, W/m2/sr, float32",
+    RADIANCE: "the target's linear radiance R, G, B, W/m2/sr, and the share of the pixel it covers, A; float32",
     **{name: label.meaning for name, label in LABELS.items()},
 }
 SHOWN = 3

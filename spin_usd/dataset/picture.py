@@ -9,16 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.labels.label import LABELS
+from spin_usd.render.background.sky import sky
 from spin_usd.render.renderer import Renderer
 from spin_usd.scene.keys import RenderSettings, frame_seed
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.surface import visible_surface
-from spin_usd.sensor.detector import expose
+from spin_usd.sensor.develop import develop
 
 IMAGE = "image"
 RADIANCE = "radiance"
-RADIANCE_CHANNELS = ("R", "G", "B")
+RADIANCE_CHANNELS = ("R", "G", "B", "A")
 IMAGE_CHANNELS = {"mono": ("Y",), "rgb": ("R", "G", "B")}
 KINDS = (IMAGE, RADIANCE, *LABELS)
 
@@ -52,17 +53,20 @@ def make_picture(
                 array = label.make(surface, shape)
             yield label.name, array, label.channels
     if IMAGE in kinds or RADIANCE in kinds:
+        seed = frame_seed(scene, settings)
         with watch("beauty pass"):
-            radiance = renderer.radiance(scene, samples=settings.samples, seed=frame_seed(scene, settings))
+            radiance = renderer.radiance(scene, samples=settings.samples, seed=seed)
         if IMAGE in kinds:
+            with watch("background"):
+                behind = sky(scene, seed=seed)
             with watch("sensor"):
-                image = expose(radiance, scene.sensor, shape)
+                image = develop(scene, radiance, behind, seed=seed)
             yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
         if RADIANCE in kinds:
             yield RADIANCE, _full_frame(radiance, shape), RADIANCE_CHANNELS
 
 
 def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float32]:
-    frame = np.zeros((*shape, 3), np.float32)
-    frame[radiance.region.slices] = radiance.rgb
+    frame = np.zeros((*shape, 4), np.float32)
+    frame[radiance.region.slices] = radiance.rgba
     return frame

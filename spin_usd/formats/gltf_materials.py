@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.scene.model import Color, Material
+from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Color
 
 GLB_MAGIC = b"glTF"
 

@@ -10,7 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.scene.model import Color, Material
+from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Color
 
 
 def read_mtl(path: Path, text: str) -> tuple[dict[str, Material], list[str]]:

@@ -14,7 +14,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mtl_file import read_mtl
 from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
 

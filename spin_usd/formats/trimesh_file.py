@@ -12,7 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.gltf_materials import read_gltf_materials
 from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 
 GLTF = {".gltf", ".glb"}
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
-from spin_usd.scene.model import Material, Mesh, Scene
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import Mesh, Scene
 from spin_usd.scene.surface import face_normals, shading_normals, surface_points
 
 LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
@@ -32,14 +33,16 @@ class Caster(Protocol):
 
 
 def radiance(scene: Scene, caster: Caster, xy: Float) -> Float:
-    """Linear radiance (N, 3), W/m2/sr, along the camera's rays (x, y, 1) of `xy` (N, 2); 0 where they meet nothing."""
-    rgb = np.zeros((len(xy), 3))
+    """Linear radiance, W/m2/sr, and coverage (N, 4) along the camera's rays (x, y, 1) of `xy` (N, 2); 0 where they meet
+    nothing."""
+    rgba = np.zeros((len(xy), 4))
     face = caster.cast(scene, xy)
     hit = np.flatnonzero(face >= 0)
     if len(hit):
         _, body = surface_points(scene, face[hit], xy[hit])
-        rgb[hit] = _shade(scene, caster, face[hit], body)
-    return rgb
+        rgba[hit, :3] = _shade(scene, caster, face[hit], body)
+        rgba[hit, 3] = 1
+    return rgba
 
 
 def _shade(scene: Scene, caster: Caster, face: NDArray[np.int32], body: Float) -> Float:

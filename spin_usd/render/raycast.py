@@ -41,15 +41,15 @@ class RaycastRenderer:
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
         """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1."""
-        region = scene.region
-        rgb = np.zeros((*region.shape, 3), np.float32)
+        region = scene.picture_region
+        rgba = np.zeros((*region.shape, 4), np.float32)
         rng = np.random.default_rng(seed)
         for band in region.bands():
-            total = np.zeros((band.width * band.height, 3))
+            total = np.zeros((band.width * band.height, 4))
             for uv in lambert.sample_positions(band, samples, rng):
                 total += lambert.radiance(scene, self, scene.camera.normalised(uv))
-            rgb[band.y0 - region.y0 : band.y1 - region.y0] = (total / samples).reshape(*band.shape, 3)
-        return Radiance(region=region, rgb=rgb)
+            rgba[band.y0 - region.y0 : band.y1 - region.y0] = (total / samples).reshape(*band.shape, 4)
+        return Radiance(region=region, rgba=rgba)
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """The first face (N,) that the camera's rays (x, y, 1) of `xy` (N, 2) meet; -1 for none."""

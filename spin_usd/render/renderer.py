@@ -9,17 +9,18 @@ from spin_usd.scene.passes import Radiance, Visibility
 class Renderer(Protocol):
     """Draws scenes one after another, keeping open whatever does not change between them.
 
-    Both methods look only at `scene.region`, and raise RenderError when the renderer fails.
+    Both methods look only at the scene's region of that kind, and raise RenderError when the renderer fails.
     """
 
     name: str
 
     def visibility(self, scene: Scene) -> Visibility:
-        """The face behind every pixel centre; without depth of field or motion blur."""
+        """The face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
         ...
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
-        """Linear radiance, W/m2/sr, averaged over each pixel's own square by `samples` rays."""
+        """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square by `samples`
+        rays. Nothing that lies behind the target is in it."""
         ...
 
     def versions(self) -> dict[str, str]:

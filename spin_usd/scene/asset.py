@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import GeometryError
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,6 +6,7 @@ Equal keys mean equal results, so the work is done once.
 from dataclasses import dataclass
 
 from spin_usd.arrays import digest
+from spin_usd.scene.content import content
 from spin_usd.scene.model import Scene
 
 
@@ -19,26 +20,26 @@ class RenderSettings:
 
 
 def geometry_key(scene: Scene, renderer: str) -> str:
-    """Decides the labels: mesh, parts, pose, camera, and the renderer that resolves visibility."""
-    pose = scene.T_cam_body
-    return digest(renderer, scene.target.mesh.key, pose.rotation, pose.translation, scene.camera.key)
+    """Decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves visibility."""
+    target, pose = scene.target, scene.T_cam_body
+    return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
 
 
 def radiance_key(scene: Scene, settings: RenderSettings) -> str:
-    """Decides the linear radiance: geometry, shading, materials, lights, samples and seed."""
+    """Decides the target's linear radiance: geometry, shading, materials, lights and whatever else lights it, depth of
+    field, shutter, samples and seed."""
     materials = [material.key for material in scene.target.materials]
-    lights = [[light.direction_cam, light.irradiance, light.angle] for light in scene.lights]
+    taking = content([scene.lights, scene.environment.planets, scene.thin_lens, scene.shutter])
     return digest(
         geometry_key(scene, settings.renderer),
         scene.target.mesh.shading_key,
-        [materials, lights, settings.samples, frame_seed(scene, settings)],
+        [materials, taking, settings.samples, frame_seed(scene, settings)],
     )
 
 
 def exposure_key(scene: Scene, settings: RenderSettings) -> str:
-    """Decides the image's numbers: radiance and sensor."""
-    sensor = scene.sensor
-    return digest(radiance_key(scene, settings), [sensor.exposure, sensor.channels, sensor.bit_depth, sensor.encoding])
+    """Decides the image's numbers: radiance, what lies behind, optics and sensor."""
+    return digest(radiance_key(scene, settings), content([scene.environment, scene.optics, scene.sensor]))
 
 
 def frame_seed(scene: Scene, settings: RenderSettings) -> int:

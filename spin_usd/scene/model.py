@@ -4,8 +4,10 @@ Frozen and numpy only. `Scene.target` is the static part (the same object from f
 does not change shape); everything else is of one frame.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,33 +18,14 @@ from spin_usd.geometry.bounds import region_of_interest
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.content import content
+from spin_usd.scene.environment import Environment
+from spin_usd.scene.light import Light
+from spin_usd.scene.material import Material
+from spin_usd.scene.sensor import Optics, Sensor
 
 MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
 MAX_PARTS = 2**16 - 1  # part ids are 16-bit in the segmentation label
-
-Color = tuple[float, float, float]
-"""Linear RGB with Rec. 709 primaries."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Material:
-    """The constants of UsdPreviewSurface, by its own names; colours linear Rec. 709."""
-
-    path: str
-    diffuse_color: Color = (0.18, 0.18, 0.18)
-    emissive_color: Color = (0.0, 0.0, 0.0)
-    use_specular_workflow: bool = False
-    specular_color: Color = (0.0, 0.0, 0.0)
-    metallic: float = 0.0
-    roughness: float = 0.5
-    clearcoat: float = 0.0
-    clearcoat_roughness: float = 0.01
-    opacity: float = 1.0
-    ior: float = 1.5
-
-    @cached_property
-    def key(self) -> str:
-        return digest([list(v) if isinstance(v, tuple) else v for k, v in sorted(vars(self).items()) if k != "path"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +44,8 @@ class Mesh:
 
     points (P, 3) float64 metres · faces (F, 3) int32, counter-clockwise seen from outside · face_part (F,) uint16
     part ids · face_material (F,) int32 indices into Target.materials · corner_normals (F, 3, 3) float32 unit shading
-    normals in body axes (the face's own normal where a face is flat).
+    normals in body axes (the face's own normal where a face is flat) · face_group (F,) uint16 numbers that light links
+    name, 0 unless given · primvars: (F, 3, C) float32 values at the corners, C 1 to 4, by name.
     Raises GeometryError for what a renderer must never see: NaN, indices out of range, no faces, too many.
     """
 
@@ -70,13 +54,18 @@ class Mesh:
     face_part: NDArray[np.uint16]
     face_material: NDArray[np.int32]
     corner_normals: NDArray[np.float32]
+    face_group: NDArray[np.uint16] | None = None
+    primvars: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         count = len(self.faces)
         if not 0 < count <= MAX_FACES:
             raise GeometryError(f"mesh has {count} faces, expected 1 to {MAX_FACES}")
         object.__setattr__(self, "points", finite(self.points, (None, 3), "mesh points"))
+        if self.face_group is None:
+            object.__setattr__(self, "face_group", np.zeros(count, np.uint16))
         kinds = {
+            "face_group": (np.uint16, (count,)),
             "faces": (np.int32, (count, 3)),
             "face_part": (np.uint16, (count,)),
             "face_material": (np.int32, (count,)),
@@ -91,6 +80,8 @@ class Mesh:
             raise GeometryError(f"mesh faces index points outside 0 to {len(self.points) - 1}")
         if not np.isfinite(self.corner_normals).all():
             raise GeometryError("mesh corner normals hold NaN or infinity")
+        primvars = {name: _primvar(name, values, count) for name, values in sorted(self.primvars.items())}
+        object.__setattr__(self, "primvars", MappingProxyType(primvars))
 
     @cached_property
     def key(self) -> str:
@@ -100,7 +91,8 @@ class Mesh:
     @cached_property
     def shading_key(self) -> str:
         """Digest of what only the picture depends on."""
-        return digest(self.face_material, self.corner_normals)
+        primvars = [[name, digest(values)] for name, values in self.primvars.items()]
+        return digest(self.face_material, self.corner_normals, self.face_group, primvars)
 
     @cached_property
     def edges(self) -> NDArray[np.int32]:
@@ -147,27 +139,13 @@ class Target:
             raise GeometryError(f"{self.path} has faces of a material that it does not list")
         object.__setattr__(self, "keypoints", finite(self.keypoints, (len(self.keypoint_names), 3), "keypoints"))
 
-
-@dataclass(frozen=True, kw_only=True)
-class DistantLight:
-    """A Sun. `direction_cam` (unit, camera axes) is where its light travels *to*; `irradiance` is linear RGB in W/m2
-    on a plane that faces it; `angle` is its angular diameter in radians."""
-
-    path: str
-    direction_cam: tuple[float, float, float]
-    irradiance: Color
-    angle: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sensor:
-    """How linear radiance becomes numbers. `exposure` scales radiance (W/m2/sr) to the unit range; `channels` is "mono"
-    or "rgb"; `bit_depth` 8 or 16; `encoding` "linear" or "srgb"."""
-
-    exposure: float = 1.0
-    channels: str = "mono"
-    bit_depth: int = 8
-    encoding: str = "srgb"
+    @cached_property
+    def cut_out_key(self) -> str:
+        """Digest of what decides where the surface is not there: "" where it is whole."""
+        if not any(material.cut_out for material in self.materials):
+            return ""
+        cuts = [[m.opacity, m.opacity_threshold] if m.cut_out else None for m in self.materials]
+        return digest(content(cuts), self.mesh.shading_key)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,21 +157,57 @@ class FrameId:
     time_code: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class ThinLens:
+    """Depth of field: what lies `focus` metres (planar z) away is sharp. `radius`: the aperture's, metres."""
+
+    radius: float
+    focus: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shutter:
+    """Motion blur. poses: T_cam_body at equally spaced times from the first row's opening to the last row's closing;
+    the picture's own pose is that of their middle. `readout`: share of that time between the first row's opening and
+    the last row's; 0 is a global shutter."""
+
+    poses: tuple[Transform, ...]
+    readout: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, target and its pose, lights and sensor at one time code."""
+    """Camera, target and its pose, lights, what lies behind, optics and sensor at one time code."""
 
     frame: FrameId
     camera: Camera
     T_cam_body: Transform
     target: Target
-    lights: tuple[DistantLight, ...]
+    lights: tuple[Light, ...]
     sensor: Sensor
+    environment: Environment = field(default_factory=Environment)
+    optics: Optics = field(default_factory=Optics)
+    thin_lens: ThinLens | None = None
+    shutter: Shutter | None = None
 
     @cached_property
     def region(self) -> Region:
-        """The pixels that the target can cover."""
+        """The pixels that the target can cover in the labels."""
         return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
+
+    @cached_property
+    def picture_region(self) -> Region:
+        """The pixels that the target can cover in the picture: those of `region`, and what its blur reaches."""
+        return self.region
+
+
+def _primvar(name: str, values: NDArray[np.float32], faces: int) -> NDArray[np.float32]:
+    array = frozen(values, np.float32)
+    if array.ndim != 3 or array.shape[:2] != (faces, 3) or not 1 <= array.shape[2] <= 4:
+        raise GeometryError(f"mesh primvar {name} has shape {array.shape}, expected ({faces}, 3, 1 to 4)")
+    if not np.isfinite(array).all():
+        raise GeometryError(f"mesh primvar {name} holds NaN or infinity")
+    return array
 
 
 def _hull_points(points: Float) -> Float:

@@ -24,11 +24,20 @@ class Visibility:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Radiance:
-    """rgb (rows, columns, 3) float32: linear radiance in W/m2/sr of the pixels of `region`; outside is background."""
+    """rgba (rows, columns, 4) float32 of the pixels of `region`: linear radiance of the target in W/m2/sr, and in alpha
+    the share of each pixel that it covers. The radiance is that of the whole pixel (premultiplied): what lies behind
+    adds (1 - alpha) times its own. Outside the region the target is nowhere."""
 
     region: Region
-    rgb: NDArray[np.float32]
+    rgba: NDArray[np.float32]
 
     def __post_init__(self) -> None:
-        if self.rgb.shape != (*self.region.shape, 3) or self.rgb.dtype != np.float32:
-            raise GeometryError(f"radiance is {self.rgb.dtype}{self.rgb.shape}, expected float32{self.region.shape}x3")
+        if self.rgba.shape != (*self.region.shape, 4) or self.rgba.dtype != np.float32:
+            found = f"radiance is {self.rgba.dtype}{self.rgba.shape}"
+            found = f"radiance is {self.rgba.dtype}{self.rgba.shape}"
+            raise GeometryError(f"{found}, expected float32{self.region.shape}x4")
+
+    @property
+    def rgb(self) -> NDArray[np.float32]:
+        """(rows, columns, 3) without the coverage."""
+        return self.rgba[..., :3]

@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom, UsdRender
 
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.model import Sensor
+from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import schema
 
 

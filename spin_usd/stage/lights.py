@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.model import DistantLight
+from spin_usd.scene.light import DistantLight
 from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
 from spin_usd.stage.xforms import check_chain
 

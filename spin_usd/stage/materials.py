@@ -6,7 +6,8 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.model import Color, Material
+from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Color
 
 FALLBACK = Material(path="")
 """What USD shows where neither material nor displayColor says anything: 18 % grey."""

@@ -12,7 +12,7 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 from spin_usd.stage.convert import box, identifier, int_array, unique_identifiers, vec3f_array
 from spin_usd.stage.layer import author_metadata, export
 

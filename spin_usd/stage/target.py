@@ -9,7 +9,8 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.scene.model import MAX_FACES, Material, Mesh, Part, Target
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import MAX_FACES, Mesh, Part, Target
 from spin_usd.stage import schema
 from spin_usd.stage.compose import MAX_PRIMS
 from spin_usd.stage.drawn import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry, is_invisible, own_purpose

@@ -9,7 +9,8 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.light import shining_along
 from spin_usd.render.blender.material import principled_inputs
-from spin_usd.scene.model import DistantLight, Material
+from spin_usd.scene.light import DistantLight
+from spin_usd.scene.material import Material
 
 RADIOMETRY = 1e-4  # relative; float32 light transport
 NOISE = 0.02  # relative, of a mean over some thousand pixels of 64 samples that choose lobes at random
@@ -153,9 +154,9 @@ def test_a_pixel_averages_its_own_square(blender, make_scene, square, speedplus)
 
 
 def test_region_is_cut_from_the_same_picture(blender, noisy):
-    vars(noisy)["region"] = noisy.camera.frame
+    vars(noisy)["picture_region"] = noisy.camera.frame
     whole = render(blender, noisy, samples=4).rgb
-    vars(noisy)["region"] = box = Region(x0=50, y0=20, x1=131, y1=97)
+    vars(noisy)["picture_region"] = box = Region(x0=50, y0=20, x1=131, y1=97)
     assert np.array_equal(render(blender, noisy, samples=4).rgb, whole[box.slices])
 
 

@@ -9,7 +9,8 @@ from scenes import BARREL, SMALL, box, pose, scene, soup, target
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast import RaycastRenderer
-from spin_usd.scene.model import DistantLight, Material
+from spin_usd.scene.light import DistantLight
+from spin_usd.scene.material import Material
 from spin_usd.scene.surface import visible_surface
 
 EDGE = 2e-6  # of a triangle, in barycentric weights: float32 may take a ray that passes so near an edge for either side

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scenes import box, scene, soup, target
 
 from spin_usd.errors import GeometryError
-from spin_usd.scene.model import Material, Mesh, Part
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import Mesh, Part
 
 POINTS, FACES = box()
 GOOD = {

@@ -2,22 +2,30 @@
 
 import numpy as np
 import pytest
+import scenes
 from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.scene.model import Sensor
 from spin_usd.scene.passes import Radiance
-from spin_usd.sensor.detector import encode, expose
+from spin_usd.scene.sensor import Sensor
+from spin_usd.sensor.detector import encode
+from spin_usd.sensor.develop import develop
 
 SHAPE = (4, 6)
 REGION = Region(x0=1, y0=2, x1=4, y1=4)
 
 
 def shot(rgb, **sensor):
-    pixels = np.broadcast_to(np.asarray(rgb, np.float32), (*REGION.shape, 3)).copy()
-    return expose(Radiance(region=REGION, rgb=pixels), Sensor(**sensor), SHAPE)
+    pixels = np.broadcast_to(np.asarray([*rgb, 1], np.float32), (*REGION.shape, 4)).copy()
+    return develop(taken_by(Sensor(**sensor)), Radiance(region=REGION, rgba=pixels), None, seed=0)
+
+
+def taken_by(sensor):
+    camera = Camera(width=SHAPE[1], height=SHAPE[0], fx=9, fy=9, cx=3, cy=2)
+    return scenes.scene(scenes.target(*scenes.box()), camera=camera, sensor=sensor)
 
 
 def srgb_decoded(signal):
@@ -74,7 +82,7 @@ def test_the_frame_is_black_around_the_region(channels, shape, bits, kind):
 
 def test_an_empty_region_is_a_black_frame():
     nothing = Region(x0=0, y0=0, x1=0, y1=0)
-    image = expose(Radiance(region=nothing, rgb=np.zeros((0, 0, 3), np.float32)), Sensor(), SHAPE)
+    image = develop(taken_by(Sensor()), Radiance(region=nothing, rgba=np.zeros((0, 0, 4), np.float32)), None, seed=0)
     assert image.shape == SHAPE
     assert not image.any()
 

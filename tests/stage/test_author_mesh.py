@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 from spin_usd.stage.mesh_target import write_mesh_target
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0.1]]

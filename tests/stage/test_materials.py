@@ -5,7 +5,7 @@ import pytest
 from pxr import Sdr
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.model import Material
+from spin_usd.scene.material import Material
 
 FLOAT32 = 1e-7
 MATERIAL = """

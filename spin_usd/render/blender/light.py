@@ -11,7 +11,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.settings import assign
-from spin_usd.scene.model import DistantLight
+from spin_usd.scene.light import DistantLight
 
 MAX_ANGLE = 3.0  # radians; Blender clamps a little above
 

@@ -12,7 +12,8 @@ import bpy
 import numpy as np
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.model import Color, Material
+from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Color
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing
 MAX_F0 = 0.99  # head-on reflectance that an index of refraction is still sought for

@@ -12,7 +12,8 @@ from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
-from spin_usd.scene.model import Material, Mesh
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import Mesh
 
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores

@@ -25,7 +25,10 @@ class Readback:
         self._file = scratch / "frame.exr"
 
     def render(self, scene: Any, region: Region) -> NDArray[np.float32]:
-        """(rows, columns, 3) float32 of `region`, linear. Raises RenderError when Blender fails or lies about it."""
+        """(rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha.
+
+        Raises RenderError when Blender fails or lies about it.
+        """
         self._file.unlink(missing_ok=True)
         scene.render.filepath = str(self._file)
         try:
@@ -38,12 +41,12 @@ class Readback:
 
     def _read(self, region: Region) -> NDArray[np.float32]:
         image = OpenImageIO.ImageInput.open(str(self._file))
-        pixels = image.read_image(0, 0, 0, 3, "float") if image else None
+        pixels = image.read_image(0, 0, 0, 4, "float") if image else None
         if image is None or pixels is None:
             error = image.geterror() if image else OpenImageIO.geterror()
             raise RenderError(f"Blender's picture cannot be read: {error}")
         image.close()
-        if pixels.shape != (*region.shape, 3):
+        if pixels.shape != (*region.shape, 4):
             raise RenderError(f"Blender rendered {pixels.shape[:2]} pixels where {region.shape} were wanted")
         return np.ascontiguousarray(pixels, np.float32)
 

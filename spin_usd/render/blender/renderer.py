@@ -9,6 +9,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.bands import tight_bands
+from spin_usd.geometry.region import Region
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.light import SunRig
 from spin_usd.render.blender.material import label_material
@@ -48,20 +49,20 @@ class BlenderRenderer:
         self._show(scene)
         assign(self._scene.cycles, LABEL)
         self._scene.view_layers[0].material_override = self._label_material
-        numbers = self._render(scene, samples=1)[..., 0]
+        numbers = self._render(scene, region, samples=1)[..., 0]
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
         """Linear radiance of `scene.region`, W/m2/sr. Raises RenderError, UnsupportedError."""
-        region = scene.region
+        region = scene.picture_region
         if region.empty:
-            return Radiance(region=region, rgb=np.zeros((*region.shape, 3), np.float32))
+            return Radiance(region=region, rgba=np.zeros((*region.shape, 4), np.float32))
         self._show(scene)
         self._target.dress(scene.target.materials)
         self._suns.shine(scene.lights)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
-        return Radiance(region=region, rgb=self._render(scene, samples=samples))
+        return Radiance(region=region, rgba=self._render(scene, region, samples=samples))
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -81,12 +82,12 @@ class BlenderRenderer:
         self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location)
         self._camera.aim(view)
 
-    def _render(self, scene: Scene, *, samples: int) -> NDArray[np.float32]:
-        """(rows, columns, 3) of the scene's region, rendered only where the target can be; black elsewhere."""
-        mesh, region = scene.target.mesh, scene.region
+    def _render(self, scene: Scene, region: Region, *, samples: int) -> NDArray[np.float32]:
+        """(rows, columns, 4) of `region`, rendered only where the target can be; black and clear elsewhere."""
+        mesh = scene.target.mesh
         points = scene.T_cam_body.points(mesh.points)
         cost = BAND_COST_SAMPLES / samples
-        pixels = np.zeros((*region.shape, 3), np.float32)
+        pixels = np.zeros((*region.shape, 4), np.float32)
         for band in tight_bands(scene.camera, points, mesh.edges, region, band_cost_px=cost):
             self._camera.crop(band)
             rows, columns = band.y0 - region.y0, band.x0 - region.x0

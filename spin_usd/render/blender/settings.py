@@ -58,13 +58,13 @@ RENDER: Mapping[str, Any] = {
     "use_overwrite": True,
     "use_placeholder": False,
     "use_file_extension": False,
-    "film_transparent": False,
+    "film_transparent": True,  # alpha is the target's coverage; what lies behind is composed later
     "dither_intensity": 0.0,
     "threads_mode": "AUTO",
 }
 IMAGE: Mapping[str, Any] = {
     "file_format": "OPEN_EXR",
-    "color_mode": "RGB",
+    "color_mode": "RGBA",
     "color_depth": "32",
     "exr_codec": "NONE",
 }

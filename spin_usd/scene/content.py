@@ -1,0 +1,38 @@
+"""What decides a picture, of any frozen value of the scene: its content as JSON, without names.
+
+Fields marked NAME (prim paths, for messages) are left out; arrays and images count by their digests.
+"""
+
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import digest
+
+NAME = {"name": True}
+"""Metadata of a dataclass field that no picture depends on."""
+
+
+def key_of(value: Any) -> str:
+    """sha256 (hex) of the content of `value`."""
+    return digest(content(value))
+
+
+def content(value: Any) -> Any:
+    """`value` as JSON: dataclasses by type and field, arrays by digest, anything with a `key` by that."""
+    if isinstance(value, np.ndarray):
+        return digest(value)
+    if isinstance(key := getattr(value, "key", None), str):
+        return key
+    if is_dataclass(value):
+        of = {f.name: content(getattr(value, f.name)) for f in fields(value) if not f.metadata.get("name")}
+        return {"": type(value).__name__, **of}
+    if isinstance(value, (tuple, list)):
+        return [content(item) for item in value]
+    if isinstance(value, (set, frozenset)):
+        return sorted(content(item) for item in value)
+    if isinstance(value, Enum):
+        return value.value
+    return value

@@ -1,0 +1,59 @@
+"""What lies behind the target: nothing of it is in front. Camera frame `cam`, metres, W/m2/sr, linear RGB."""
+
+from dataclasses import dataclass, field
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.content import NAME
+from spin_usd.scene.texture import Color, Image
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Planet:
+    """An ellipsoid lit by the scene's distant lights, which in turn lights the target.
+
+    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` and `clouds` (opacity in alpha):
+    latitude-longitude images, north at the top, longitude 0 in the middle column, east to the right.
+    `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB.
+    """
+
+    path: str = field(metadata=NAME)
+    T_cam_planet: Transform
+    radii: tuple[float, float, float]
+    albedo: Image | Color
+    clouds: Image | None = None
+    atmosphere: float = 0.0
+    haze: Color = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stars:
+    """Points at infinity: directions (N, 3), unit, in sky axes; irradiance (N, 3) RGB, W/m2, at the camera."""
+
+    path: str = field(metadata=NAME)
+    T_cam_sky: Transform
+    directions: Float
+    irradiance: Float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BackPlate:
+    """A picture behind everything, filling the frame, in a share `probability` of the pictures: one of `images`, turned
+    by an angle of the range `roll` (radians) and mirrored left to right with probability `mirror`; which, is drawn from
+    the picture's seed. `radiance` is that of the image's white."""
+
+    path: str = field(metadata=NAME)
+    images: tuple[Image, ...]
+    radiance: Color
+    probability: float = 1.0
+    roll: tuple[float, float] = (0.0, 0.0)
+    mirror: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Environment:
+    """Nothing at all unless it is filled: deep space."""
+
+    planets: tuple[Planet, ...] = ()
+    stars: tuple[Stars, ...] = ()
+    back_plate: BackPlate | None = None

@@ -1,0 +1,75 @@
+"""Lights, in physical units: radiance in W/m2/sr, irradiance in W/m2, radiant intensity in W/sr; linear RGB.
+
+Positions and directions are in the camera frame `cam`, metres. Sources are not seen by the camera themselves, except a
+dome, which is also what lies behind everything; reflections show all of them.
+"""
+
+from dataclasses import dataclass, field
+
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.content import NAME
+from spin_usd.scene.texture import Color, Image
+
+Links = frozenset[int] | None
+"""Numbers of the face groups (Mesh.face_group) that a light reaches; None for all of them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistantLight:
+    """A Sun. `direction_cam` (unit) is where its light travels *to*; `irradiance` is that of a plane that faces it;
+    `angle` is its angular diameter in radians. `lights` and `shadowed_by` are light links."""
+
+    path: str = field(compare=False, metadata=NAME)
+    direction_cam: tuple[float, float, float]
+    irradiance: Color
+    angle: float = 0.0
+    shadows: bool = True
+    lights: Links = None
+    shadowed_by: Links = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaping:
+    """UsdLux.ShapingAPI: emission is multiplied by cos(angle from -z) ** `focus`, and fades to nothing between
+    `cone_angle` * (1 - `softness`) and `cone_angle` (radians from -z; pi is no cone)."""
+
+    cone_angle: float
+    softness: float = 0.0
+    focus: float = 0.0
+    focus_tint: Color = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AreaLight:
+    """A source with a place. `shape` and `size` in metres:
+
+    sphere (radius,) · disk (radius,) and rect (width, height) in the plane z = 0, shining along -z · cylinder (length,
+    radius) along x, without ends · point () .
+    `emission`: the radiance of every point of its surface; of a point its radiant intensity.
+    `image`: of a rect, multiplies the emission; seen upright from the side that is lit.
+    """
+
+    path: str = field(metadata=NAME)
+    shape: str
+    size: tuple[float, ...]
+    T_cam_light: Transform
+    emission: Color
+    shaping: Shaping | None = None
+    image: Image | None = None
+    shadows: bool = True
+    lights: Links = None
+    shadowed_by: Links = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DomeLight:
+    """Light from all around, infinitely far: `radiance`, times `image` where there is one: latitude-longitude, its top
+    row the dome's +y pole (UsdLux.DomeLight), its centre column the direction -z of the dome's axes."""
+
+    path: str = field(metadata=NAME)
+    T_cam_dome: Transform
+    radiance: Color
+    image: Image | None = None
+
+
+Light = DistantLight | AreaLight | DomeLight

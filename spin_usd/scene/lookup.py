@@ -1,0 +1,76 @@
+"""Values at points of the surface: constants, textures and primvars. What both renderers' shading must agree with."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.scene.model import Mesh
+from spin_usd.scene.texture import OUTPUTS, Color, Coordinates, Primvar, Texture
+
+CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerate(OUTPUTS[1:])}}
+
+
+def values_at(value: float | Color | Texture | Primvar, mesh: Mesh, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, C) of `value` at the points with barycentric `weights` (N, 3) of the faces (N,); C is 1 or 3, a primvar's
+    its own."""
+    if isinstance(value, Primvar):
+        return interpolated(mesh, value.name, face, weights)
+    if isinstance(value, Texture):
+        return look_up(value, coordinates_at(value.coordinates, mesh, face, weights))
+    constant: Float = np.broadcast_to(np.atleast_1d(np.asarray(value, np.float64)), (len(face), np.size(value)))
+    return constant
+
+
+def interpolated(mesh: Mesh, name: str, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, C) of the primvar `name`."""
+    result: Float = np.einsum("nk,nkc->nc", weights, mesh.primvars[name][face].astype(np.float64))
+    return result
+
+
+def coordinates_at(coordinates: Coordinates, mesh: Mesh, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, 2) places on an image."""
+    if coordinates.primvar is None:
+        st: Float = np.broadcast_to(np.array(coordinates.constant, np.float64), (len(face), 2))
+    else:
+        st = interpolated(mesh, coordinates.primvar, face, weights)
+    return placed(coordinates, st)
+
+
+def placed(coordinates: Coordinates, st: Float) -> Float:
+    """`st` (N, 2) moved by the coordinates' matrix."""
+    matrix = np.array(coordinates.matrix).reshape(2, 3)
+    moved: Float = st @ matrix[:, :2].T + matrix[:, 2]
+    return moved
+
+
+def look_up(texture: Texture, st: Float) -> Float:
+    """(N, 1 or 3) of the texture at `st` (N, 2), already placed: bilinear between the centres of its texels."""
+    pixels = texture.image.pixels
+    height, width = pixels.shape[:2]
+    x, y = st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5
+    x0, y0 = np.floor(x), np.floor(y)
+    fx, fy = (x - x0)[:, None], (y - y0)[:, None]
+    result = np.zeros((len(st), 4))
+    for dy, wy in ((0, 1 - fy), (1, fy)):
+        rows, outside_t = _wrapped(y0 + dy, height, texture.wrap[1])
+        for dx, wx in ((0, 1 - fx), (1, fx)):
+            columns, outside_s = _wrapped(x0 + dx, width, texture.wrap[0])
+            texels = pixels[rows, columns].astype(np.float64)
+            texels[outside_s | outside_t] = 0
+            result += wy * wx * texels
+    scaled = result * np.array(texture.scale) + np.array(texture.bias)
+    return np.asarray(scaled[:, CHANNELS[texture.output]])
+
+
+def _wrapped(index: Float, size: int, wrap: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Texel numbers (N,) within 0 to size - 1, and which of them lie outside a "black" image."""
+    outside = np.zeros(len(index), bool)
+    if wrap == "repeat":
+        index = np.mod(index, size)
+    elif wrap == "mirror":
+        index = np.mod(index, 2 * size)
+        index = np.minimum(index, 2 * size - 1 - index)
+    else:
+        outside = (index < 0) | (index >= size) if wrap == "black" else outside
+        index = np.clip(index, 0, size - 1)
+    return index.astype(np.int64), outside

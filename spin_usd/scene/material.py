@@ -1,0 +1,45 @@
+"""What a surface is made of: UsdPreviewSurface."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from spin_usd.arrays import digest
+from spin_usd.scene.content import NAME, content
+from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture
+
+TRANSPARENT, PRESENCE = "transparent", "presence"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """The inputs of UsdPreviewSurface by its own names, each a constant, a texture or a primvar.
+
+    `normal` is in tangent space, None for the surface's own. `opacity_threshold` above 0 makes a cut-out: a point
+    whose opacity is below it is not there, for pictures and labels alike; else `opacity_mode` says whether a clear
+    surface still reflects ("transparent") or is absent by that share ("presence"). Displacement has moved the mesh
+    already; occlusion is what a path tracer computes itself, so neither is here.
+    """
+
+    path: str = field(compare=False, metadata=NAME)
+    diffuse_color: Colored = (0.18, 0.18, 0.18)
+    emissive_color: Colored = (0.0, 0.0, 0.0)
+    use_specular_workflow: bool = False
+    specular_color: Colored = (0.0, 0.0, 0.0)
+    metallic: Scalar = 0.0
+    roughness: Scalar = 0.5
+    clearcoat: Scalar = 0.0
+    clearcoat_roughness: Scalar = 0.01
+    opacity: Scalar = 1.0
+    opacity_threshold: float = 0.0
+    opacity_mode: str = TRANSPARENT
+    ior: Scalar = 1.5
+    normal: Texture | Primvar | tuple[float, float, float] | None = None
+
+    @cached_property
+    def key(self) -> str:
+        return digest([content(getattr(self, name)) for name in sorted(self.__dataclass_fields__) if name != "path"])
+
+    @property
+    def cut_out(self) -> bool:
+        """Whether some of its points may not be there."""
+        return self.opacity_threshold > 0

@@ -1,0 +1,75 @@
+"""How light becomes an image: the optics' spread of it, and the detector."""
+
+from dataclasses import dataclass
+
+from spin_usd.scene.texture import Color
+
+# Luminance of linear RGB with Rec. 709 primaries: ITU-R BT.709-6, item 3.2.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optics:
+    """What lens and housing do to light on its way, in pixels of the detector; nothing unless set.
+
+    psf_sigma: standard deviation of the Gaussian core of the point spread function.
+    glare: share of all light that is scattered into a wide halo, whose profile is (1 + (r / glare_core)^2) **
+    (-glare_falloff / 2) at r pixels.
+    bloom_*: an artist's glow, to match other simulators: light above `bloom_threshold` (unit range) is spread as wide
+    as `bloom_scatter` (0 to 1) says and added times `bloom_intensity`.
+    cos_fourth: natural vignetting. vignetting (a, b, c): gain 1 + a r^2 + b r^4 + c r^6, r from the principal point in
+    half diagonals of the frame.
+    """
+
+    psf_sigma: float = 0.0
+    glare: float = 0.0
+    glare_core: float = 4.0
+    glare_falloff: float = 3.0
+    bloom_intensity: float = 0.0
+    bloom_scatter: float = 0.7
+    bloom_threshold: float = 1.0
+    cos_fourth: bool = False
+    vignetting: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AutoExposure:
+    """Metering on the target: its mean signal is brought to `level` (unit range), by a factor of at least
+    2 ** `stops[0]` and at most 2 ** `stops[1]`."""
+
+    level: float = 0.4
+    stops: tuple[float, float] = (-10.0, 10.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """How radiance becomes numbers.
+
+    exposure scales radiance (W/m2/sr) to the unit range, whose 1 is the ADC's full scale; time is in seconds, iso in
+    ISO's numbers. channels is "mono" or "rgb"; quantum_efficiency weighs R, G, B; mono then adds them by
+    `panchromatic`. gain is in electrons per ADC step at ISO 100, 0 for a detector without noise or steps;
+    full_well and read_noise in electrons, 0 for none; dark_current in electrons/s; prnu the standard deviation of the
+    pixels' relative gain; black_level in ADC steps. contrast (about mid-grey), saturation and filter adjust
+    what is encoded ("linear", "srgb", or "gamma" by `gamma`) and written with `bit_depth` 8 or 16.
+    """
+
+    exposure: float = 1.0
+    time: float = 0.01
+    iso: float = 100.0
+    auto_exposure: AutoExposure | None = None
+    channels: str = "mono"
+    quantum_efficiency: Color = (1.0, 1.0, 1.0)
+    panchromatic: Color = LUMINANCE
+    gain: float = 0.0
+    full_well: float = 0.0
+    read_noise: float = 0.0
+    dark_current: float = 0.0
+    prnu: float = 0.0
+    adc_bits: int = 12
+    black_level: float = 0.0
+    contrast: float = 1.0
+    saturation: float = 1.0
+    filter: Color = (1.0, 1.0, 1.0)
+    encoding: str = "srgb"
+    gamma: float = 2.2
+    bit_depth: int = 8

@@ -1,0 +1,84 @@
+"""Values that vary over a surface: images, how they lie on it, and primvars. The words of UsdUVTexture.
+
+Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds none.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import digest, frozen
+from spin_usd.errors import GeometryError
+from spin_usd.scene.content import NAME
+
+Color = tuple[float, float, float]
+"""Linear RGB with Rec. 709 primaries."""
+
+RGBA = tuple[float, float, float, float]
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+WRAPS = ("repeat", "mirror", "clamp", "black")
+OUTPUTS = ("rgb", "r", "g", "b", "a")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Image:
+    """A decoded picture: pixels (H, W, 4) float32 RGBA, linear or raw, the top row first. Equal when its pixels are."""
+
+    name: str
+    pixels: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        pixels = frozen(self.pixels, np.float32)
+        if pixels.ndim != 3 or pixels.shape[2] != 4 or not pixels.size:
+            raise GeometryError(f"image {self.name} has shape {pixels.shape}, expected (H, W, 4)")
+        if not np.isfinite(pixels).all():
+            raise GeometryError(f"image {self.name} holds NaN or infinity")
+        object.__setattr__(self, "pixels", pixels)
+
+    @cached_property
+    def key(self) -> str:
+        return digest(self.pixels)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Image) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinates:
+    """Where on an image a surface point lies: the 2-D primvar of that name, or `constant` where `primvar` is None,
+    moved by `matrix`, the rows of [[a, b, c], [d, e, f]]: s' = a s + b t + c, t' = d s + e t + f. (0, 0) is the image's
+    lower left corner, (1, 1) its upper right."""
+
+    primvar: str | None = "st"
+    constant: tuple[float, float] = (0.0, 0.0)
+    matrix: tuple[float, float, float, float, float, float] = IDENTITY
+
+
+@dataclass(frozen=True, kw_only=True)
+class Texture:
+    """A UsdUVTexture's output: one of OUTPUTS of `image` looked up bilinearly at `coordinates`, times `scale` plus
+    `bias` (RGBA). `wrap`: of s and t, each one of WRAPS."""
+
+    path: str = field(compare=False, metadata=NAME)
+    image: Image
+    output: str = "rgb"
+    coordinates: Coordinates = Coordinates()
+    wrap: tuple[str, str] = ("repeat", "repeat")
+    scale: RGBA = (1.0, 1.0, 1.0, 1.0)
+    bias: RGBA = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Primvar:
+    """The value of Mesh.primvars[name], interpolated over each face."""
+
+    name: str
+
+
+Scalar = float | Texture | Primvar
+Colored = Color | Texture | Primvar

@@ -1,0 +1,29 @@
+"""From radiance to the image: what lies behind is put there, then optics, then the detector."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
+from spin_usd.sensor.detector import collect, detect
+from spin_usd.sensor.optics import through_optics
+
+
+def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *, seed: int) -> NDArray[Any]:
+    """The image of `scene`: (H, W) or (H, W, 3), uint8 or uint16.
+
+    `sky` (H, W, 3): linear radiance of what lies behind the target, None where that is black.
+    """
+    sensor = scene.sensor
+    slices, rgba = radiance.region.slices, radiance.rgba
+    front = collect(rgba[..., :3], sensor)
+    if sky is None:
+        light = np.zeros((*scene.camera.frame.shape, front.shape[-1]), np.float32)
+        light[slices] = front
+    else:
+        light = collect(sky, sensor)
+        light[slices] *= 1 - rgba[..., 3:]
+        light[slices] += front
+    return detect(through_optics(light, scene.optics), sensor, seed=seed)
