@@ -7,11 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from pxr import Usd, UsdGeom, UsdSemantics, UsdShade, UsdValidation
+from PIL import Image
+from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdValidation
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "stages" / "targets" / "tango"
-LAYERS = {"tango.usda", "payload.usda", "geometry.usda", "look.usda"}
+LOOKS = ("matt", "reflective")
+LAYERS = {"tango.usda", "payload.usda", "geometry.usda", "bindings.usda", *(f"{look}.usda" for look in LOOKS)}
+TEXTURES = {path.name for path in (FOLDER / "textures").iterdir()}
+MAX_TEXTURE_BYTES = 600_000  # of all of them together: they are kept in the repository
+LEAN = 1.2 / 255  # a mean normal's: no level of 8 bits is 0, the next one is half a step of 2/255 away
+MAX_LEVELS = 1  # of 255: what arithmetic on another machine may change in a texture
 
 # tango3Dpoints of the SPEED+ baseline, in the published order (metres, body axes), and the part that holds each.
 TOP, BOTTOM = "SolarPanel", "Deck"
@@ -39,9 +45,21 @@ CREASE = 35.0  # degrees: edges bent more than this are sharp, so no corner's no
 ST_AREA = (0.9, 1.2)  # st over surface: slanted faces are projected, and a rod's thinner end shares its base's arc
 
 
-@pytest.fixture(scope="module")
-def stage() -> Usd.Stage:
-    return Usd.Stage.Open(str(FOLDER / "tango.usda"))
+@pytest.fixture(scope="module", params=LOOKS)
+def stage(request: pytest.FixtureRequest) -> Usd.Stage:
+    """Everything below holds in both looks."""
+    return opened(request.param)
+
+
+def opened(look: str) -> Usd.Stage:
+    stage = Usd.Stage.Open(str(FOLDER / "tango.usda"))
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        stage.GetDefaultPrim().GetVariantSet("look").SetVariantSelection(look)
+    return stage
+
+
+def pixels(file: Path) -> np.ndarray:
+    return np.array(Image.open(file), dtype=np.int64)
 
 
 def meshes(stage: Usd.Stage) -> list[UsdGeom.Mesh]:
@@ -68,9 +86,14 @@ def triangles_of(mesh: UsdGeom.Mesh) -> trimesh.Trimesh:
 
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
     subprocess.run([sys.executable, ROOT / "tools" / "build_tango", tmp_path], check=True)
-    written = {path.name: path.read_text() for path in tmp_path.iterdir()}
-    assert written == {path.name: path.read_text() for path in FOLDER.glob("*")}
+    written = {path.name: path.read_text() for path in tmp_path.glob("*.usda")}
+    assert written == {path.name: path.read_text() for path in FOLDER.glob("*.usda")}
     assert set(written) == LAYERS
+    assert {path.name for path in (tmp_path / "textures").iterdir()} == TEXTURES
+    for name in TEXTURES:
+        made, committed = (pixels(folder / "textures" / name) for folder in (tmp_path, FOLDER))
+        assert made.shape == committed.shape, name
+        assert np.abs(made - committed).max() <= MAX_LEVELS, name
 
 
 def test_usd_finds_nothing_to_complain_about(stage: Usd.Stage) -> None:
@@ -95,6 +118,7 @@ def test_the_interface_stands_without_its_payload() -> None:
     assert prim.GetKind() == "component"
     assert prim.GetAttribute("authorship:model:usageTerms").Get() == "GPL-3.0-or-later"
     hint = np.array(UsdGeom.ModelAPI(prim).GetExtentsHint())
+    assert set(prim.GetVariantSet("look").GetVariantNames()) == set(LOOKS)
     prim.Load()
     box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(prim).ComputeAlignedBox()
     np.testing.assert_allclose(hint, [box.GetMin(), box.GetMax()], atol=ROUNDING / 10)
@@ -183,6 +207,57 @@ def test_every_face_wears_one_material(stage: Usd.Stage) -> None:
         for prim in [subset.GetPrim() for subset in subsets] or [mesh.GetPrim()]:
             material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
             assert material.ComputeSurfaceSource()[0].GetIdAttr().Get() == "UsdPreviewSurface"
+
+
+def test_a_look_changes_materials_only() -> None:
+    """What labels are made of is the same in both, down to the bytes."""
+    texts = []
+    for look in LOOKS:
+        flat = opened(look).Flatten(addSourceFileComment=False)
+        edit = Sdf.BatchNamespaceEdit()
+        edit.Add("/Tango/mtl", Sdf.Path.emptyPath)
+        assert flat.Apply(edit)
+        texts.append(flat.ExportToString())
+    assert texts[0] == texts[1]
+    assert "mtl" in texts[0]
+
+
+def test_every_material_is_in_both_looks() -> None:
+    matt, reflective = (opened(look) for look in LOOKS)
+    names = [
+        [prim.GetName() for prim in stage.GetPrimAtPath("/Tango/mtl").GetChildren()] for stage in (matt, reflective)
+    ]
+    assert names[0] == names[1] != []
+
+
+def test_matt_is_lambert() -> None:
+    """UsdPreviewSurface reflects nothing but diffusely when it is no metal, uncoated, and of the ior of vacuum."""
+    stage = opened("matt")
+    shaders = [UsdShade.Shader(prim) for prim in stage.Traverse() if prim.IsA(UsdShade.Shader)]
+    assert shaders
+    for shader in shaders:
+        inputs = {i.GetBaseName(): i for i in shader.GetInputs()}
+        assert not any(i.HasConnectedSource() for i in inputs.values())
+        assert [inputs[name].Get() for name in ("metallic", "clearcoat", "ior")] == [0, 0, 1]
+
+
+def test_textures_are_small_and_all_used() -> None:
+    files = [FOLDER / "textures" / name for name in TEXTURES]
+    assert sum(file.stat().st_size for file in files) < MAX_TEXTURE_BYTES
+    text = (FOLDER / "reflective.usda").read_text()
+    assert all(f"@./textures/{name}@" in text for name in TEXTURES)
+
+
+@pytest.mark.parametrize("name", sorted(name for name in TEXTURES if name.endswith("_normal.png")))
+def test_a_normal_map_holds_unit_normals_that_repeat_without_a_seam(name: str) -> None:
+    colours = pixels(FOLDER / "textures" / name)
+    normals = colours / 255 * 2 - 1
+    assert np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 2 * np.sqrt(3) / 255  # a level in each channel
+    assert normals[..., 2].min() > 0
+    np.testing.assert_allclose(normals[..., :2].mean(axis=(0, 1)), 0, atol=LEAN)
+    for axis in (0, 1):
+        steps = np.abs(np.diff(colours, axis=axis, append=np.take(colours, [0], axis))).mean(axis=(1 - axis, 2))
+        assert steps[-1] < steps[:-1].max(), "the step across the seam is as any other"
 
 
 def test_the_spacecraft_fills_its_envelope_and_no_more(stage: Usd.Stage) -> None:

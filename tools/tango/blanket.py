@@ -8,7 +8,7 @@ from tango.shape import Array, Face, Point, Shape, surface
 
 type Node = tuple[int, int, int]
 
-CREASE = 7.0  # degrees; foil is smooth up to a small bend, then it has an edge
+CREASE = 25.0  # degrees; foil bends smoothly, and its fine creases are a texture
 SLIDE = 0.7  # how far a node may wander within its cell
 
 

@@ -42,6 +42,12 @@ CELL_AREA_Y = (-0.369, 0.369)
 CELL_COLUMNS, CELL_ROWS = 4, 18
 CELL_GAP = 0.0020
 CELL_CROP = 0.009
+CELL_SIZE = tuple(
+    (high - low) / count - CELL_GAP for (low, high), count in ((CELL_AREA_X, CELL_COLUMNS), (CELL_AREA_Y, CELL_ROWS))
+)
+CELL_TILT = 0.3  # degrees, either way: no two cells lie quite alike, so each has its own glint
+CELL_TONES = (4, 2)  # shades of cells, side by side in their texture, and how much st that texture covers
+CELL_ATLAS = (CELL_TONES[0] * CELL_SIZE[0], CELL_TONES[1] * CELL_SIZE[1])
 
 # Main antennas: where each rod starts, its radii at base and tip, and the height of the collar at its base.
 ANTENNA_BASE = {

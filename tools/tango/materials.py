@@ -1,27 +1,109 @@
-"""The looks of Tango: constants of UsdPreviewSurface, one line a material."""
+"""The two looks of Tango: inputs of UsdPreviewSurface, one line a material.
+
+matt: one colour a material and nothing but diffuse reflection (an index of refraction of 1 reflects nothing), as simple
+simulators draw it. reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own
+Tango (solar cells 0.154, metallic 0.43, roughness 0.15, clear-coat 1; gold 0.82, 0.65, 0.058, metallic 1, roughness
+0.355; galvanised metal 0.179, metallic 1, roughness 0.49; black parts metallic 0.507, roughness 0.313) and by pictures
+of the flight model and its mock-up.
+"""
 
 from dataclasses import dataclass
+
+from tango import dimensions as d
+
+type Colour = tuple[float, float, float]  # linear, Rec. 709
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A texture on a surface: one copy of it covers `metres` of st, turned by `degrees`. `raw`: numbers, not sRGB."""
+
+    file: str
+    metres: tuple[float, float]
+    degrees: float = 0.0
+    raw: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sample:
+    """`output` of a picture, times `scale` plus `bias`."""
+
+    picture: Picture
+    output: str
+    scale: float = 1.0
+    bias: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """Inputs of one UsdPreviewSurface; colour is linear Rec. 709 reflectance."""
+    """Inputs of one UsdPreviewSurface; `normal` is a tangent-space picture."""
 
-    colour: tuple[float, float, float]
-    metallic: float = 0.0
-    roughness: float = 0.5
+    colour: Colour | Sample
+    metallic: float | Sample = 0.0
+    roughness: float | Sample = 0.5
     clearcoat: float = 0.0
     clearcoat_roughness: float = 0.03
+    ior: float = 1.5
+    normal: Picture | None = None
 
 
-LOOKS: dict[str, Look] = {
-    "SolarCell": Look(colour=(0.012, 0.022, 0.075), roughness=0.22, clearcoat=1.0, clearcoat_roughness=0.02),
-    "PanelSubstrate": Look(colour=(0.52, 0.50, 0.46), roughness=0.55),
-    "GoldMli": Look(colour=(0.83, 0.60, 0.22), metallic=0.8, roughness=0.40),
-    "KaptonTape": Look(colour=(0.62, 0.38, 0.10), metallic=0.35, roughness=0.42),
-    "BlackMli": Look(colour=(0.030, 0.030, 0.032), roughness=0.38),
-    "BlackPaint": Look(colour=(0.045, 0.045, 0.048), roughness=0.55),
-    "BrushedAluminium": Look(colour=(0.66, 0.67, 0.68), metallic=0.85, roughness=0.40),
-    "WhitePaint": Look(colour=(0.80, 0.80, 0.77), roughness=0.60),
-    "Glass": Look(colour=(0.010, 0.010, 0.014), roughness=0.08, clearcoat=1.0, clearcoat_roughness=0.01),
+def _matt(grey: float) -> Look:
+    return Look(colour=(grey, grey, grey), roughness=1.0, ior=1.0)
+
+
+MATT: dict[str, Look] = {
+    "SolarCell": _matt(0.035),
+    "PanelSubstrate": _matt(0.38),
+    "GoldMli": _matt(0.60),
+    "KaptonTape": _matt(0.45),
+    "BlackMli": _matt(0.05),
+    "BlackPaint": _matt(0.06),
+    "BrushedAluminium": _matt(0.50),
+    "WhitePaint": _matt(0.80),
+    "Glass": _matt(0.02),
 }
+
+CELLS = Picture(file="solar_cell.png", metres=d.CELL_ATLAS, raw=False)
+BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
+STREAKS = Picture(file="brushed_roughness.png", metres=(0.12, 0.12))
+BRUSHED = Picture(file="brushed_normal.png", metres=(0.12, 0.12))
+
+REFLECTIVE: dict[str, Look] = {
+    "SolarCell": Look(
+        colour=Sample(picture=CELLS, output="rgb"),
+        metallic=Sample(picture=BARS, output="r", scale=0.57, bias=0.43),
+        roughness=Sample(picture=BARS, output="r", scale=0.25, bias=0.15),
+        clearcoat=1.0,
+        clearcoat_roughness=0.02,
+    ),
+    "PanelSubstrate": Look(colour=(0.52, 0.50, 0.46), roughness=0.45),
+    "GoldMli": Look(
+        colour=(0.83, 0.60, 0.20),
+        metallic=1.0,
+        roughness=0.24,
+        normal=Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0),
+    ),
+    "KaptonTape": Look(
+        colour=(0.62, 0.38, 0.10),
+        metallic=0.6,
+        roughness=0.30,
+        normal=Picture(file="foil_normal.png", metres=(0.30, 0.30)),
+    ),
+    "BlackMli": Look(
+        colour=(0.030, 0.030, 0.032),
+        roughness=0.28,
+        normal=Picture(file="foil_normal.png", metres=(0.36, 0.36), degrees=-31.0),
+    ),
+    "BlackPaint": Look(colour=(0.040, 0.040, 0.043), roughness=0.42),
+    "BrushedAluminium": Look(
+        colour=(0.66, 0.67, 0.68),
+        metallic=1.0,
+        roughness=Sample(picture=STREAKS, output="r", scale=0.40, bias=0.15),
+        normal=BRUSHED,
+    ),
+    "WhitePaint": Look(colour=(0.80, 0.80, 0.77), roughness=0.55),
+    "Glass": Look(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
+}
+
+LOOKS: dict[str, dict[str, Look]] = {"matt": MATT, "reflective": REFLECTIVE}
+DEFAULT_LOOK = "matt"
