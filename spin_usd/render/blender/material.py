@@ -27,8 +27,8 @@ class MaterialLibrary:
         self._built: dict[str, Any] = {}
         self._current: tuple[Material, ...] = ()
 
-    def assign(self, mesh: Any, materials: Sequence[Material], *, again: bool) -> None:
-        """Give the Blender mesh these materials, in this order. `again` where the mesh is new."""
+    def assign(self, meshes: Sequence[Any], materials: Sequence[Material], *, again: bool) -> None:
+        """Give the Blender meshes these materials, in this order. `again` where a mesh is new."""
         wanted = tuple(materials)
         if wanted == self._current and not again:
             return
@@ -36,7 +36,8 @@ class MaterialLibrary:
             check_material(material)
             if material.key not in self._built:
                 self._built[material.key] = surface_material(material)
-        _fill_slots(mesh.materials, [self._built[material.key] for material in wanted])
+        for mesh in meshes:
+            _fill_slots(mesh.materials, [self._built[material.key] for material in wanted])
         self._current = wanted
         self._forget()
 

@@ -1,6 +1,6 @@
-"""The target in Blender: one mesh object, its faces numbered."""
+"""The target in Blender: one mesh object, or one for each face group where lights are linked; faces are numbered."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import bpy
@@ -17,14 +17,16 @@ from spin_usd.scene.model import Mesh
 
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
+Faces = NDArray[np.intp] | slice
+EVERY = slice(None)
 
 
-def build_mesh(mesh: Mesh) -> Any:
-    """A Blender mesh of `mesh`, metres from its centre, each triangle with three vertices of its own.
+def build_mesh(mesh: Mesh, chosen: Faces = EVERY) -> Any:
+    """A Blender mesh of the `chosen` faces of `mesh`, metres from its centre, each with three vertices of its own.
 
     Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
     """
-    corners = (mesh.points[mesh.faces] - mesh.centre).astype(np.float32)
+    corners = (mesh.points[mesh.faces[chosen]] - mesh.centre).astype(np.float32)
     count = len(corners)
     data = bpy.data.meshes.new("target")
     data.vertices.add(3 * count)
@@ -33,27 +35,26 @@ def build_mesh(mesh: Mesh) -> Any:
     data.loops.foreach_set("vertex_index", np.arange(3 * count, dtype=np.int32))
     data.polygons.add(count)
     data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
-    data.polygons.foreach_set("material_index", mesh.face_material)
-    _number_faces(data, count)
+    data.polygons.foreach_set("material_index", mesh.face_material[chosen])
+    _number_faces(data, np.arange(1, len(mesh.faces) + 1, dtype=np.float32)[chosen])
     data.update(calc_edges=True)
     if data.validate():
         raise RenderError("Blender repaired the target's mesh, so its faces are no longer those of the labels")
-    _set_normals(data, mesh)
+    _set_normals(data, mesh, chosen)
     return data
 
 
-def _number_faces(data: Any, count: int) -> None:
-    numbers = np.arange(1, count + 1, dtype=np.float32)
+def _number_faces(data: Any, numbers: NDArray[np.float32]) -> None:
     data.attributes.new(FACE_NUMBER, "FLOAT", "FACE").data.foreach_set("value", numbers)
 
 
-def _set_normals(data: Any, mesh: Mesh) -> None:
+def _set_normals(data: Any, mesh: Mesh, chosen: Faces) -> None:
     """Shade as the corner normals say; flat where they are the faces' own."""
-    smooth = _smooth_faces(mesh)
+    smooth = _smooth_faces(mesh)[chosen]
     data.polygons.foreach_set("use_smooth", smooth)
     if smooth.any():
         normals = data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
-        normals.data.foreach_set("vector", mesh.corner_normals.ravel())
+        normals.data.foreach_set("vector", mesh.corner_normals[chosen].ravel())
 
 
 def _smooth_faces(mesh: Mesh) -> NDArray[np.bool_]:
@@ -65,26 +66,34 @@ def _smooth_faces(mesh: Mesh) -> NDArray[np.bool_]:
 
 
 class TargetObject:
-    """The one object that Blender shows: mesh, materials and pose."""
+    """What Blender shows of the target: mesh, materials and pose. One object, or one for each face group."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._object: Any = None
+        self._axes = bpy.data.objects.new("pose", None)
+        self._objects: dict[int, Any] = {}
         self._mesh: Mesh | None = None
+        self._split = False
         self._bare = True
         self._materials = MaterialLibrary()
 
-    def show(self, mesh: Mesh, R_cam_body: Float, location: Float) -> None:
-        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres."""
-        if mesh is not self._mesh:
-            self._replace(build_mesh(mesh))
-            self._mesh, self._bare = mesh, True
-        self._pose(R_cam_body, location)
+    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool = False) -> None:
+        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres; `split` into face groups."""
+        if mesh is not self._mesh or split != self._split:
+            self._replace(_pieces(mesh) if split else {0: EVERY}, mesh)
+            self._mesh, self._split, self._bare = mesh, split, True
+        for shown in self._objects.values():
+            _pose(shown, R_cam_body, location)
 
     def dress(self, materials: Sequence[Material]) -> None:
         """Give it its materials. Raises UnsupportedError; what only labels need stays visible without."""
-        self._materials.assign(self._object.data, materials, again=self._bare)
+        self._materials.assign([shown.data for shown in self._objects.values()], materials, again=self._bare)
         self._bare = False
+
+    @property
+    def groups(self) -> Mapping[int, Any]:
+        """The object of each face group; where it is not split, the whole as group 0."""
+        return self._objects
 
     @property
     def emissive(self) -> bool:
@@ -94,24 +103,35 @@ class TargetObject:
     def transparent(self) -> bool:
         return self._materials.transparent
 
-    def _replace(self, data: Any) -> None:
-        """Show another mesh, and free the one before."""
-        if self._object is None:
-            self._object = bpy.data.objects.new("target", data)
-            self._object.parent = bpy.data.objects.new("pose", None)
-            self._scene.collection.objects.link(self._object)
-            return
-        before, self._object.data = self._object.data, data
-        bpy.data.meshes.remove(before)
+    def _replace(self, pieces: Mapping[int, Faces], mesh: Mesh) -> None:
+        """Show other meshes, and free those before."""
+        for group in set(self._objects) - set(pieces):
+            bpy.data.meshes.remove(self._objects.pop(group).data)  # and with it the object
+        for group, chosen in pieces.items():
+            data = build_mesh(mesh, chosen)
+            if group in self._objects:
+                before, self._objects[group].data = self._objects[group].data, data
+                bpy.data.meshes.remove(before)
+            else:
+                self._objects[group] = bpy.data.objects.new("target", data)
+                self._objects[group].parent = self._axes
+                self._scene.collection.objects.link(self._objects[group])
 
-    def _pose(self, R_cam_body: Float, location: Float) -> None:
-        """Rotate and move the object.
 
-        The matrix goes through the parent's inverse, which keeps each entry to float32's rounding; through a
-        quaternion it was up to 17 times less exact.
-        """
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
-        self._object.matrix_parent_inverse = Matrix(matrix)
-        if not np.allclose(np.array(self._object.matrix_parent_inverse), matrix, rtol=FLOAT32, atol=FLOAT32):
-            raise RenderError("Blender changed the target's pose")
+def _pieces(mesh: Mesh) -> dict[int, Faces]:
+    """The faces of each group."""
+    of_face = np.asarray(mesh.face_group)
+    return {int(group): np.flatnonzero(of_face == group) for group in np.unique(of_face)}
+
+
+def _pose(shown: Any, R_cam_body: Float, location: Float) -> None:
+    """Rotate and move an object.
+
+    The matrix goes through the parent's inverse, which keeps each entry to float32's rounding; through a
+    quaternion it was up to 17 times less exact.
+    """
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
+    shown.matrix_parent_inverse = Matrix(matrix)
+    if not np.allclose(np.array(shown.matrix_parent_inverse), matrix, rtol=FLOAT32, atol=FLOAT32):
+        raise RenderError("Blender changed the target's pose")
