@@ -33,7 +33,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     "pxr": ("stage",),
     "bpy": ("render/blender",),
-    "OpenImageIO": ("formats", "render/blender"),
+    "OpenImageIO": ("formats", "stage/images.py", "render/blender"),
     "trimesh": ("formats",),
     "embreex": ("render/raycast.py",),
     "cv2": ("labels/preview.py",),
@@ -42,7 +42,7 @@ ONLY_IN = {
     "rich": ("cli",),
     "psutil": ("dataset", "render/blender"),
     "subprocess": ("dataset",),
-    "tempfile": ("dataset", "render/blender"),
+    "tempfile": ("dataset", "stage/images.py", "render/blender"),
     "shutil": ("dataset", "stage"),
 }
 # Who may read or write files and folders.
