@@ -10,6 +10,7 @@ from spin_usd.resources import schemas
 
 LENS_API = "SpinLensAPI"
 SENSOR_API = "SpinSensorAPI"
+SHUTTER_API = "SpinShutterAPI"
 CAPTURE_API = "SpinCaptureAPI"
 TARGET_API = "SpinTargetAPI"
 
@@ -21,6 +22,8 @@ LENS_NUMBERS = tuple(f"spin:lens:{name}" for name in ("fx", "fy", "cx", "cy", "k
 SENSOR_CHANNELS = "spin:sensor:channels"
 SENSOR_BIT_DEPTH = "spin:sensor:bitDepth"
 SENSOR_ENCODING = "spin:sensor:encoding"
+
+SHUTTER_READOUT_TIME = "spin:shutter:readoutTime"
 
 CAPTURE_FRAME = "spin:capture:frame"
 CAPTURE_SEED = "spin:capture:seed"
