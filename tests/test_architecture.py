@@ -36,7 +36,7 @@ ONLY_IN = {
     "OpenImageIO": ("formats", "stage/images.py", "render/blender"),
     "trimesh": ("formats",),
     "embreex": ("render/raycast.py",),
-    "cv2": ("labels/preview.py",),
+    "cv2": ("labels/preview.py", "sensor"),
     "PIL": ("formats",),
     "typer": ("cli",),
     "rich": ("cli",),

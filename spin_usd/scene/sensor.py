@@ -14,9 +14,9 @@ class Optics:
 
     psf_sigma: standard deviation of the Gaussian core of the point spread function.
     glare: share of all light that is scattered into a wide halo, whose profile is (1 + (r / glare_core)^2) **
-    (-glare_falloff / 2) at r pixels.
-    bloom_*: an artist's glow, to match other simulators: light above `bloom_threshold` (unit range) is spread as wide
-    as `bloom_scatter` (0 to 1) says and added times `bloom_intensity`.
+    (-glare_falloff / 2) at r pixels. glare_falloff is above 2: a halo that falls off slower holds infinite energy.
+    bloom_*: an artist's glow, to match other simulators: of the light above `bloom_threshold` (unit range, linear) the
+    share 2 ** `bloom_intensity` - 1 is spread as wide as `bloom_scatter` (0 to 1) says.
     cos_fourth: natural vignetting. vignetting (a, b, c): gain 1 + a r^2 + b r^4 + c r^6, r from the principal point in
     half diagonals of the frame.
     """
@@ -34,8 +34,8 @@ class Optics:
 
 @dataclass(frozen=True, kw_only=True)
 class AutoExposure:
-    """Metering on the target: its mean signal is brought to `level` (unit range), by a factor of at least
-    2 ** `stops[0]` and at most 2 ** `stops[1]`."""
+    """Metering on the target: its mean signal is brought to `level` (unit range), by a longer or shorter time: a factor
+    of at least 2 ** `stops[0]` and at most 2 ** `stops[1]`."""
 
     level: float = 0.4
     stops: tuple[float, float] = (-10.0, 10.0)
@@ -49,8 +49,9 @@ class Sensor:
     ISO's numbers. channels is "mono" or "rgb"; quantum_efficiency weighs R, G, B; mono then adds them by
     `panchromatic`. gain is in electrons per ADC step at ISO 100, 0 for a detector without noise or steps;
     full_well and read_noise in electrons, 0 for none; dark_current in electrons/s; prnu the standard deviation of the
-    pixels' relative gain; black_level in ADC steps. contrast (about mid-grey), saturation and filter adjust
-    what is encoded ("linear", "srgb", or "gamma" by `gamma`) and written with `bit_depth` 8 or 16.
+    pixels' relative gain, a pattern that `pattern_seed` draws once for all pictures; black_level in ADC steps.
+    contrast (about mid-grey), saturation and filter adjust what is encoded ("linear", "srgb", or "gamma" by `gamma`)
+    and written with `bit_depth` 8 or 16.
     """
 
     exposure: float = 1.0
@@ -65,6 +66,7 @@ class Sensor:
     read_noise: float = 0.0
     dark_current: float = 0.0
     prnu: float = 0.0
+    pattern_seed: int = 0
     adc_bits: int = 12
     black_level: float = 0.0
     contrast: float = 1.0

@@ -1,5 +1,14 @@
-"""The detector: light of the unit range to the numbers of an image file."""
+"""The detector: light to electrons to steps of the ADC. Names as in EMVA Standard 1288, release 4.0.
 
+expected electrons  mu_e = signal x (1 + PRNU) x gain x 100 / iso x full scale + dark current x time
+electrons           Poisson(mu_e), at most the full well, plus normal read noise
+ADC steps           electrons / (gain x 100 / iso) + black level, rounded and clipped to adc_bits
+
+`gain` is EMVA's 1 / K at ISO 100, in electrons per step. A film grain texture, which other simulators lay over
+their pictures, is no noise of a detector and is not built.
+"""
+
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -7,10 +16,12 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.sensor import Sensor
+from spin_usd.sensor.noise import READ, SHOT, counted, pixel_gains, stream
+from spin_usd.sensor.tone import mixes_channels, written
 
-# The sRGB curve: IEC 61966-2-1.
-SRGB_KNEE = 0.0031308
-DTYPES: dict[int, type[np.uint8] | type[np.uint16]] = {8: np.uint8, 16: np.uint16}
+BAND = 32768  # numbers worked on at once: the temporaries of a formula fit a core's cache
+BEYOND = 4.0  # full scales: light above them is cut there, before it becomes infinite electrons ...
+BEYOND_ELECTRONS = 1e6  # ... and this many electrons, so that noise never brings what was cut back into range
 
 
 def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
@@ -28,22 +39,52 @@ def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
 
 def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[Any]:
     """The image (H, W), or (H, W, 3) for an rgb sensor, uint8 or uint16, of `light` (H, W, C): W/m2/sr as `collect`
-    gives it. Noise is drawn from `seed`.
+    gives it. Noise is drawn from `seed`; without `gain` there is neither noise nor ADC.
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """
-    if sensor.bit_depth not in DTYPES:
-        raise UnsupportedError(f"the sensor has {sensor.bit_depth} bits", do="choose 8 or 16")
-    top = 2**sensor.bit_depth - 1
-    signal = np.clip(light.astype(np.float64) * sensor.exposure, 0, 1)
-    image: NDArray[Any] = np.rint(encode(signal, sensor.encoding) * top).astype(DTYPES[sensor.bit_depth])
+    if sensor.gain == 0:
+        image = written(np.clip(light.astype(np.float64) * sensor.exposure, 0, 1), sensor)
+    else:
+        image = _written_steps(digitised(light, sensor, seed=seed), sensor)
     return image[..., 0] if sensor.channels == "mono" else image
 
 
-def encode(signal: NDArray[Any], encoding: str) -> NDArray[Any]:
-    """Linear values of the unit range by the transfer curve `encoding`: "linear" or "srgb"."""
-    if encoding == "linear":
-        return signal
-    if encoding != "srgb":
-        raise UnsupportedError(f"the sensor has the encoding {encoding!r}", do="choose linear or srgb")
-    return np.where(signal <= SRGB_KNEE, 12.92 * signal, 1.055 * np.maximum(signal, SRGB_KNEE) ** (1 / 2.4) - 0.055)
+def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[np.uint16]:
+    """Steps of the ADC (H, W, C) for `light` (H, W, C)."""
+    full_scale = 2**sensor.adc_bits - 1
+    per_step = sensor.gain * 100 / sensor.iso
+    per_light = np.float32(sensor.exposure * full_scale * per_step)
+    most = np.float32(BEYOND * full_scale * per_step + BEYOND_ELECTRONS)
+    dark = np.float32(sensor.dark_current * sensor.time)
+    gains = pixel_gains(light.shape, sensor.prnu, sensor.pattern_seed) if sensor.prnu else None
+    shot, read = stream(seed, SHOT), stream(seed, READ)
+    steps = np.empty(light.shape, np.uint16)
+    for band in _bands(light.shape):
+        expected = light[band] * per_light
+        if gains is not None:
+            expected *= gains[band]
+        electrons = counted(np.clip(expected + dark, 0, most), shot)
+        if sensor.full_well:
+            np.minimum(electrons, np.float32(sensor.full_well), out=electrons)
+        if sensor.read_noise:
+            electrons += np.float32(sensor.read_noise) * read.standard_normal(electrons.shape, np.float32)
+        electrons *= np.float32(1 / per_step)
+        electrons += np.float32(sensor.black_level)
+        steps[band] = np.clip(np.rint(electrons), 0, full_scale)
+    return steps
+
+
+def _written_steps(steps: NDArray[np.uint16], sensor: Sensor) -> NDArray[Any]:
+    full_scale = 2**sensor.adc_bits - 1
+    if mixes_channels(sensor):
+        return written(steps / full_scale, sensor)
+    table = np.broadcast_to((np.arange(full_scale + 1) / full_scale)[:, None], (full_scale + 1, steps.shape[-1]))
+    numbers = written(table, sensor)  # of every step there is: fewer than pixels
+    return np.stack([numbers[:, i][steps[..., i]] for i in range(steps.shape[-1])], -1)
+
+
+def _bands(shape: tuple[int, ...]) -> Iterator[slice]:
+    """Slices of whole rows, about BAND numbers each."""
+    rows = max(BAND // int(np.prod(shape[1:])), 1)
+    return (slice(start, start + rows) for start in range(0, shape[0], rows))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.sensor.detector import collect, detect
+from spin_usd.sensor.exposure import exposed
 from spin_usd.sensor.optics import through_optics
 
 
@@ -16,7 +17,7 @@ def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *
 
     `sky` (H, W, 3): linear radiance of what lies behind the target, None where that is black.
     """
-    sensor = scene.sensor
+    sensor = exposed(scene.sensor, radiance)
     slices, rgba = radiance.region.slices, radiance.rgba
     front = collect(rgba[..., :3], sensor)
     if sky is None:
@@ -26,4 +27,5 @@ def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *
         light = collect(sky, sensor)
         light[slices] *= 1 - rgba[..., 3:]
         light[slices] += front
-    return detect(through_optics(light, scene.optics), sensor, seed=seed)
+    light = through_optics(light, scene.optics, scene.camera, exposure=sensor.exposure)
+    return detect(light, sensor, seed=seed)

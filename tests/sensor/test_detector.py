@@ -11,7 +11,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
-from spin_usd.sensor.detector import encode
+from spin_usd.sensor.tone import encode
 from spin_usd.sensor.develop import develop
 
 SHAPE = (4, 6)
