@@ -11,14 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.formats.gltf_file import read_gltf
 from spin_usd.formats.obj_file import read_obj
-from spin_usd.formats.trimesh_file import GLTF, read_with_trimesh
+from spin_usd.formats.trimesh_file import read_with_trimesh
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.model import MAX_FACES
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 PLAUSIBLE_SIZE = (1e-3, 1e3)  # metres
 UNIT_LIMITS = (1e-9, 1e9)
+GLTF = (".gltf", ".glb")
 
 
 def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> MeshAsset:
@@ -89,6 +91,7 @@ def _kept(part: MeshPart, keep: NDArray[np.bool_]) -> MeshPart:
         face_indices=part.face_indices[corners],
         face_material=part.face_material[keep],
         normals=None if part.normals is None else part.normals[corners],
+        primvars={name: values[corners] for name, values in part.primvars.items()},
     )
 
 
@@ -108,6 +111,6 @@ READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".obj": read_obj,
     ".ply": read_with_trimesh,
     ".stl": read_with_trimesh,
-    ".gltf": read_with_trimesh,
-    ".glb": read_with_trimesh,
+    ".gltf": read_gltf,
+    ".glb": read_gltf,
 }

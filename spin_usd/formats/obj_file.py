@@ -1,11 +1,12 @@
-"""Wavefront OBJ and MTL, as the file says it: polygons, corner normals, a material per face, groups in file order.
+"""Wavefront OBJ and MTL, as the file says it: polygons, corner normals and texture coordinates, a material per face,
+groups in file order.
 
 trimesh reads OBJ too, but cuts polygons, merges corners into vertices and keeps one material per group; it serves as
 the authority in the tests. Source: P. Bourke, "Object Files (.obj)", "MTL material format".
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,19 +14,20 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mtl_file import read_mtl
-from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 
+ST = "st"
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
 
 
 @dataclass
 class _Faces:
-    """The faces of one part while the file is read: corners as (point, normal), normal -1 where there is none."""
+    """The faces of one part while the file is read: corners as (point, coordinates, normal), -1 where there is none."""
 
     name: str
     counts: list[int] = field(default_factory=list)
-    corners: list[tuple[int, int]] = field(default_factory=list)
+    corners: list[tuple[int, int, int]] = field(default_factory=list)
     materials: list[int] = field(default_factory=list)
 
 
@@ -33,6 +35,7 @@ def read_obj(path: Path) -> MeshAsset:
     """The model in the file's own units. Raises InputError that names the file and the line."""
     points: list[list[float]] = []
     normals: list[list[float]] = []
+    coordinates: list[list[float]] = []
     parts: dict[tuple[str, str], _Faces] = {}
     materials: dict[str, int] = {}
     libraries: list[str] = []
@@ -42,9 +45,12 @@ def read_obj(path: Path) -> MeshAsset:
             points.append(_vector(rest, where))
         elif key == "vn":
             normals.append(_vector(rest, where))
+        elif key == "vt":
+            coordinates.append(_coordinates(rest, where))
         elif key == "f":
             faces = parts.setdefault(group, _Faces(_part_name(group, path)))
-            corners = [_corner(text, len(points), len(normals), where) for text in rest.split()]
+            counts = len(points), len(coordinates), len(normals)
+            corners = [_corner(text, counts, where) for text in rest.split()]
             if len(corners) < 3:
                 raise InputError(f"a face has {len(corners)} corners, expected 3 or more", where=where)
             faces.counts.append(len(corners))
@@ -62,12 +68,14 @@ def read_obj(path: Path) -> MeshAsset:
         raise InputError("holds no faces", where=path)
     found, notes = _materials(path, list(materials), libraries)
     xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
-    return MeshAsset(
+    st = np.array(coordinates, np.float64).reshape(-1, 2)
+    asset = MeshAsset(
         name=path.stem,
-        parts=tuple(_part(faces, xyz, directions) for faces in parts.values()),
+        parts=tuple(_part(faces, xyz, st, directions) for faces in parts.values()),
         materials=found,
         notes=notes,
     )
+    return _plain_where_unmapped(asset, list(parts.values()))
 
 
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
@@ -106,21 +114,30 @@ def _vector(rest: str, where: str) -> list[float]:
     return [x, y, z]
 
 
-def _corner(text: str, points: int, normals: int, where: str) -> tuple[int, int]:
-    """Indices from 0 of "v", "v/vt", "v//vn" or "v/vt/vn"; negative ones count back from the latest."""
-    fields = text.split("/")
+def _coordinates(rest: str, where: str) -> list[float]:
+    """u and v of "u", "u v" or "u v w": v is 0 where there is none."""
     try:
-        point = int(fields[0])
-        normal = int(fields[2]) if len(fields) == 3 and fields[2] else 0
+        u, v = (float(text) for text in [*rest.split(), "0"][:2])
     except ValueError:
-        raise InputError(f"{text[:40]!r} is not a face's corner", where=where) from None
-    point += points if point < 0 else -1
-    normal += normals if normal < 0 else -1
-    if not 0 <= point < points:
-        raise InputError(f"a face has point {text[:40]!r} of {points}", where=where, do="the index is out of range")
-    if normal >= normals or normal < -1:
-        raise InputError(f"a face has normal {text[:40]!r} of {normals}", where=where, do="the index is out of range")
-    return point, normal
+        raise InputError(f"{rest[:60]!r} are no texture coordinates", where=where) from None
+    return [u, v]
+
+
+def _corner(text: str, counts: tuple[int, int, int], where: str) -> tuple[int, int, int]:
+    """Indices from 0 of "v", "v/vt", "v//vn" or "v/vt/vn"; negative ones count back from the latest of `counts`."""
+    fields = [*text.split("/"), "", ""][:3]
+    found = []
+    for field_text, count, what in zip(fields, counts, ("point", "texture coordinate", "normal"), strict=True):
+        try:
+            index = int(field_text) if field_text or what == "point" else 0
+        except ValueError:
+            raise InputError(f"{text[:40]!r} is not a face's corner", where=where) from None
+        index += count if index < 0 else -1
+        if not (-1 if what != "point" else 0) <= index < count:
+            found_text = f"a face has {what} {text[:40]!r} of {count}"
+            raise InputError(found_text, where=where, do="the index is out of range")
+        found.append(index)
+    return found[0], found[1], found[2]
 
 
 def _part_name(group: tuple[str, str], path: Path) -> str:
@@ -128,24 +145,47 @@ def _part_name(group: tuple[str, str], path: Path) -> str:
     return " ".join(names) or path.stem
 
 
-def _part(faces: _Faces, points: Float, normals: Float) -> MeshPart:
-    """The part with only the points that it uses, in their order in the file."""
+def _part(faces: _Faces, points: Float, st: Float, normals: Float) -> MeshPart:
+    """The part with only the points that it uses, in their order in the file; st is 0 where a corner has none."""
     corners = np.array(faces.corners, np.int64)
     used, indices = np.unique(corners[:, 0], return_inverse=True)
-    has_normals = bool((corners[:, 1] >= 0).all())
+    has_normals = bool((corners[:, 2] >= 0).all())
+    mapped = corners[:, 1] >= 0
     return MeshPart(
         name=faces.name,
         points=points[used],
         face_counts=np.array(faces.counts, np.int32),
         face_indices=indices.astype(np.int32),
-        normals=normals[corners[:, 1]] if has_normals else None,
+        normals=normals[corners[:, 2]] if has_normals else None,
         face_material=np.array(faces.materials, np.int32),
+        primvars={ST: np.where(mapped[:, None], st[corners[:, 1]], 0.0)} if mapped.any() else {},
     )
 
 
-def _materials(path: Path, names: list[str], libraries: list[str]) -> tuple[tuple[Material, ...], tuple[str, ...]]:
+def _plain_where_unmapped(asset: MeshAsset, faces: list[_Faces]) -> MeshAsset:
+    """Faces that lack texture coordinates get their material's constants alone, with a note."""
+    materials = list(asset.materials)
+    parts, notes = [], []
+    for part, read in zip(asset.parts, faces, strict=True):
+        unmapped = np.logical_or.reduceat(np.array([st < 0 for _, st, _ in read.corners]), part.face_starts)
+        textured = np.array([*(bool(material.images) for material in asset.materials), False])
+        plain = unmapped & textured[part.face_material]  # -1, no material, is the last
+        face_material = part.face_material.copy()
+        for index in np.unique(face_material[plain]):
+            bare = ModelMaterial(constants=asset.materials[index].constants)
+            if bare not in materials:
+                materials.append(bare)
+            face_material[plain & (part.face_material == index)] = materials.index(bare)
+        if plain.any():
+            found = f"{plain.sum()} faces of part {part.name!r} have no texture coordinates"
+            notes.append(f"{found}: they show their material's constants without its textures")
+        parts.append(replace(part, face_material=face_material))
+    return replace(asset, parts=tuple(parts), materials=tuple(materials), notes=(*asset.notes, *notes))
+
+
+def _materials(path: Path, names: list[str], libraries: list[str]) -> tuple[tuple[ModelMaterial, ...], tuple[str, ...]]:
     """A material for each of `names`, from the MTL files beside the OBJ where there are any, and notes."""
-    known: dict[str, Material] = {}
+    known: dict[str, ModelMaterial] = {}
     notes: list[str] = []
     for library in libraries:
         beside = path.parent / library
@@ -160,4 +200,5 @@ def _materials(path: Path, names: list[str], libraries: list[str]) -> tuple[tupl
     unknown = [name for name in names if name not in known]
     if unknown:
         notes.append(f"{len(unknown)} of {len(names)} materials have no definition and are neutral grey")
-    return tuple(known.get(name, Material(path=name)) for name in names), tuple(notes)
+    grey = {name: ModelMaterial(constants=Material(path=name)) for name in unknown}
+    return tuple((known | grey)[name] for name in names), tuple(notes)

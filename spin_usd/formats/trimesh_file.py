@@ -1,6 +1,6 @@
-"""PLY, STL, glTF and GLB, parsed by trimesh: the file's points, faces and normals, with glTF's node transforms applied.
+"""PLY and STL, parsed by trimesh: the file's points, faces, normals and colours.
 
-A mesh, or a primitive of one, is a part. Nothing is merged, smoothed or computed.
+Nothing is merged, smoothed or computed.
 """
 
 from pathlib import Path
@@ -10,92 +10,59 @@ import trimesh
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.gltf_materials import read_gltf_materials
-from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Primvar
 
-GLTF = {".gltf", ".glb"}
+DISPLAY_COLOR = "displayColor"
+COLORED = ModelMaterial(constants=Material(path="vertex_colors", diffuse_color=Primvar(name=DISPLAY_COLOR)))
 
 
 def read_with_trimesh(path: Path) -> MeshAsset:
     """The model in the file's own units. Raises InputError that names the file."""
-    scene = _trimesh_scene(path)
-    exact, textured = read_gltf_materials(path) if path.suffix.lower() in GLTF else ({}, False)
-    materials: list[Material] = []
-    parts = []
-    for name, mesh, to_body in _placed_meshes(scene, path):
-        material = _material(mesh, exact)
-        index = -1 if material is None else _index(materials, material)
-        parts.append(_part(name, mesh, to_body, index))
-    notes = ("textures are not carried over: the materials keep their constant factors",) if textured else ()
+    parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in _meshes(path))
     if not parts:
         raise InputError("holds no faces", where=path)
-    return MeshAsset(name=path.stem, parts=tuple(parts), materials=tuple(materials), notes=notes)
+    colored = any(DISPLAY_COLOR in part.primvars for part in parts)
+    notes = ("its vertex colours are taken as sRGB",) if colored else ()
+    return MeshAsset(name=path.stem, parts=parts, materials=(COLORED,) if colored else (), notes=notes)
 
 
-def _trimesh_scene(path: Path) -> trimesh.Scene:
+def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
+    """(name, mesh) of each: an STL of text may hold several solids."""
     try:
-        return trimesh.load_scene(path, process=False, merge_primitives=False)
+        scene = trimesh.load_scene(path, process=False)
     # A parser of damaged files raises whatever it stumbles over.
     except Exception as error:
         raise InputError(f"cannot be read as {path.suffix[1:].upper()} ({error})", where=path) from None
+    meshes = [(str(name), mesh) for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)]
+    return [(name, mesh) for name, mesh in meshes if len(mesh.faces)]
 
 
-def _placed_meshes(scene: trimesh.Scene, path: Path) -> list[tuple[str, trimesh.Trimesh, Float]]:
-    """(part name, mesh, 4x4 to body axes) of every mesh, in the file's order; a mesh placed twice is two parts."""
-    places: dict[str, list[str]] = {name: [] for name in scene.geometry}
-    for node in scene.graph.nodes_geometry:
-        places[str(scene.graph[node][1])].append(node)
-    found = []
-    for name, nodes in places.items():
-        mesh = scene.geometry[name]
-        if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-            continue
-        for node in sorted(nodes):
-            own = node if len(nodes) > 1 else name
-            own = path.stem if own == path.name else own
-            found.append((str(own), mesh, np.asarray(scene.graph[node][0], np.float64)))
-    return found
-
-
-def _part(name: str, mesh: trimesh.Trimesh, to_body: Float, material: int) -> MeshPart:
-    linear, faces = to_body[:3, :3], np.asarray(mesh.faces, np.int64)
-    if np.linalg.det(linear) < 0:
-        faces = faces[:, ::-1]  # a mirrored face is seen from its other side
-    points = np.asarray(mesh.vertices, np.float64)
+def _part(name: str, mesh: trimesh.Trimesh) -> MeshPart:
+    corners = np.asarray(mesh.faces, np.int64).ravel()
     normals = None
     if "vertex_normals" in mesh._cache.cache:  # trimesh keeps the file's own there; else it would compute some
-        normals = (np.asarray(mesh.vertex_normals, np.float64) @ np.linalg.inv(linear))[faces.ravel()]
-    if not np.array_equal(to_body, np.eye(4)):
-        points = points @ linear.T + to_body[:3, 3]
+        normals = np.asarray(mesh.vertex_normals, np.float64)[corners]
+    colors = _linear_colors(mesh)
     return MeshPart(
         name=name,
-        points=points,
-        face_counts=np.full(len(faces), 3, np.int32),
-        face_indices=faces.ravel().astype(np.int32),
+        points=np.asarray(mesh.vertices, np.float64),
+        face_counts=np.full(len(mesh.faces), 3, np.int32),
+        face_indices=corners.astype(np.int32),
         normals=normals,
-        face_material=np.full(len(faces), material, np.int32),
+        face_material=np.full(len(mesh.faces), -1 if colors is None else 0, np.int32),
+        primvars={} if colors is None else {DISPLAY_COLOR: colors},
     )
 
 
-def _material(mesh: trimesh.Trimesh, exact: dict[str, Material]) -> Material | None:
-    """The mesh's constant material; None where it has none."""
-    found = getattr(mesh.visual, "material", None)
-    if not isinstance(found, trimesh.visual.material.PBRMaterial):
+def _linear_colors(mesh: trimesh.Trimesh) -> Float | None:
+    """(C, 3) of the corners, made linear from sRGB (IEC 61966-2-1); None where the file has none."""
+    visual = mesh.visual
+    if not isinstance(visual, trimesh.visual.ColorVisuals) or visual.kind is None:
         return None
-    if found.name in exact:
-        return exact[found.name]
-    color = np.array([255, 255, 255, 255] if found.baseColorFactor is None else found.baseColorFactor) / 255
-    return Material(
-        path=found.name or "material",
-        diffuse_color=(float(color[0]), float(color[1]), float(color[2])),
-        metallic=1.0 if found.metallicFactor is None else float(found.metallicFactor),
-        roughness=1.0 if found.roughnessFactor is None else float(found.roughnessFactor),
-    )
-
-
-def _index(materials: list[Material], material: Material) -> int:
-    """Where `material` is in `materials`, entered when it is new."""
-    if material not in materials:
-        materials.append(material)
-    return materials.index(material)
+    if visual.kind == "vertex":
+        encoded = np.asarray(visual.vertex_colors)[mesh.faces.ravel(), :3] / 255
+    else:
+        encoded = np.repeat(np.asarray(visual.face_colors)[:, :3] / 255, 3, axis=0)
+    return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4))

@@ -1,6 +1,7 @@
-"""A model as a mesh file has it: named parts with polygons, in body axes, and constant materials."""
+"""A model as a mesh file has it: named parts with polygons, in body axes, and materials with their image files."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +9,63 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.scene.material import Material
+from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
+
+SRGB, RAW = "sRGB", "raw"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageFile:
+    """An image file that travels with a model: its bytes, and what it is called; the suffix says its format."""
+
+    name: str
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """UsdTransform2d: st is scaled, then turned counter-clockwise by `rotation_deg`, then moved."""
+
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation_deg: float = 0.0
+    translation: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImageMap:
+    """A UsdUVTexture by its file: `output` of the image at the primvar `primvar` of the part, placed by `placement`,
+    decoded from `color_space` (SRGB or RAW), times `scale` plus `bias` (RGBA). `wrap`: of s and t."""
+
+    file: ImageFile
+    color_space: str
+    output: str = "rgb"
+    primvar: str = "st"
+    placement: Placement = Placement()
+    wrap: tuple[str, str] = ("repeat", "repeat")
+    scale: RGBA = (1.0, 1.0, 1.0, 1.0)
+    bias: RGBA = (0.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        known = self.output in OUTPUTS and set(self.wrap) <= set(WRAPS) and self.color_space in (SRGB, RAW)
+        if not known:
+            raise GeometryError(f"image {self.file.name} is used as {self.output}, {self.wrap}, {self.color_space}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelMaterial:
+    """`constants` and primvars, and `images` for some inputs, by UsdPreviewSurface's own names; where an input has
+    both, the image is shown."""
+
+    constants: Material
+    images: Mapping[str, ImageMap] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshPart:
     """points (P, 3) metres · face_counts (F,) corners of each face, 3 or more · face_indices (C,) points of the
     corners, face after face · normals (C, 3) of the corners, or None where the file has none · face_material (F,)
-    indices into the asset's materials, -1 for none.
+    indices into the asset's materials, -1 for none · primvars: values of the corners, (C, 2) coordinates on images by
+    the names that the images use, (C, 3) linear colours as displayColor.
 
     Raises GeometryError for NaN, no faces, faces of fewer than 3 corners, indices out of range.
     """
@@ -25,6 +76,7 @@ class MeshPart:
     face_indices: NDArray[np.int32]
     normals: Float | None
     face_material: NDArray[np.int32]
+    primvars: Mapping[str, Float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", finite(self.points, (None, 3), f"points of part {self.name!r}"))
@@ -44,6 +96,11 @@ class MeshPart:
             raise GeometryError(f"part {self.name!r} has {len(self.face_material)} materials for {faces} faces")
         if self.normals is not None:
             object.__setattr__(self, "normals", finite(self.normals, (corners, 3), f"normals of part {self.name!r}"))
+        primvars = {
+            name: finite(values, (corners, None), f"{name} of part {self.name!r}")
+            for name, values in self.primvars.items()
+        }
+        object.__setattr__(self, "primvars", primvars)
 
     @property
     def face_starts(self) -> NDArray[np.intp]:
@@ -57,7 +114,7 @@ class MeshAsset:
 
     name: str
     parts: tuple[MeshPart, ...]
-    materials: tuple[Material, ...] = ()
+    materials: tuple[ModelMaterial, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

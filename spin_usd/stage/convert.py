@@ -27,6 +27,11 @@ def vec3f_array(v: ArrayLike) -> Vt.Vec3fArray:
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(v, np.float32).reshape(-1, 3))
 
 
+def vec2f_array(v: ArrayLike) -> Vt.Vec2fArray:
+    """Of (N, 2), rounded to float32."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(v, np.float32).reshape(-1, 2))
+
+
 def int_array(v: ArrayLike) -> Vt.IntArray:
     return Vt.IntArray.FromNumpy(np.ascontiguousarray(v, np.int32))
 

@@ -1,22 +1,24 @@
 """A mesh file's model as a USD asset: an interface layer whose payload is the look over the geometry.
 
-<name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc. One Mesh for each part, labelled with
-the part's name; the asset's class is "spacecraft".
+<name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. One Mesh
+for each part, labelled with the part's name; the asset's class is "spacecraft".
 """
 
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.arrays import Float
-from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
-from spin_usd.stage.convert import box, identifier, int_array, unique_identifiers, vec3f_array
+from spin_usd.stage.convert import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.layer import author_metadata, export
+from spin_usd.stage.preview_network import author_material
+from spin_usd.stage.texture_files import asset_paths, write_images
 
-NEUTRAL = Material(path="neutral")  # UsdPreviewSurface's own fallbacks: 18 % grey
+NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
 CLASS_OF_A_MODEL = "spacecraft"
 MATERIALS = "mtl"
 
@@ -35,6 +37,7 @@ def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
     _author_geometry(geometry, root, paths, asset)
     _author_look(look, root, root.AppendChild(MATERIALS), paths, asset)
     interface = _interface(prim, asset, name)
+    write_images(asset, folder)
     for layer, file in ((geometry, "geometry.usdc"), (look, "look.usda"), (payload, "payload.usda")):
         export(layer, folder / file)
     export(interface, folder / f"{name}.usda")
@@ -87,8 +90,17 @@ def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
     if part.normals is not None:
         mesh.CreateNormalsAttr(vec3f_array(_unit(part)))
         mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    _author_primvars(mesh, part)
     mesh.GetPrim().SetDisplayName(part.name)
     _label(mesh.GetPrim(), "part", part.name)
+
+
+def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
+    for name, values in part.primvars.items():
+        is_color = values.shape[1] == 3
+        kind = Sdf.ValueTypeNames.Color3fArray if is_color else Sdf.ValueTypeNames.TexCoord2fArray
+        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, kind, UsdGeom.Tokens.faceVarying)
+        primvar.Set(vec3f_array(values) if is_color else vec2f_array(values))
 
 
 def _unit(part: MeshPart) -> Float:
@@ -106,28 +118,13 @@ def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[
     stage = Usd.Stage.Open(layer)
     UsdGeom.Scope.Define(stage, scope)
     materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
-    names = unique_identifiers([material.path for material in materials])
+    names = unique_identifiers([material.constants.path for material in materials])
+    files = asset_paths(asset)
     used = {int(i) % len(materials) for part in asset.parts for i in np.unique(part.face_material)}
-    made = {i: _author_material(stage, scope.AppendChild(names[i]), materials[i]) for i in sorted(used)}
+    made = {i: author_material(stage, scope.AppendChild(names[i]), materials[i], files) for i in sorted(used)}
     layer.GetPrimAtPath(root).specifier = Sdf.SpecifierOver
     for path, part in zip(paths, asset.parts, strict=True):
         _bind(stage.OverridePrim(path), part.face_material % len(materials), made)
-
-
-def _author_material(stage: Usd.Stage, path: Sdf.Path, material: Material) -> UsdShade.Material:
-    made = UsdShade.Material.Define(stage, path)
-    made.GetPrim().SetDisplayName(material.path)
-    shader = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
-    shader.CreateIdAttr("UsdPreviewSurface")
-    color, number = Sdf.ValueTypeNames.Color3f, Sdf.ValueTypeNames.Float
-    shader.CreateInput("diffuseColor", color).Set(Gf.Vec3f(*material.diffuse_color))
-    shader.CreateInput("emissiveColor", color).Set(Gf.Vec3f(*material.emissive_color))
-    shader.CreateInput("useSpecularWorkflow", Sdf.ValueTypeNames.Int).Set(int(material.use_specular_workflow))
-    shader.CreateInput("specularColor", color).Set(Gf.Vec3f(*material.specular_color))
-    for name in ("metallic", "roughness", "opacity", "ior"):
-        shader.CreateInput(name, number).Set(getattr(material, name))
-    made.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", Sdf.ValueTypeNames.Token))
-    return made
 
 
 def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdShade.Material]) -> None:

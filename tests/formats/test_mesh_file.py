@@ -19,6 +19,7 @@ v 100 0 0
 v 100 100 0
 v 0 100 0
 v 0 0 100.123456789
+vt 0.25 0.75
 vn 0 0 2
 vn 0 0 0
 g front
@@ -26,7 +27,7 @@ usemtl gold
 f 1//1 2//1 3//1 4//1
 g Ümläut side
 usemtl (silver)
-f -5/7 -4 -1
+f -5/1 -4 -1
 usemtl gold
 f 1 5 4
 """
@@ -52,7 +53,7 @@ def test_an_obj_keeps_polygons_groups_normals_and_materials(tmp_path: Path) -> N
     front, side = asset.parts
     assert (front.name, side.name) == ("front", "Ümläut side")
     assert (front.face_counts.tolist(), side.face_counts.tolist()) == ([4], [3, 3])
-    assert [material.path for material in asset.materials] == ["gold", "(silver)"]
+    assert [material.constants.path for material in asset.materials] == ["gold", "(silver)"]
     assert (front.face_material.tolist(), side.face_material.tolist()) == ([0], [1, 0])
     assert front.normals is not None
     assert side.normals is None
@@ -77,12 +78,12 @@ def test_material_libraries_give_constants(tmp_path: Path) -> None:
         "newmtl (silver)\nKd 1 1 1\nPm 1\nPr 0.25\n"
     )
     asset = read_mesh_file(write(tmp_path, "mtllib lib.mtl\n" + CUBE), 1)
-    gold, silver = asset.materials
+    gold, silver = (material.constants for material in asset.materials)
     assert gold.diffuse_color == (0.8, 0.6, 0.1)
     assert gold.ior == pytest.approx(1.5)  # an exporter's default Ks of 0.5 is 4 %, glass
     assert gold.roughness**4 == pytest.approx(2 / 100)
     assert (silver.metallic, silver.roughness) == (1, 0.25)
-    assert any("textures" in note and "map_Kd" in note for note in asset.notes)
+    assert any("map_Kd gold.png is not carried over" in note and "missing" in note for note in asset.notes)
 
 
 @pytest.mark.parametrize("library", ["missing.mtl", "../lib.mtl", "/etc/hostname"])
@@ -118,8 +119,8 @@ def test_gltf_applies_node_transforms_and_reads_factors_exactly(tmp_path: Path) 
     corners = triangles(ball)
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert ((outward * corners.mean(1)).sum(1) > 0).all()  # mirrored, and still seen from outside
-    assert asset.materials[0].metallic == 0.9
-    assert asset.materials[0].diffuse_color == (0.8, 0.6, 0.2)
+    assert asset.materials[0].constants.metallic == 0.9
+    assert asset.materials[0].constants.diffuse_color == (0.8, 0.6, 0.2)
     assert (bus.face_material == 0).all()
     assert (ball.face_material == -1).all()
 
@@ -134,8 +135,8 @@ def test_dark_gltf_colours_are_not_rounded_to_eight_bits(tmp_path: Path) -> None
     document["meshes"][0]["primitives"][0]["material"] = 0
     (tmp_path / "model.gltf").write_text(json.dumps(document))
     asset = read_mesh_file(tmp_path / "model.gltf")
-    assert asset.materials[0].diffuse_color == (0.0123, 0.02, 0.03)
-    assert asset.materials[0].metallic == 1  # the standard's own fallback
+    assert asset.materials[0].constants.diffuse_color == (0.0123, 0.02, 0.03)
+    assert asset.materials[0].constants.metallic == 1  # the standard's own fallback
 
 
 def test_faces_without_area_are_dropped_with_a_note(tmp_path: Path) -> None:

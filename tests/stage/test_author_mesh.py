@@ -7,7 +7,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.errors import GeometryError
-from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 from spin_usd.stage.mesh_target import write_mesh_target
 
@@ -36,8 +36,8 @@ def stage(tmp_path: Path) -> Usd.Stage:
             part("mtl"),
         ),
         materials=(
-            Material(path="Óxido (1)", diffuse_color=(0.1, 0.2, 0.3)),
-            Material(path="gold", metallic=0.5, roughness=0.25),
+            ModelMaterial(constants=Material(path="Óxido (1)", diffuse_color=(0.1, 0.2, 0.3))),
+            ModelMaterial(constants=Material(path="gold", metallic=0.5, roughness=0.25)),
         ),
     )
     return Usd.Stage.Open(str(write_mesh_target(asset, tmp_path / "model", "model")))

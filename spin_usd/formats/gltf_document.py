@@ -1,0 +1,136 @@
+"""A glTF or GLB file's JSON, and the numbers and images that it points to. Source: glTF 2.0, sections 3.6, 3.8 and 4.4.
+
+trimesh, the authority in the tests, rounds colours to 8 bits, spoils quantised texture coordinates and knows one set of
+them.
+"""
+
+import base64
+import json
+import struct
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.errors import InputError
+from spin_usd.formats.texture_file import texture_beside, texture_of
+from spin_usd.scene.asset import ImageFile
+
+GLB_MAGIC = b"glTF"
+BIN = 0x004E4942
+TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+MAX_ELEMENTS = 2**28
+
+
+@dataclass(frozen=True)
+class Document:
+    """`json` as the file has it, `binary` the GLB's own buffer. Whoever reads from it must expect damaged files: any
+    built-in error of look-ups and arithmetic."""
+
+    path: Path
+    json: dict[str, Any]
+    binary: bytes
+
+    def entries(self, name: str) -> list[dict[str, Any]]:
+        """The top-level array `name`, empty where there is none."""
+        found: list[dict[str, Any]] = self.json.get(name, [])
+        return found
+
+    def values(self, index: int) -> NDArray[Any]:
+        """(count, width) of an accessor: float64 for floats and normalised integers, else its own integers."""
+        accessor = at(self.entries("accessors"), index)
+        kind, count = np.dtype(TYPES[accessor["componentType"]]).newbyteorder("<"), accessor["count"]
+        width = WIDTHS[accessor["type"]]
+        if not 0 < count <= MAX_ELEMENTS:
+            raise ValueError(f"accessor {index} has {count} elements")
+        values = np.zeros((count, width), kind)
+        if "bufferView" in accessor:
+            values = self._strided(accessor["bufferView"], accessor.get("byteOffset", 0), kind, count, width)
+        if sparse := accessor.get("sparse"):
+            values = values.copy()
+            values[self._sparse(sparse["indices"], sparse["count"], 1)[:, 0]] = self._sparse(
+                sparse["values"] | {"componentType": accessor["componentType"]}, sparse["count"], width
+            )
+        if kind.kind == "f":
+            return values.astype(np.float64)
+        return _normalised(values) if accessor.get("normalized") else values
+
+    def image(self, index: int) -> ImageFile:
+        """An image, from its file beside this one, its data URI or its part of a buffer. InputError says why not."""
+        entry = at(self.entries("images"), index)
+        name = str(entry.get("name") or f"{self.path.stem}_{index}")
+        if "bufferView" in entry:
+            return texture_of(name, self._view(entry["bufferView"]))
+        if (data := _data_uri(entry["uri"])) is not None:
+            return texture_of(name, data)
+        return texture_beside(self.path, unquote(entry["uri"]))
+
+    def _view(self, index: int) -> bytes:
+        view = at(self.entries("bufferViews"), index)
+        start, length = view.get("byteOffset", 0), view["byteLength"]
+        data: bytes = self._buffers[view["buffer"]]
+        if start < 0 or length < 0 or start + length > len(data):
+            raise ValueError(f"buffer view {index} reaches beyond its buffer")
+        return data[start : start + length]
+
+    def _strided(self, view: int, offset: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
+        data, item = self._view(view), kind.itemsize * width
+        stride = self.entries("bufferViews")[view].get("byteStride", item)
+        if offset < 0 or stride < item or offset + (count - 1) * stride + item > len(data):
+            raise ValueError(f"an accessor reaches beyond buffer view {view}")
+        return np.ndarray((count, width), kind, data, offset, (stride, kind.itemsize))
+
+    def _sparse(self, part: dict[str, Any], count: int, width: int) -> NDArray[Any]:
+        kind = np.dtype(TYPES[part["componentType"]]).newbyteorder("<")
+        return self._strided(part["bufferView"], part.get("byteOffset", 0), kind, count, width)
+
+    @cached_property
+    def _buffers(self) -> list[bytes]:
+        return [self._buffer(entry) for entry in self.entries("buffers")]
+
+    def _buffer(self, entry: dict[str, Any]) -> bytes:
+        if "uri" not in entry:
+            return self.binary
+        if (data := _data_uri(entry["uri"])) is not None:
+            return data
+        folder = self.path.parent.resolve()
+        full = (folder / unquote(entry["uri"])).resolve()
+        if not full.is_relative_to(folder):
+            raise InputError(f"its buffer {entry['uri']!r} lies outside the model's folder", where=self.path)
+        return full.read_bytes()
+
+
+def read_document(path: Path) -> Document:
+    """The file at `path`. Raises OSError or ValueError's kind for what is no glTF 2.0."""
+    data, binary = path.read_bytes(), b""
+    if data[:4] == GLB_MAGIC:
+        (length,) = struct.unpack_from("<I", data, 12)
+        data, rest = data[20 : 20 + length], data[20 + length :]
+        if len(rest) >= 8 and struct.unpack_from("<I", rest, 4)[0] == BIN:
+            binary = rest[8 : 8 + struct.unpack_from("<I", rest)[0]]
+    found = json.loads(data)
+    if not isinstance(found, dict) or not str(found["asset"]["version"]).startswith("2"):
+        raise ValueError("it says that it is not glTF 2")
+    return Document(path, found, binary)
+
+
+def _data_uri(uri: str) -> bytes | None:
+    head, comma, body = uri.partition(",")
+    if not (head.startswith("data:") and comma):
+        return None
+    return base64.b64decode(body) if head.endswith(";base64") else unquote(body).encode("latin-1")
+
+
+def _normalised(values: NDArray[Any]) -> NDArray[np.float64]:
+    return np.asarray(np.maximum(values / np.float64(np.iinfo(values.dtype).max), -1.0))
+
+
+def at(entries: list[dict[str, Any]], index: int) -> dict[str, Any]:
+    if not 0 <= index < len(entries):  # a list would count a negative index from its end
+        raise IndexError(f"{index} of {len(entries)}")
+    return entries[index]

@@ -1,0 +1,89 @@
+"""The image files that a model names or holds, as bytes to be written beside it.
+
+PNG, JPEG and EXR pass unchanged; BMP, TGA and TIFF, which few readers of USD know, are rewritten as PNG without loss.
+"""
+
+import io
+from pathlib import Path
+
+from PIL import Image, ImageChops
+
+from spin_usd.errors import InputError
+from spin_usd.scene.asset import RAW, SRGB, ImageFile
+
+EXR, EXR_MAGIC = ".exr", b"v/1\x01"
+UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
+REWRITTEN = ("BMP", "TGA", "TIFF")
+EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
+MAX_BYTES = 2**29
+
+
+def texture_beside(model: Path, named: str) -> ImageFile:
+    """The image that the file `model` names by a relative path.
+
+    Raises InputError for what is missing, is no image, or lies outside the model's folder.
+    """
+    folder = model.parent.resolve()
+    path = Path(named.replace("\\", "/"))
+    full = (folder / path).resolve()
+    if path.is_absolute() or ":" in named or not full.is_relative_to(folder):
+        raise InputError(f"the texture {named!r} lies outside the model's folder")
+    if not full.is_file():
+        raise InputError(f"the texture {named!r} is missing")
+    if full.stat().st_size > MAX_BYTES:
+        raise InputError(f"the texture {named!r} has more than {MAX_BYTES} bytes")
+    try:
+        data = full.read_bytes()
+    except OSError as error:
+        raise InputError(f"the texture {named!r} cannot be read ({error.strerror})") from None
+    return texture_of(path.name, data)
+
+
+def texture_of(name: str, data: bytes) -> ImageFile:
+    """The image in `data`, decoded once to be sure of it; its name gets the suffix of its true format."""
+    stem = name[: -len(suffix)] if (suffix := Path(name).suffix) else name
+    if data.startswith(EXR_MAGIC):
+        return ImageFile(name=stem + EXR, data=data)
+    image = _decoded(name, data)
+    if image.format in UNCHANGED:
+        return ImageFile(name=stem + UNCHANGED[image.format], data=data)
+    if image.mode not in EIGHT_BITS:
+        raise InputError(f"the texture {name!r} is {image.format} of kind {image.mode}; make it PNG or EXR")
+    png = io.BytesIO()
+    image.save(png, "PNG")
+    return ImageFile(name=f"{stem}.png", data=png.getvalue())
+
+
+def color_space(file: ImageFile) -> str:
+    """What colours in such a file are encoded in: EXR is linear."""
+    return RAW if file.name.endswith(EXR) else SRGB
+
+
+def has_alpha(file: ImageFile) -> bool:
+    """Whether the image has a channel of opacity; not known, so False, of EXR."""
+    if file.name.endswith(EXR):
+        return False
+    image = _decoded(file.name, file.data)
+    return "A" in image.getbands() or "transparency" in image.info
+
+
+def is_grey(file: ImageFile) -> bool:
+    """Whether red, green and blue are the same all over; not known, so False, of EXR."""
+    if file.name.endswith(EXR):
+        return False
+    image = _decoded(file.name, file.data)
+    if image.mode in ("1", "L", "LA", "I", "I;16", "F"):
+        return True
+    red, green, blue = image.convert("RGB").split()
+    return not (ImageChops.difference(red, green).getbbox() or ImageChops.difference(red, blue).getbbox())
+
+
+def _decoded(name: str, data: bytes) -> Image.Image:
+    try:
+        image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
+        image.load()
+    # A decoder of damaged files raises whatever it stumbles over, and so does its guard against bombs.
+    except Exception as error:
+        reason = str(error).replace(repr(data), "").split(" <")[0]
+        raise InputError(f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA or TIFF image ({reason})") from None
+    return image
