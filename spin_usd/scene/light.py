@@ -30,8 +30,9 @@ class DistantLight:
 
 @dataclass(frozen=True, kw_only=True)
 class Shaping:
-    """UsdLux.ShapingAPI: emission is multiplied by cos(angle from -z) ** `focus`, and fades to nothing between
-    `cone_angle` * (1 - `softness`) and `cone_angle` (radians from -z; pi is no cone)."""
+    """UsdLux.ShapingAPI. With t the angle of the emitted ray from -z (radians): emission is multiplied by
+    1 - smoothstep(t, from `cone_angle` * (1 - `softness`) to `cone_angle`), nothing beyond it (pi is no cone), and by
+    lerp(|cos t| ** `focus`, from `focus_tint` to white)."""
 
     cone_angle: float
     softness: float = 0.0
@@ -43,8 +44,8 @@ class Shaping:
 class AreaLight:
     """A source with a place. `shape` and `size` in metres:
 
-    sphere (radius,) · disk (radius,) and rect (width, height) in the plane z = 0, shining along -z · cylinder (length,
-    radius) along x, without ends · point () .
+    sphere (radius,) · disk (radius along x, radius along y) and rect (width, height) in the plane z = 0, shining along
+    -z · cylinder (length, radius) along x, without ends · point () .
     `emission`: the radiance of every point of its surface; of a point its radiant intensity.
     `image`: of a rect, multiplies the emission; seen upright from the side that is lit.
     """
@@ -64,7 +65,7 @@ class AreaLight:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DomeLight:
     """Light from all around, infinitely far: `radiance`, times `image` where there is one: latitude-longitude, its top
-    row the dome's +y pole (UsdLux.DomeLight), its centre column the direction -z of the dome's axes."""
+    row the dome's +y, its centre column -z of the dome's axes, +x a quarter of the width right of that."""
 
     path: str = field(metadata=NAME)
     T_cam_dome: Transform

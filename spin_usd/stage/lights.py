@@ -1,90 +1,71 @@
-"""Suns: UsdLux.DistantLight as irradiance and a direction. Every other light is refused by name."""
+"""All lights of a stage, at a time, in camera axes."""
 
-import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
-from spin_usd.arrays import Float
-from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.light import DistantLight
+from spin_usd.scene.light import Light
+from spin_usd.stage.area_lights import read_area_light
+from spin_usd.stage.distant_light import read_distant_light
+from spin_usd.stage.dome_light import is_dome, read_dome_light
 from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
-from spin_usd.stage.xforms import check_chain
+from spin_usd.stage.images import Images
+from spin_usd.stage.light_emission import check_light
+from spin_usd.stage.light_links import LightLinks, refuse_links
+
+AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
+
+
+class LightReader:
+    """Reads the lights of `stage`; `links` says which geometry they reach.
+
+    Raises UnsupportedError, with the light's path, for what is not drawn.
+    """
+
+    def __init__(self, stage: Usd.Stage, images: Images) -> None:
+        self._prims = find_lights(stage)
+        self._images = images
+        self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
+
+    def read(
+        self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
+    ) -> tuple[Light, ...]:
+        """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`."""
+        return tuple(
+            self._light(prim, time, T_world_usdcam, world, metres)
+            for prim in self._prims
+            if UsdGeom.Imageable(prim).ComputeVisibility(time) != UsdGeom.Tokens.invisible
+        )
+
+    def _light(
+        self,
+        prim: Usd.Prim,
+        time: Usd.TimeCode,
+        T_world_usdcam: Transform,
+        world: UsdGeom.XformCache,
+        metres: float,
+    ) -> Light:
+        T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
+        if is_dome(prim):
+            return read_dome_light(prim, time, T_cam_world, world, self._images)
+        if prim.IsA(UsdLux.DistantLight):
+            return self.links.linked(read_distant_light(prim, time, T_cam_world, world), prim)
+        light = read_area_light(prim, time, T_world_usdcam, world, metres, self._images)
+        return self.links.linked(light, prim)
 
 
 def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
-    """All lights of the stage, visible or not. Raises UnsupportedError for kinds other than DistantLight."""
+    """All lights of the stage that can be visible. Raises UnsupportedError for those that are not drawn."""
     found = []
     for prim in Usd.PrimRange.Stage(stage, PROXIES):
-        if not prim.HasAPI(UsdLux.LightAPI):
+        if not prim.HasAPI(UsdLux.LightAPI) or any(is_always_invisible(p) for p in (*ancestors(prim), prim)):
             continue
-        if prim.IsA(UsdLux.DistantLight):
-            _check_light(prim)
-            found.append(prim)
-        elif not any(is_always_invisible(p) for p in (*ancestors(prim), prim)):
-            found_kind = f"is a {prim.GetTypeName()}, and only DistantLight is rendered yet"
+        if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
+            found_kind = f"is a {prim.GetTypeName()} that shines, which is not drawn"
             raise UnsupportedError(found_kind, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
+        check_light(prim)
+        if is_dome(prim):
+            refuse_links(prim)
+        found.append(prim)
     return tuple(found)
-
-
-def read_light(
-    prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache
-) -> DistantLight | None:
-    """The light at `time`, in camera axes; None while it is invisible.
-
-    UsdLux: normalised, intensity is the irradiance on a plane that faces the light; else it is radiance, times
-    pi sin^2(angle / 2), or times 1 for an angle of 0. Source: UsdLux, "Normalizing Distant Lights - In Depth".
-    """
-    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
-        return None
-    light, angle = UsdLux.LightAPI(prim), float(UsdLux.DistantLight(prim).GetAngleAttr().Get(time))
-    if not 0 <= angle <= 180:
-        raise UnsupportedError(f"its angle is {angle:g} degrees", where=prim.GetPath(), do="keep it between 0 and 180")
-    half = np.radians(angle) / 2
-    size = 1.0 if light.GetNormalizeAttr().Get(time) or angle == 0 else np.pi * np.sin(half) ** 2
-    emission = light.GetIntensityAttr().Get(time) * 2.0 ** light.GetExposureAttr().Get(time)
-    irradiance = emission * size * _color(light, time)
-    if not np.isfinite(irradiance).all() or (irradiance < 0).any():
-        raise StageError(f"its irradiance is {irradiance}", where=prim.GetPath(), do="make it finite and not negative")
-    x, y, z = T_cam_world.directions(_direction(prim, world))
-    r, g, b = (float(v) for v in irradiance)
-    return DistantLight(
-        path=str(prim.GetPath()),
-        direction_cam=(float(x), float(y), float(z)),
-        irradiance=(r, g, b),
-        angle=float(2 * half),
-    )
-
-
-def _direction(prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:
-    """Unit (3,): a light shines along its own -z."""
-    to = -np.array(world.GetLocalToWorldTransform(prim))[2, :3]
-    length = np.linalg.norm(to)
-    if not np.isfinite(length) or length == 0:
-        raise StageError("its transform gives it no direction", where=prim.GetPath(), do="mend its xformOps")
-    result: Float = to / length
-    return result
-
-
-def _color(light: UsdLux.LightAPI, time: Usd.TimeCode) -> Float:
-    color = np.array(light.GetColorAttr().Get(time), np.float64)
-    if light.GetEnableColorTemperatureAttr().Get(time):
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(light.GetColorTemperatureAttr().Get(time)))
-    return color
-
-
-def _check_light(prim: Usd.Prim) -> None:
-    """Refuse what a DistantLight can ask for and a Sun cannot do."""
-    check_chain(prim)
-    light, where = UsdLux.LightAPI(prim), prim.GetPath()
-    if prim.GetRelationship("light:filters").GetTargets():
-        raise UnsupportedError("has light filters", where=where, do="remove them")
-    for name in ("inputs:diffuse", "inputs:specular"):
-        if prim.GetAttribute(name).Get() != 1:
-            raise UnsupportedError(f"its {name} is not 1", where=where, do="scale its intensity instead")
-    for collection in (light.GetLightLinkCollectionAPI(), light.GetShadowLinkCollectionAPI()):
-        named = collection.GetIncludesRel().GetTargets() or collection.GetExcludesRel().GetTargets()
-        if named or not collection.GetIncludeRootAttr().Get():
-            raise UnsupportedError(f"is linked by {collection.GetName()}", where=where, do="let it light everything")
-    shadow = prim.GetAttribute("inputs:shadow:enable")
-    if shadow and shadow.Get() is False:
-        raise UnsupportedError("casts no shadows", where=where, do="enable them")

@@ -9,17 +9,17 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import FrameId, Scene, Target
 from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import compose
 from spin_usd.stage.cameras import find_camera, read_camera, read_sensor
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
+from spin_usd.stage.images import Images
 from spin_usd.stage.keypoints import find_keypoints
-from spin_usd.stage.lights import find_lights, read_light
+from spin_usd.stage.lights import LightReader
 from spin_usd.stage.target import TargetReader, find_target
-from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, check_chain, placement
+from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
 
 
 class StageReader:
@@ -37,7 +37,7 @@ class StageReader:
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
         refuse_geometry_outside(self._target_prim)
-        self._light_prims = find_lights(self.stage)
+        self._lights = LightReader(self.stage, Images())
         check_chain(self._camera_prim)
         check_chain(self._target_prim)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage)
@@ -71,15 +71,13 @@ class StageReader:
         world = UsdGeom.XformCache(time)
         usdcam = self._placement(world, self._camera_prim, "usdcam")
         body = self._placement(world, self._target_prim, "body")
-        T_cam_world = T_CAM_USDCAM @ usdcam.transform.inverse()
         camera, sensor = self._camera_at(time)
-        lights = (read_light(prim, time, T_cam_world, world) for prim in self._light_prims)
         return Scene(
             frame=frame,
             camera=camera,
-            T_cam_body=T_CAM_USDCAM @ _between(usdcam.transform, body.transform),
+            T_cam_body=T_CAM_USDCAM @ between(usdcam.transform, body.transform),
             target=self._target_at(time, body.scale),
-            lights=tuple(light for light in lights if light),
+            lights=self._lights.read(time, usdcam.transform, world, self.metres),
             sensor=sensor,
         )
 
@@ -97,7 +95,7 @@ class StageReader:
         same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
         if self._target is not None and same_scale and not self._target_varies:
             return self._target
-        reader = TargetReader(prim=self._target_prim, time=time)
+        reader = TargetReader(prim=self._target_prim, time=time, group_of=self._lights.links.group_of)
         target = reader.read(scale * self.metres)
         if self._target is None:
             self._target_varies = _target_varies(self._target_prim, reader.visited)
@@ -105,17 +103,6 @@ class StageReader:
             self._target = target
         self._target_scale = scale
         return self._target
-
-
-def _between(T_world_a: Transform, T_world_b: Transform) -> Transform:
-    """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
-    inverse = T_world_a.rotation.T
-    return Transform(
-        to=T_world_a.of,
-        of=T_world_b.of,
-        rotation=inverse @ T_world_b.rotation,
-        translation=inverse @ (T_world_b.translation - T_world_a.translation),
-    )
 
 
 def _content(target: Target) -> object:

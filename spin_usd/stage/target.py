@@ -1,6 +1,6 @@
 """The target: all that is drawn below one prim, as one mesh in body axes."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -26,11 +26,12 @@ from spin_usd.stage.xforms import local_matrix
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Piece:
-    """Triangles of one gprim, with the number of the part and of the material of each."""
+    """Triangles of one gprim, with the number of the part and of the material of each, and of its group of links."""
 
     triangles: Triangles
     part: Int
     material: Int
+    group: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,10 +55,12 @@ def find_target(stage: Usd.Stage) -> Usd.Prim:
 
 @dataclass(eq=False)
 class TargetReader:
-    """Reads the target at one time. `visited` collects every prim that the result depends on."""
+    """Reads the target at one time. `visited` collects every prim that the result depends on; `group_of` a gprim or
+    point instancer is the number that light links know its faces by."""
 
     prim: Usd.Prim
     time: Usd.TimeCode
+    group_of: Callable[[Usd.Prim], int]
     visited: list[Usd.Prim] = field(default_factory=list)
     _labels: list[Labels] = field(default_factory=list)
     _part_number: dict[str, int] = field(default_factory=dict)
@@ -120,7 +123,7 @@ class TargetReader:
         else:
             piece = self._piece(prim, state.labels.of_gprim(prim))
             moved = piece.triangles.transformed(state.matrix, prim.GetPath())
-            yield self._budgeted(replace(piece, triangles=moved), prim)
+            yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
 
     def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
         for prototype, matrices in read_instances(prim, self.time):
@@ -131,7 +134,7 @@ class TargetReader:
             for matrix in matrices:
                 for piece in pieces:
                     moved = piece.triangles.transformed(matrix @ state.matrix, prim.GetPath())
-                    yield self._budgeted(replace(piece, triangles=moved), prim)
+                    yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
 
     def _piece(self, prim: Usd.Prim, labels: Labels) -> Piece:
         triangles = self._shape(prim)
@@ -208,6 +211,7 @@ class TargetReader:
             points=np.concatenate([piece.triangles.points for piece in pieces]) * metres,
             faces=np.concatenate([p.triangles.corners + n for p, n in zip(pieces, first, strict=False)]),
             face_part=ids[part],
+            face_group=np.concatenate([np.full(len(piece.part), piece.group, np.uint16) for piece in pieces]),
             face_material=np.concatenate([piece.material for piece in pieces]),
             corner_normals=np.concatenate([piece.triangles.normals for piece in pieces]),
         )

@@ -43,6 +43,17 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
     return Placement(transform=transform, scale=scale)
 
 
+def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
+    """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
+    inverse = T_world_a.rotation.T
+    return Transform(
+        to=T_world_a.of,
+        of=T_world_b.of,
+        rotation=inverse @ T_world_b.rotation,
+        translation=inverse @ (T_world_b.translation - T_world_a.translation),
+    )
+
+
 def check_chain(prim: Usd.Prim) -> None:
     """`check_ops` of a prim and all its ancestors."""
     while prim and not prim.IsPseudoRoot():

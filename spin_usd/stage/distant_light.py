@@ -1,0 +1,46 @@
+"""Suns: UsdLux.DistantLight as irradiance and a direction.
+
+Normalised, intensity is the irradiance on a plane that faces the light; else it is radiance, times pi sin^2(angle / 2),
+or times 1 for an angle of 0. Source: UsdLux's schema text on LightAPI's normalize, "DistantLight".
+"""
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.light import DistantLight
+from spin_usd.stage.light_emission import casts_shadows, emission
+from spin_usd.stage.light_shaping import refuse_shaping
+
+
+def read_distant_light(
+    prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache
+) -> DistantLight:
+    """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
+    refuse_shaping(prim)
+    angle = float(UsdLux.DistantLight(prim).GetAngleAttr().Get(time))
+    if not 0 <= angle <= 180:
+        raise UnsupportedError(f"its angle is {angle:g} degrees", where=prim.GetPath(), do="keep it between 0 and 180")
+    half = np.radians(angle) / 2
+    size = 1.0 if angle == 0 else float(np.pi * np.sin(half) ** 2)
+    r, g, b = (value * size for value in emission(prim, time, size))
+    x, y, z = T_cam_world.directions(_direction(prim, world))
+    return DistantLight(
+        path=str(prim.GetPath()),
+        direction_cam=(float(x), float(y), float(z)),
+        irradiance=(r, g, b),
+        angle=float(2 * half),
+        shadows=casts_shadows(prim, time),
+    )
+
+
+def _direction(prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:
+    """Unit (3,): a light shines along its own -z."""
+    to = -np.array(world.GetLocalToWorldTransform(prim))[2, :3]
+    length = np.linalg.norm(to)
+    if not np.isfinite(length) or length == 0:
+        raise StageError("its transform gives it no direction", where=prim.GetPath(), do="mend its xformOps")
+    result: Float = to / length
+    return result

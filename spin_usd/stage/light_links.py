@@ -1,0 +1,88 @@
+"""Light linking: which faces a light reaches, and which of them cast its shadows.
+
+Membership is USD's own answer. Prims that every link treats alike form a group; a mesh's faces carry its number.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.scene.light import AreaLight, DistantLight, Links
+
+EVERY_PRIM = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
+LIGHTS, SHADOWED_BY = "lightLink", "shadowLink"
+
+
+class LightLinks:
+    """The links of `lights` to the geometry of `stage`."""
+
+    def __init__(self, lights: Sequence[Usd.Prim], stage: Usd.Stage) -> None:
+        linked = [(prim, name) for prim in lights for name in (LIGHTS, SHADOWED_BY) if _is_linked(prim, name)]
+        self._queries = {(prim.GetPath(), name): _query(prim, name) for prim, name in linked}
+        prims = Usd.PrimRange.Stage(stage, EVERY_PRIM) if self._queries else ()
+        memberships = sorted({self._membership(prim) for prim in prims if _has_faces(prim)})
+        self._number = {membership: number for number, membership in enumerate(memberships)}
+
+    def group_of(self, prim: Usd.Prim) -> int:
+        """The number of the group that the faces of the gprim or point instancer `prim` belong to."""
+        return self._number[self._membership(prim)] if self._queries else 0
+
+    def linked[L: (AreaLight, DistantLight)](self, light: L, prim: Usd.Prim) -> L:
+        """`light`, read from `prim`, with the groups that it reaches and that cast its shadows."""
+        if not self._queries:
+            return light
+        return replace(light, lights=self._groups(prim, LIGHTS), shadowed_by=self._groups(prim, SHADOWED_BY))
+
+    def _groups(self, prim: Usd.Prim, name: str) -> Links:
+        """None for all of them."""
+        key = (prim.GetPath(), name)
+        if key not in self._queries:
+            return None
+        place = list(self._queries).index(key)
+        groups = frozenset(number for membership, number in self._number.items() if membership[place])
+        return None if len(groups) == len(self._number) else groups
+
+    def _membership(self, prim: Usd.Prim) -> tuple[bool, ...]:
+        return tuple(bool(query.IsPathIncluded(prim.GetPath())) for query in self._queries.values())
+
+
+def refuse_links(prim: Usd.Prim) -> None:
+    """Raise UnsupportedError for a light that is linked where that is not drawn."""
+    for name in (LIGHTS, SHADOWED_BY):
+        if _is_linked(prim, name):
+            found = f"is a {prim.GetTypeName()} linked by {name}"
+            raise UnsupportedError(found, where=prim.GetPath(), do="let it light everything")
+
+
+def _collection(prim: Usd.Prim, name: str) -> Usd.CollectionAPI:
+    light = UsdLux.LightAPI(prim)
+    return light.GetLightLinkCollectionAPI() if name == LIGHTS else light.GetShadowLinkCollectionAPI()
+
+
+def _is_linked(prim: Usd.Prim, name: str) -> bool:
+    """Whether a collection says anything but "all", which is what an untouched one says."""
+    collection = _collection(prim, name)
+    named = collection.GetIncludesRel().GetTargets() or collection.GetExcludesRel().GetTargets()
+    expression = collection.GetMembershipExpressionAttr()
+    return bool(named or not collection.GetIncludeRootAttr().Get() or (expression and expression.HasAuthoredValue()))
+
+
+def _query(prim: Usd.Prim, name: str) -> Usd.UsdCollectionMembershipQuery:
+    collection = _collection(prim, name)
+    query = collection.ComputeMembershipQuery()
+    expression = collection.GetMembershipExpressionAttr()
+    if expression and expression.HasAuthoredValue():
+        found = f"is linked by an expression in {name}"
+        raise UnsupportedError(found, where=prim.GetPath(), do="use includes and excludes instead")
+    for path in query.GetAsPathExpansionRuleMap():
+        named = prim.GetStage().GetPrimAtPath(path.GetPrimPath())
+        if named and named.IsA(UsdGeom.Subset):
+            found = f"is linked by {name} to the subset {path}"
+            raise UnsupportedError(found, where=prim.GetPath(), do="link it to whole gprims")
+    return query
+
+
+def _has_faces(prim: Usd.Prim) -> bool:
+    return bool(prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer))

@@ -1,0 +1,38 @@
+"""UsdLux.ShapingAPI: cone, softness, focus and tint."""
+
+import numpy as np
+from pxr import Usd
+
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.scene.light import Shaping
+from spin_usd.stage.light_emission import number
+
+CONE, SOFTNESS = "inputs:shaping:cone:angle", "inputs:shaping:cone:softness"
+FOCUS, TINT = "inputs:shaping:focus", "inputs:shaping:focusTint"
+
+
+def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
+    """How the light at `prim` is shaped; None where it shines alike into all directions.
+
+    An input counts where it exists, by the applied schema or by being authored: so Hydra reads it. The cone's angle is
+    measured from the axis, -z. A focus below 0 is ignored, as the schema's text says.
+    """
+    cone = number(prim, CONE, time) if prim.GetAttribute(CONE) else 180.0
+    softness = number(prim, SOFTNESS, time) if prim.GetAttribute(SOFTNESS) else 0.0
+    focus = float(prim.GetAttribute(FOCUS).Get(time)) if prim.GetAttribute(FOCUS) else 0.0
+    tint = tuple(prim.GetAttribute(TINT).Get(time)) if prim.GetAttribute(TINT) else (0.0, 0.0, 0.0)
+    if not np.isfinite((focus, *tint)).all() or min(tint) < 0:
+        raise StageError(
+            f"its focus is {focus:g} and its focusTint {tint}", where=prim.GetPath(), do="make them finite"
+        )
+    if (cone >= 180 and softness == 0) and focus <= 0:
+        return None
+    r, g, b = tint
+    return Shaping(cone_angle=float(np.radians(cone)), softness=softness, focus=max(focus, 0.0), focus_tint=(r, g, b))
+
+
+def refuse_shaping(prim: Usd.Prim) -> None:
+    """Raise UnsupportedError where a light without a place is shaped."""
+    if any(prim.GetAttribute(name) for name in (CONE, SOFTNESS, FOCUS, TINT)):
+        found = f"is a {prim.GetTypeName()} with a cone or a focus"
+        raise UnsupportedError(found, where=prim.GetPath(), do="remove ShapingAPI from it")
