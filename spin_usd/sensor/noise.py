@@ -50,13 +50,13 @@ def _many(expected: Electrons, chance: np.random.Generator) -> Electrons:
     found += (z2 - 1) / 6
     found += sigma * z
     found += expected
-    return np.maximum(np.rint(found, out=found), 0, out=found)
+    return np.asarray(np.maximum(np.rint(found, out=found), 0, out=found))
 
 
 def pixel_gains(shape: tuple[int, ...], prnu: float, seed: int) -> NDArray[np.float32]:
     """(H, W, C) relative gain of each pixel: photo-response non-uniformity with standard deviation `prnu`, at least 0.
     The sensor's own pattern: the same in each of its pictures."""
-    return np.maximum(1 + np.float32(prnu) * _pattern(shape, seed), 0)
+    return np.asarray(np.maximum(1 + np.float32(prnu) * _pattern(shape, seed), 0))
 
 
 @lru_cache(maxsize=2)

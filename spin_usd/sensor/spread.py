@@ -39,7 +39,8 @@ def spread(light: Image, scales: Sequence[Scale]) -> Image:
         height, width = light.shape[:2]
         right, below = PAD + width % 2, PAD + height % 2
         padded = cv2.copyMakeBorder(light, PAD, below, PAD, right, cv2.BORDER_CONSTANT)
-        spreading += cv2.pyrUp(spread(cv2.pyrDown(padded), wide))[PAD : PAD + height, PAD : PAD + width]
+        coarse = spread(np.asarray(cv2.pyrDown(padded), np.float32), wide)
+        spreading += cv2.pyrUp(coarse)[PAD : PAD + height, PAD : PAD + width]
     return spreading
 
 
@@ -63,7 +64,7 @@ def gaussian(variance: float) -> Image:
         exponent = brentq(lambda e: _variance(n, e) - variance, exponent / 100, exponent, xtol=1e-15)
     samples = np.exp(-exponent * n**2)
     samples = samples[samples > NEGLIGIBLE]
-    return (samples / samples.sum()).astype(np.float32)
+    return np.asarray(samples / samples.sum(), np.float32)
 
 
 def _variance(n: NDArray[np.int64], exponent: float) -> float:

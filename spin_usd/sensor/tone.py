@@ -41,7 +41,7 @@ def adjusted(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
     if mixes_channels(sensor):
         grey = (signal @ np.array(LUMINANCE))[..., None]
         signal = grey + sensor.saturation * (signal - grey)
-    return np.clip(signal, 0, 1)
+    return np.asarray(np.clip(signal, 0, 1))
 
 
 def mixes_channels(sensor: Sensor) -> bool:

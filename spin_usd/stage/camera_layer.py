@@ -79,9 +79,8 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
 
 def _author_sensor(prim: Usd.Prim, channels: str) -> None:
     prim.ApplyAPI(schema.SENSOR_API)
-    prim.GetAttribute(schema.SENSOR_CHANNELS).Set(channels)
-    prim.GetAttribute(schema.SENSOR_BIT_DEPTH).Set(8)
-    prim.GetAttribute(schema.SENSOR_ENCODING).Set("srgb")
+    for field, value in {"channels": channels, "bit_depth": 8, "encoding": "srgb"}.items():
+        prim.GetAttribute(schema.SENSOR[field]).Set(value)
 
 
 def _author_exposure(camera: UsdGeom.Camera) -> None:

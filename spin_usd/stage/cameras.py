@@ -1,14 +1,12 @@
-"""The stage's camera: which prim it is, its intrinsics, and its sensor."""
+"""The stage's camera: which prim it is, and its intrinsics."""
 
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from pxr import Usd, UsdGeom, UsdRender
 
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import schema
 
 
@@ -57,28 +55,6 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     except GeometryError as error:
         raise StageError(error.found, where=prim.GetPath(), do=error.do or "mend the camera") from None
     return camera
-
-
-def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
-    """Exposure from the camera's own exposure attributes; the rest from SpinSensorAPI, or its fallbacks."""
-    exposure = float(UsdGeom.Camera(prim).ComputeLinearExposureScale(time))
-    if not np.isfinite(exposure) or exposure <= 0:
-        raise StageError(f"its exposure scale is {exposure}", where=prim.GetPath(), do="mend its exposure attributes")
-    if not prim.HasAPI(schema.SENSOR_API):
-        return Sensor(exposure=exposure)
-    allowed = {"channels": ("mono", "rgb"), "bitDepth": (8, 16), "encoding": ("linear", "srgb")}
-    names = {
-        "channels": schema.SENSOR_CHANNELS,
-        "bitDepth": schema.SENSOR_BIT_DEPTH,
-        "encoding": schema.SENSOR_ENCODING,
-    }
-    values = {key: prim.GetAttribute(name).Get(time) for key, name in names.items()}
-    for key, value in values.items():
-        if value not in allowed[key]:
-            do = f"choose one of {allowed[key]}"
-            raise StageError(f"is {value!r}", where=f"{prim.GetPath()}.{names[key]}", do=do)
-    channels, bits, encoding = str(values["channels"]), int(values["bitDepth"]), str(values["encoding"])
-    return Sensor(exposure=exposure, channels=channels, bit_depth=bits, encoding=encoding)
 
 
 def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:

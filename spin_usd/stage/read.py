@@ -10,14 +10,16 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.scene.model import FrameId, Scene, Target
-from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.stage import compose
-from spin_usd.stage.cameras import find_camera, read_camera, read_sensor
+from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
 from spin_usd.stage.images import Images
 from spin_usd.stage.keypoints import find_keypoints
 from spin_usd.stage.lights import LightReader
+from spin_usd.stage.optics import read_optics
+from spin_usd.stage.sensor import read_sensor
 from spin_usd.stage.target import TargetReader, find_target
 from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
 
@@ -43,7 +45,7 @@ class StageReader:
         self.frames: tuple[FrameId, ...] = read_frames(self.stage)
         self.seed = read_seed(self.stage)
         self._camera_varies = _varies([self._camera_prim], "xformOp:")
-        self._camera: tuple[Camera, Sensor] | None = None
+        self._camera: tuple[Camera, Sensor, Optics] | None = None
         self._target: Target | None = None
         self._target_scale = float("nan")
         self._target_varies = True
@@ -71,7 +73,7 @@ class StageReader:
         world = UsdGeom.XformCache(time)
         usdcam = self._placement(world, self._camera_prim, "usdcam")
         body = self._placement(world, self._target_prim, "body")
-        camera, sensor = self._camera_at(time)
+        camera, sensor, optics = self._camera_at(time)
         return Scene(
             frame=frame,
             camera=camera,
@@ -79,15 +81,18 @@ class StageReader:
             target=self._target_at(time, body.scale),
             lights=self._lights.read(time, usdcam.transform, world, self.metres),
             sensor=sensor,
+            optics=optics,
         )
 
     def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
         matrix = world.GetLocalToWorldTransform(prim)
         return placement(matrix, frame=frame, metres=self.metres, where=prim.GetPath())
 
-    def _camera_at(self, time: Usd.TimeCode) -> tuple[Camera, Sensor]:
+    def _camera_at(self, time: Usd.TimeCode) -> tuple[Camera, Sensor, Optics]:
         if self._camera is None or self._camera_varies:
-            self._camera = read_camera(self._camera_prim, time), read_sensor(self._camera_prim, time)
+            prim = self._camera_prim
+            camera = read_camera(prim, time)
+            self._camera = camera, read_sensor(prim, time), read_optics(prim, camera, time)
         return self._camera
 
     def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:

@@ -10,6 +10,7 @@ from spin_usd.resources import schemas
 
 LENS_API = "SpinLensAPI"
 SENSOR_API = "SpinSensorAPI"
+OPTICS_API = "SpinOpticsAPI"
 SHUTTER_API = "SpinShutterAPI"
 CAPTURE_API = "SpinCaptureAPI"
 TARGET_API = "SpinTargetAPI"
@@ -19,9 +20,42 @@ LENS_IMAGE_SIZE = "spin:lens:imageSize"
 LENS_NUMBERS = tuple(f"spin:lens:{name}" for name in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
 """In the order fx, fy, cx, cy, k1, k2, p1, p2, k3."""
 
-SENSOR_CHANNELS = "spin:sensor:channels"
-SENSOR_BIT_DEPTH = "spin:sensor:bitDepth"
-SENSOR_ENCODING = "spin:sensor:encoding"
+SENSOR = {
+    "channels": "spin:sensor:channels",
+    "quantum_efficiency": "spin:sensor:quantumEfficiency",
+    "panchromatic": "spin:sensor:panchromatic",
+    "gain": "spin:sensor:gain",
+    "full_well": "spin:sensor:fullWell",
+    "read_noise": "spin:sensor:readNoise",
+    "dark_current": "spin:sensor:darkCurrent",
+    "prnu": "spin:sensor:prnu",
+    "pattern_seed": "spin:sensor:patternSeed",
+    "adc_bits": "spin:sensor:adcBits",
+    "black_level": "spin:sensor:blackLevel",
+    "contrast": "spin:sensor:contrast",
+    "saturation": "spin:sensor:saturation",
+    "filter": "spin:sensor:filter",
+    "encoding": "spin:sensor:encoding",
+    "gamma": "spin:sensor:gamma",
+    "bit_depth": "spin:sensor:bitDepth",
+}
+"""By field of scene.sensor.Sensor."""
+AUTO_EXPOSURE = "spin:sensor:autoExposure"
+AUTO_EXPOSURE_LEVEL = "spin:sensor:autoExposure:level"
+AUTO_EXPOSURE_STOPS = "spin:sensor:autoExposure:stops"
+
+OPTICS = {
+    "psf_sigma": "spin:optics:psfSigma",
+    "glare": "spin:optics:glare",
+    "glare_core": "spin:optics:glareCore",
+    "glare_falloff": "spin:optics:glareFalloff",
+    "bloom_intensity": "spin:optics:bloomIntensity",
+    "bloom_scatter": "spin:optics:bloomScatter",
+    "bloom_threshold": "spin:optics:bloomThreshold",
+    "cos_fourth": "spin:optics:cosFourth",
+    "vignetting": "spin:optics:vignetting",
+}
+"""By field of scene.sensor.Optics."""
 
 SHUTTER_READOUT_TIME = "spin:shutter:readoutTime"
 

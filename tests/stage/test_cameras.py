@@ -1,11 +1,11 @@
-"""Which camera, its intrinsics from pixels or from apertures (USD's own frustum as authority), its sensor."""
+"""Which camera, its intrinsics from pixels or from apertures (USD's own frustum as authority)."""
 
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.stage.cameras import find_camera, read_camera, read_sensor
+from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.compose import open_stage
 
 FLOAT32 = 1e-5  # USD's apertures are float32; the frustum's numbers are ratios of them
@@ -33,11 +33,6 @@ APERTURES = """
 def camera_of(path, time=0):
     stage = open_stage(path)
     return read_camera(find_camera(stage), Usd.TimeCode(time))
-
-
-def sensor_of(path):
-    stage = open_stage(path)
-    return read_sensor(find_camera(stage), Usd.TimeCode(0))
 
 
 def plain(path):
@@ -141,28 +136,3 @@ def test_no_camera_at_all(make_stage):
     path.write_text(path.read_text().replace('def Camera "Camera"', 'over "Camera"'))
     with pytest.raises(StageError, match="the stage has no camera"):
         camera_of(path)
-
-
-EXPOSURE = """
-    float exposure = 1
-    float exposure:time = 0.5
-    float exposure:iso = 200
-    float exposure:fStop = 2
-    float exposure:responsivity = 3
-"""
-
-
-def test_sensor(make_stage):
-    text = 'token spin:sensor:channels = "rgb"\nint spin:sensor:bitDepth = 16\ntoken spin:sensor:encoding = "linear"'
-    path = make_stage(camera=text + EXPOSURE)
-    path.write_text(path.read_text().replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinSensorAPI"]'))
-    sensor = sensor_of(path)
-    assert (sensor.channels, sensor.bit_depth, sensor.encoding) == ("rgb", 16, "linear")
-    assert sensor.exposure == pytest.approx(2**1 * 0.5 * (200 / 100) / 2**2 * 3)
-
-
-def test_a_sensor_that_is_none(make_stage):
-    path = make_stage(camera="int spin:sensor:bitDepth = 12")
-    path.write_text(path.read_text().replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinSensorAPI"]'))
-    with pytest.raises(StageError, match=r"spin:sensor:bitDepth: is 12; choose one of"):
-        sensor_of(path)

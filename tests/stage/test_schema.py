@@ -14,7 +14,13 @@ from spin_usd.stage import schema
 REPOSITORY = Path(__file__).resolve().parents[2]
 SCHEMAS = {
     schema.LENS_API: {schema.LENS_MODEL, schema.LENS_IMAGE_SIZE, *schema.LENS_NUMBERS},
-    schema.SENSOR_API: {schema.SENSOR_CHANNELS, schema.SENSOR_BIT_DEPTH, schema.SENSOR_ENCODING},
+    schema.SENSOR_API: {
+        *schema.SENSOR.values(),
+        schema.AUTO_EXPOSURE,
+        schema.AUTO_EXPOSURE_LEVEL,
+        schema.AUTO_EXPOSURE_STOPS,
+    },
+    schema.OPTICS_API: {*schema.OPTICS.values()},
     schema.SHUTTER_API: {schema.SHUTTER_READOUT_TIME},
     schema.CAPTURE_API: {schema.CAPTURE_FRAME, schema.CAPTURE_SEED},
     schema.TARGET_API: {schema.TARGET_NAME, schema.TARGET_KEYPOINTS},

@@ -1,0 +1,35 @@
+"""The camera's optics: SpinOpticsAPI."""
+
+from pxr import Usd
+
+from spin_usd.errors import StageError
+from spin_usd.geometry.camera import Camera
+from spin_usd.scene.sensor import Optics
+from spin_usd.scene.vignetting import least_gain
+from spin_usd.stage import schema
+from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, value_in
+
+RANGES = {
+    "psf_sigma": Range(0, 100),
+    "glare": SHARE,
+    "glare_core": ABOVE_0,
+    "glare_falloff": Range(2, float("inf"), open=True),
+    "bloom_intensity": SHARE,
+    "bloom_scatter": SHARE,
+    "bloom_threshold": AT_LEAST_0,
+    "vignetting": FINITE,
+}
+
+
+def read_optics(prim: Usd.Prim, camera: Camera, time: Usd.TimeCode) -> Optics:
+    """The optics of the camera `prim`, whose lens is `camera`. Raises StageError that names the attribute."""
+    if not prim.HasAPI(schema.OPTICS_API):
+        refuse_unapplied(prim, "spin:optics:", schema.OPTICS_API)
+        return Optics()
+    numbers = {field: value_in(prim, schema.OPTICS[field], allowed, time) for field, allowed in RANGES.items()}
+    optics = Optics(cos_fourth=bool(prim.GetAttribute(schema.OPTICS["cos_fourth"]).Get(time)), **numbers)
+    least = least_gain(camera, optics.vignetting)
+    if least < 0:
+        where = f"{prim.GetPath()}.{schema.OPTICS['vignetting']}"
+        raise StageError(f"makes light negative: its least gain is {least:.3g}", where=where, do="make it fall slower")
+    return optics

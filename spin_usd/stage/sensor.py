@@ -1,0 +1,91 @@
+"""The camera's sensor: USD's own exposure attributes, and SpinSensorAPI."""
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError
+from spin_usd.scene.sensor import AutoExposure, Sensor
+from spin_usd.stage import schema
+from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, value_in
+
+ONE_OF = {"channels": ("mono", "rgb"), "encoding": ("srgb", "linear", "gamma"), "bit_depth": (8, 16)}
+RANGES = {
+    "quantum_efficiency": SHARE,
+    "panchromatic": AT_LEAST_0,
+    "gain": AT_LEAST_0,
+    "full_well": AT_LEAST_0,
+    "read_noise": AT_LEAST_0,
+    "dark_current": AT_LEAST_0,
+    "prnu": SHARE,
+    "pattern_seed": AT_LEAST_0,
+    "adc_bits": Range(1, 16),
+    "black_level": AT_LEAST_0,
+    "contrast": ABOVE_0,
+    "saturation": AT_LEAST_0,
+    "filter": AT_LEAST_0,
+    "gamma": ABOVE_0,
+}
+OF_ELECTRONS = ("full_well", "read_noise", "dark_current", "prnu", "adc_bits", "black_level")
+"""What means nothing without a gain."""
+
+
+def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
+    """The sensor of the camera `prim`. Raises StageError that names the attribute that is wrong."""
+    camera = UsdGeom.Camera(prim)
+    exposure = float(camera.ComputeLinearExposureScale(time))
+    if not np.isfinite(exposure) or exposure <= 0:
+        raise StageError(f"its exposure scale is {exposure}", where=prim.GetPath(), do="mend its exposure attributes")
+    taking: dict[str, Any] = {
+        "exposure": exposure,
+        "time": float(camera.GetExposureTimeAttr().Get(time)),
+        "iso": float(camera.GetExposureIsoAttr().Get(time)),
+    }
+    if not prim.HasAPI(schema.SENSOR_API):
+        refuse_unapplied(prim, "spin:sensor:", schema.SENSOR_API)
+        return Sensor(**taking)
+    chosen = {field: _one_of(prim, schema.SENSOR[field], allowed, time) for field, allowed in ONE_OF.items()}
+    numbers = {field: value_in(prim, schema.SENSOR[field], allowed, time) for field, allowed in RANGES.items()}
+    sensor = Sensor(auto_exposure=_auto_exposure(prim, time), **taking, **chosen, **numbers)
+    _check_together(prim, sensor)
+    return sensor
+
+
+def _one_of(prim: Usd.Prim, name: str, allowed: tuple[Any, ...], time: Usd.TimeCode) -> Any:
+    value = prim.GetAttribute(name).Get(time)
+    if value not in allowed:
+        raise StageError(f"is {value!r}", where=f"{prim.GetPath()}.{name}", do=f"choose one of {allowed}")
+    return value
+
+
+def _auto_exposure(prim: Usd.Prim, time: Usd.TimeCode) -> AutoExposure | None:
+    level = value_in(prim, schema.AUTO_EXPOSURE_LEVEL, ABOVE_0, time)
+    low, high = value_in(prim, schema.AUTO_EXPOSURE_STOPS, FINITE, time)
+    if low > high:
+        where = f"{prim.GetPath()}.{schema.AUTO_EXPOSURE_STOPS}"
+        raise StageError(f"is ({low:g}, {high:g})", where=where, do="give the lesser first")
+    return AutoExposure(level=level, stops=(low, high)) if prim.GetAttribute(schema.AUTO_EXPOSURE).Get(time) else None
+
+
+def _check_together(prim: Usd.Prim, sensor: Sensor) -> None:
+    """Refuse what is right alone, but not beside the others."""
+    if sensor.gain == 0:
+        for field in OF_ELECTRONS:
+            if getattr(sensor, field) != getattr(Sensor(), field):
+                found = f"is {getattr(sensor, field):g}, but the sensor has no gain"
+                raise StageError(
+                    found, where=_where(prim, field), do=f"author {schema.SENSOR['gain']}, or leave it out"
+                )
+    if sensor.black_level >= 2**sensor.adc_bits - 1:
+        do = f"choose less than the {sensor.adc_bits} bits of the ADC hold"
+        raise StageError(f"is {sensor.black_level:g}", where=_where(prim, "black_level"), do=do)
+    if not any(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)):
+        raise StageError("leaves no light", where=_where(prim, "panchromatic"), do="give some colour a weight")
+    if sensor.channels == "mono" and len(set(sensor.filter)) > 1:
+        do = "make its three numbers equal, or the channels rgb"
+        raise StageError("tints a mono sensor", where=_where(prim, "filter"), do=do)
+
+
+def _where(prim: Usd.Prim, field: str) -> str:
+    return f"{prim.GetPath()}.{schema.SENSOR[field]}"
