@@ -12,11 +12,14 @@ from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
+from spin_usd.render.blender.textures import attribute_name
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Mesh
 
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
+# A primvar's kind of attribute by its number of components, and the property that holds its values.
+KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
 Faces = NDArray[np.intp] | slice
 EVERY = slice(None)
 
@@ -37,6 +40,10 @@ def build_mesh(mesh: Mesh, chosen: Faces = EVERY) -> Any:
     data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
     data.polygons.foreach_set("material_index", mesh.face_material[chosen])
     _number_faces(data, np.arange(1, len(mesh.faces) + 1, dtype=np.float32)[chosen])
+    for name, values in mesh.primvars.items():
+        kind, holder = KINDS[values.shape[2]]
+        attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map
+        attribute.data.foreach_set(holder, values[chosen].ravel())
     data.update(calc_edges=True)
     if data.validate():
         raise RenderError("Blender repaired the target's mesh, so its faces are no longer those of the labels")

@@ -1,0 +1,83 @@
+"""Shader nodes written as formulas: constants are worked out here, only what varies over a surface becomes a node."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import bpy
+
+Value = Any
+"""A constant, float or tuple of floats, or the output socket of a node."""
+
+FOLDED: Mapping[str, Callable[..., float]] = {
+    "ADD": lambda a, b: a + b,
+    "SUBTRACT": lambda a, b: a - b,
+    "MULTIPLY": lambda a, b: a * b,
+    "DIVIDE": lambda a, b: a / b if b else 0.0,
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
+    "MAXIMUM": max,
+    "MINIMUM": min,
+    "SQRT": lambda a: a**0.5,
+    "LESS_THAN": lambda a, b: float(a < b),
+    "GREATER_THAN": lambda a, b: float(a > b),
+}
+"""What Blender's Math node computes, of constants. Division by zero is zero, as there."""
+
+
+class Nodes:
+    """The nodes of one material. `values` holds what was made already, by whatever names it, so it is made once."""
+
+    def __init__(self, name: str) -> None:
+        self.material = bpy.data.materials.new(name)
+        self._tree = self.material.node_tree
+        self._tree.nodes.clear()
+        self.values: dict[Any, Any] = {}
+
+    def add(self, kind: str, inputs: Sequence[Value] | Mapping[str, Value] = (), **settings: Any) -> Any:
+        """A new node of Blender's type `kind`, its inputs fed by place or by name."""
+        node = self._tree.nodes.new(kind)
+        for name, value in settings.items():
+            setattr(node, name, value)
+        for key, value in inputs.items() if isinstance(inputs, Mapping) else enumerate(inputs):
+            self.feed(node.inputs[key], value)
+        return node
+
+    def feed(self, socket: Any, value: Value) -> None:
+        """Give an input its constant or link it."""
+        if not varies(value):
+            is_color = socket.type == "RGBA"
+            socket.default_value = (*value, 1.0) if is_color and len(value) == 3 else value
+        else:
+            self._tree.links.new(value, socket)
+
+    def surface(self, shader: Any) -> Any:
+        """The material, finished with `shader` as its surface."""
+        self.feed(self.add("ShaderNodeOutputMaterial").inputs["Surface"], shader)
+        return self.material
+
+    def math(self, operation: str, *values: Value) -> Value:
+        """`operation` of FOLDED."""
+        if not any(varies(value) for value in values):
+            return FOLDED[operation](*values)
+        return self.add("ShaderNodeMath", values, operation=operation).outputs[0]
+
+    def clamped(self, value: Value, low: float, high: float) -> Value:
+        return self.math("MINIMUM", self.math("MAXIMUM", value, low), high)
+
+    def vector(self, operation: str, *values: Value) -> Any:
+        """A Vector Math node's vector; floats count for each component."""
+        spread = [(value,) * 3 if isinstance(value, (int, float)) else value for value in values]
+        return self.add("ShaderNodeVectorMath", spread, operation=operation).outputs["Vector"]
+
+    def mixed(self, factor: Value, first: Any, second: Any) -> Any:
+        """The shader `first` at factor 0, `second` at 1."""
+        return self.add("ShaderNodeMixShader", (factor, first, second)).outputs[0]
+
+    def between(self, factor: Value, first: Value, second: Value) -> Any:
+        """The number `first` at factor 0, `second` at 1."""
+        node = self.add("ShaderNodeMix", {"Factor": factor, "A": first, "B": second})
+        return node.outputs["Result"]
+
+
+def varies(value: Value) -> bool:
+    """Whether a value is a node's output, not a constant."""
+    return isinstance(value, bpy.types.NodeSocket)
