@@ -16,13 +16,20 @@ PIECE_PX = 4.0  # edges are followed in pieces of about this length; distortion 
 
 
 def tight_bands(
-    camera: Camera, points_cam: ArrayLike, edges: NDArray[np.integer], region: Region, *, band_cost_px: float
+    camera: Camera,
+    points_cam: ArrayLike,
+    edges: NDArray[np.integer],
+    region: Region,
+    *,
+    band_cost_px: float,
+    reach_px: float = 0.0,
 ) -> list[Region]:
     """Boxes that together hold every pixel of `region` that a mesh can touch, chosen so that their pixels and
     `band_cost_px` for each of them are fewest.
 
-    points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame. A triangle's reach within a slice
-    of rows is that of its edges. The region itself where a point lies behind the camera or far outside the frame.
+    points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame; every point may be smeared by
+    `reach_px`. A triangle's reach within a slice of rows is that of its edges. The region itself where a point lies
+    behind the camera or far outside the frame.
     """
     if region.empty:
         return []
@@ -31,7 +38,7 @@ def tight_bands(
     if not np.abs(uv).max() < FAR_FRAMES * max(camera.width, camera.height):  # NaN is not less
         return [region]
     start, end = _pieces(camera, p[:, :2] / p[:, 2:], uv, edges)
-    low, high = _extents(start, end, region)
+    low, high = _extents(start, end, region, PADDING_PX + reach_px)
     return [
         Region(x0=int(low[a:b].min()), x1=int(high[a:b].max()), y0=region.y0 + a * ROWS, y1=y1)
         for a, b in _cheapest_cuts(low, high, band_cost_px)
@@ -39,15 +46,15 @@ def tight_bands(
     ]
 
 
-def _extents(start: Float, end: Float, region: Region) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and end column (S,) of what the segments start to end (N, 2) touch in each slice of rows; an empty slice
-    has first > end."""
+def _extents(start: Float, end: Float, region: Region, padding: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and end column (S,) of what the segments start to end (N, 2), made `padding` pixels wider all round, touch
+    in each slice of rows; an empty slice has first > end."""
     count = -(-region.height // ROWS)
     low, high = np.full(count, region.x1), np.full(count, region.x0)
-    left = np.floor(np.minimum(start[:, 0], end[:, 0])).astype(np.int64) - PADDING_PX
-    right = np.ceil(np.maximum(start[:, 0], end[:, 0])).astype(np.int64) + PADDING_PX
-    above = np.floor(np.minimum(start[:, 1], end[:, 1])).astype(np.int64) - PADDING_PX - region.y0
-    below = np.ceil(np.maximum(start[:, 1], end[:, 1])).astype(np.int64) + PADDING_PX - region.y0
+    left = np.floor(np.minimum(start[:, 0], end[:, 0]) - padding).astype(np.int64)
+    right = np.ceil(np.maximum(start[:, 0], end[:, 0]) + padding).astype(np.int64)
+    above = np.floor(np.minimum(start[:, 1], end[:, 1]) - padding).astype(np.int64) - region.y0
+    below = np.ceil(np.maximum(start[:, 1], end[:, 1]) + padding).astype(np.int64) - region.y0
     first, last = above // ROWS, below // ROWS
     for step in range(int((last - first).max(initial=-1)) + 1):
         row = first + step

@@ -12,19 +12,27 @@ from spin_usd.geometry.region import Region
 SAMPLES_PER_EDGE = 33  # straight edges bow under distortion; 33 points bound the bow to < 0.1 px on SPEED+
 RIM_SAMPLES = 64  # per side of the frame
 PADDING_PX = 2
+SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
 
 
-def region_of_interest(camera: Camera, hull_cam: ArrayLike, near: float = 1e-6) -> Region:
-    """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres.
+def region_of_interest(
+    camera: Camera, hull_cam: ArrayLike, near: float = 1e-6, *, reach: ArrayLike | None = None
+) -> Region:
+    """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres, each
+    smeared by `reach` (N,) in undistorted normalised coordinates.
 
     The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
     """
     p = np.asarray(hull_cam, np.float64)
     if not len(p) or (p[:, 2] <= near).all():
         return Region(x0=0, y0=0, x1=0, y1=0)
-    if (p[:, 2] <= near).any():
+    reach = np.zeros(len(p)) if reach is None else np.asarray(reach, np.float64)
+    if (p[:, 2] <= near).any() or not np.isfinite(reach).all():
         return camera.frame
-    uv = _outline_pixels(camera, convex_hull_2d(p[:, :2] / p[:, 2:]))
+    xy = p[:, :2] / p[:, 2:]
+    if reach.any():
+        xy = (xy[:, None] + reach[:, None, None] * SQUARE).reshape(-1, 2)
+    uv = _outline_pixels(camera, convex_hull_2d(xy))
     if not len(uv):
         return Region(x0=0, y0=0, x1=0, y1=0)
     low, high = np.floor(uv.min(0)).astype(int), np.ceil(uv.max(0)).astype(int)

@@ -59,6 +59,18 @@ def quaternion_from_matrix(rotation: ArrayLike) -> Float:
     return -q if q[0] < 0 else q
 
 
+def turn_between(start: ArrayLike, end: ArrayLike, share: float) -> Float:
+    """Rotation matrix (3, 3) that is `share` of the way from `start` to `end` (3, 3), by the shorter way, at a steady
+    rate; shares beyond 0 and 1 turn on."""
+    first = check_rotation(start)
+    w, *xyz = quaternion_from_matrix(first.T @ check_rotation(end))
+    sine = float(np.linalg.norm(xyz))
+    half_angle = share * np.arctan2(sine, w)
+    axis = np.array(xyz) / sine if sine else np.zeros(3)
+    turn: Float = first @ matrix_from_quaternion([np.cos(half_angle), *(np.sin(half_angle) * axis)])
+    return turn
+
+
 def check_rotation(rotation: ArrayLike) -> Float:
     """`rotation` as (3, 3) float64, or GeometryError when it is not orthonormal and right-handed."""
     r = finite(rotation, (3, 3), "rotation")

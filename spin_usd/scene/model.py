@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_reach
 from spin_usd.geometry.bounds import region_of_interest
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
@@ -164,15 +165,35 @@ class ThinLens:
     radius: float
     focus: float
 
+    def __post_init__(self) -> None:
+        for name in ("radius", "focus"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise GeometryError(f"thin lens {name} is {getattr(self, name)} m, expected above zero")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shutter:
-    """Motion blur. poses: T_cam_body at equally spaced times from the first row's opening to the last row's closing;
-    the picture's own pose is that of their middle. `readout`: share of that time between the first row's opening and
-    the last row's; 0 is a global shutter."""
+    """Motion blur. poses: T_cam_body at 3, 5, 9, 17, ... equally spaced times from the first row's opening to the last
+    row's closing; the picture's own pose is the one in the middle. Between them the target's centre moves straight and
+    its attitude turns steadily. `readout`: share of that time between the first row's opening and the last row's; 0 is
+    a global shutter, 1 exposes each row for an instant. Only this motion is blurred: light, background, lens and the
+    target's shape are those of the middle."""
 
     poses: tuple[Transform, ...]
     readout: float = 0.0
+
+    def __post_init__(self) -> None:
+        steps = len(self.poses) - 1
+        if steps < 2 or steps & (steps - 1):
+            raise GeometryError(
+                f"shutter has {len(self.poses)} poses, expected 3, 5, 9 or another power of two, plus 1"
+            )
+        if not 0 <= self.readout <= 1:
+            raise GeometryError(f"shutter readout is {self.readout}, expected a share from 0 to 1")
+
+    @property
+    def middle(self) -> Transform:
+        return self.poses[len(self.poses) // 2]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,6 +211,10 @@ class Scene:
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
 
+    def __post_init__(self) -> None:
+        if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():
+            raise GeometryError("the scene's pose is not that of the shutter's middle")
+
     @cached_property
     def region(self) -> Region:
         """The pixels that the target can cover in the labels."""
@@ -198,7 +223,27 @@ class Scene:
     @cached_property
     def picture_region(self) -> Region:
         """The pixels that the target can cover in the picture: those of `region`, and what its blur reaches."""
-        return self.region
+        if not (self.thin_lens or self.shutter):
+            return self.region
+        places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
+        return region_of_interest(self.camera, places, reach=self.reach(places))
+
+    @property
+    def poses(self) -> tuple[Transform, ...]:
+        """Where the target is while the shutter is open; its one pose where there is no motion."""
+        return self.shutter.poses if self.shutter else (self.T_cam_body,)
+
+    def reach(self, points_cam: Float) -> Float:
+        """How far, in undistorted normalised coordinates, lens and motion smear the target's points (N, 3), camera
+        frame, in its `poses`, beyond the straight lines from pose to pose."""
+        reach = offset_reach(points_cam, self._arc_height)
+        if self.thin_lens:
+            reach += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)
+        return reach
+
+    @cached_property
+    def _arc_height(self) -> float:
+        return arc_height(self.target.mesh.radius, self.poses)
 
 
 def _primvar(name: str, values: NDArray[np.float32], faces: int) -> NDArray[np.float32]:

@@ -1,6 +1,7 @@
 """Blender's camera: a plain perspective where that is exact, else the camera shader."""
 
 import hashlib
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,10 @@ class CameraRig:
     """The camera of the Blender scene, at its origin."""
 
     def __init__(self, scene: Any, scratch: Path) -> None:
-        self._scene, self._scratch = scene, scratch
+        self._scene = scene
         self._data = bpy.data.cameras.new("camera")
         self._source = ""
+        self._compiled = lru_cache(maxsize=2)(partial(compile_shader, scratch=scratch))  # the labels' and the picture's
         self._object = bpy.data.objects.new("camera", self._data)
         scene.collection.objects.link(self._object)
         scene.camera = self._object
@@ -74,7 +76,7 @@ class CameraRig:
         assign(self._scene.render, {"pixel_aspect_x": 1.0, "pixel_aspect_y": 1.0})
         assign(self._data, {"type": "CUSTOM", "custom_mode": "INTERNAL", "shift_x": 0.0, "shift_y": 0.0})
         if source != self._source:
-            bytecode = compile_shader(source, self._scratch)
+            bytecode = self._compiled(source)
             self._data.custom_bytecode = bytecode
             self._data.custom_bytecode_hash = hashlib.sha256(bytecode.encode()).hexdigest()[:32]
             self._data.update_tag()

@@ -5,7 +5,7 @@ the camera, whose rays start there. Further off its origin is the target's centr
 target, so that every float32 number has the target's own size at any range.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,7 +15,7 @@ from spin_usd.errors import RenderError
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.scene.model import Scene
+from spin_usd.scene.model import Scene, ThinLens
 
 # float32 resolves a range of 16 radii to radius * 2**-20: depth order to a millionth of the target's size, and by the
 # camera's axes pixels to 2**-24 of their distance from the principal point.
@@ -35,16 +35,26 @@ GRID = 65  # points per axis on which the inverse is fitted and proved
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
-    """A camera and its target. centre (3,) of the target in the camera frame `cam`, metres; its radius, metres."""
+    """A camera and its target. centre (3,) of the target in the camera frame `cam`, metres; radius, metres, within
+    which it stays while the shutter is open; the thin lens, if any, whose aperture the rays start on."""
 
     camera: Camera
     centre: Float
     radius: float
+    thin_lens: ThinLens | None = None
 
     @classmethod
-    def of(cls, scene: Scene) -> "View":
+    def sharp(cls, scene: Scene) -> "View":
+        """What the labels see: a pinhole, and the target where it is in the middle of the shutter's time."""
         mesh = scene.target.mesh
         return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
+
+    @classmethod
+    def blurred(cls, scene: Scene) -> "View":
+        """What the picture sees: through the thin lens, for as long as the shutter is open."""
+        still, mesh = cls.sharp(scene), scene.target.mesh
+        way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
+        return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)
 
     @property
     def distance(self) -> float:
@@ -60,7 +70,8 @@ class View:
     def plain(self) -> bool:
         """Whether Blender's own perspective camera is as exact as the shader."""
         low, high = PLAIN_FOCAL
-        return self.near and not self.camera.distorted and low <= self.camera.fx / self.camera.width <= high
+        pinhole = not self.thin_lens and not self.camera.distorted
+        return self.near and pinhole and low <= self.camera.fx / self.camera.width <= high
 
     @property
     def target_location(self) -> Float:
@@ -110,19 +121,33 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
     x -= (d * ex - b * ey) / det;
     y -= (a * ey - b * ex) / det;
   }}
-  direction = normalize(vector(x, -y, 1.0));
+  {self._thin_lens() if self.thin_lens else "direction = normalize(vector(x, -y, 1.0));"}
   {self._position()}
 }}
 """
 
+    def _thin_lens(self) -> str:
+        """The statements that choose a place on the aperture, uniformly, and aim from there at the plane of focus."""
+        assert self.thin_lens
+        per_focus = _number(1 / self.thin_lens.focus)
+        return (
+            "vector chance = camera_shader_random_sample();\n"
+            f"  float rim = sqrt(chance[0]) * {_number(self.thin_lens.radius)}, turn = chance[1] * M_2PI;\n"
+            "  vector lens = vector(rim * cos(turn), rim * sin(turn), 0.0);\n"
+            f"  direction = normalize(vector(x, -y, 1.0) - lens * {per_focus});"
+        )
+
     def _position(self) -> str:
         """The statement that sets where the ray starts."""
         if self.near:
-            return "position = point(0.0, 0.0, 0.0);"
+            return "position = lens;" if self.thin_lens else "position = point(0.0, 0.0, 0.0);"
         x, y, z = self.centre
+        # Seen from the plane of the centre, the aperture's places draw near as it draws near the plane of focus.
+        lens = f" + lens * {_number(1 - z / self.thin_lens.focus)}" if self.thin_lens else ""
         return (
             # Where the ray meets the plane of the centre, then back to just before the bounding sphere.
-            f"vector p = vector((x - {_number(x / z)}) * {_number(z)}, ({_number(y / z)} - y) * {_number(z)}, 0.0);\n"
+            f"vector p = vector((x - {_number(x / z)}) * {_number(z)}, ({_number(y / z)} - y) * {_number(z)}, 0.0)"
+            f"{lens};\n"
             f"  position = p - (dot(p, direction) + {_number(CLEARANCE * self.radius)}) * direction;"
         )
 

@@ -8,20 +8,18 @@ import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
-from spin_usd.geometry.bands import tight_bands
 from spin_usd.geometry.region import Region
+from spin_usd.render.blender.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.light import SunRig
 from spin_usd.render.blender.material import label_material
 from spin_usd.render.blender.mesh import TargetObject
+from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.settings import BEAUTY, LABEL, TRANSPARENT_BOUNCES, assign, cycles_scene
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
-
-# What starting a render costs, in samples of empty pixels: some 15 ms against half a microsecond.
-BAND_COST_SAMPLES = 30_000
 
 
 class BlenderRenderer:
@@ -38,6 +36,7 @@ class BlenderRenderer:
         self._label_material = label_material()
         self._camera = CameraRig(self._scene, folder)
         self._target = TargetObject(self._scene)
+        self._motion = MotionRig(self._scene)
         self._suns = SunRig(self._scene)
         self._readback = Readback(folder)
 
@@ -46,23 +45,25 @@ class BlenderRenderer:
         region = scene.region
         if region.empty:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
-        self._show(scene)
+        self._show(scene, View.sharp(scene))
+        self._motion.hold()
         assign(self._scene.cycles, LABEL)
         self._scene.view_layers[0].material_override = self._label_material
-        numbers = self._render(scene, region, samples=1)[..., 0]
+        numbers = self._render(label_bands(scene), region)[..., 0]
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
-        """Linear radiance of `scene.region`, W/m2/sr. Raises RenderError, UnsupportedError."""
+        """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
         region = scene.picture_region
         if region.empty:
             return Radiance(region=region, rgba=np.zeros((*region.shape, 4), np.float32))
-        self._show(scene)
+        self._show(scene, View.blurred(scene))
+        self._motion.move(self._target.groups.values(), scene)
         self._target.dress(scene.target.materials)
         self._suns.shine(scene.lights)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
-        return Radiance(region=region, rgba=self._render(scene, region, samples=samples))
+        return Radiance(region=region, rgba=self._render(picture_bands(scene, samples=samples), region))
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -77,18 +78,15 @@ class BlenderRenderer:
         self._scratch.cleanup()
         bpy.ops.wm.read_factory_settings(use_empty=True)
 
-    def _show(self, scene: Scene) -> None:
-        view = View.of(scene)
+    def _show(self, scene: Scene, view: View) -> None:
         self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location)
         self._camera.aim(view)
 
-    def _render(self, scene: Scene, region: Region, *, samples: int) -> NDArray[np.float32]:
-        """(rows, columns, 4) of `region`, rendered only where the target can be; black and clear elsewhere."""
-        mesh = scene.target.mesh
-        points = scene.T_cam_body.points(mesh.points)
-        cost = BAND_COST_SAMPLES / samples
+    def _render(self, bands: list[Region], region: Region) -> NDArray[np.float32]:
+        """(rows, columns, 4) of `region`, rendered only in the `bands`, where the target can be; black and clear
+        elsewhere."""
         pixels = np.zeros((*region.shape, 4), np.float32)
-        for band in tight_bands(scene.camera, points, mesh.edges, region, band_cost_px=cost):
+        for band in bands:
             self._camera.crop(band)
             rows, columns = band.y0 - region.y0, band.x0 - region.x0
             pixels[rows : rows + band.height, columns : columns + band.width] = self._readback.render(self._scene, band)

@@ -1,0 +1,101 @@
+"""The target's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
+
+Cycles shows the objects at 3, 5, 9, ... equally spaced times and itself moves them straight and turns them steadily in
+between; each ray has a time of its own, spread evenly. Its rolling shutter counts rows of the whole frame, cropped or
+not, and exposes the row i from the top around (i + 1) / rows of the way from the first row to the last.
+"""
+
+from collections.abc import Collection
+from typing import Any
+
+import bpy
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.rotation import quaternion_from_matrix, turn_between
+from spin_usd.render.blender.settings import assign
+from spin_usd.scene.model import Scene, Shutter
+
+STILL = {"use_motion_blur": False}
+CHANNELS = (("location", 3), ("rotation_quaternion", 4))
+
+
+class MotionRig:
+    """Moves objects of the Blender scene, whose own pose is that of the shutter's middle."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._moving: list[Any] = []
+
+    def hold(self) -> None:
+        """Show everything at rest, in its own pose."""
+        assign(self._scene.render, STILL)
+        for shown in self._moving:
+            shown.animation_data_clear()
+            shown.location, shown.rotation_quaternion = (0, 0, 0), (1, 0, 0, 0)
+        self._moving = []
+
+    def move(self, objects: Collection[Any], scene: Scene) -> None:
+        """Move `objects`, which show the target around its centre, as the scene's shutter sees it; hold without one."""
+        self.hold()
+        if scene.shutter is None:
+            return
+        share = row_share(scene.shutter, scene.camera.height)
+        steps = len(scene.shutter.poses) - 1
+        times = np.linspace(-scene.shutter.readout * share, 1, steps + 1)
+        self._open_shutter(scene.shutter, steps, share)
+        action, slot = self._action(relative_poses(scene, times))
+        for shown in objects:
+            shown.rotation_mode = "QUATERNION"
+            assign(shown.cycles, {"use_motion_blur": True, "use_deform_motion": False})
+            assign(shown.cycles, {"motion_steps": steps.bit_length() - 1})
+            animation = shown.animation_data_create()
+            animation.action, animation.action_slot = action, slot
+        self._moving = list(objects)
+
+    def _open_shutter(self, shutter: Shutter, steps: int, share: float) -> None:
+        """One frame of Blender's time for each step, so that poses fall on whole frames."""
+        render = {"use_motion_blur": True, "motion_blur_shutter": float(steps), "motion_blur_position": "CENTER"}
+        assign(self._scene.render, render)
+        rolling = {"rolling_shutter_type": "TOP" if shutter.readout else "NONE"}
+        exposed = (1 - shutter.readout) / (1 + shutter.readout * share)
+        assign(self._scene.cycles, {**rolling, "rolling_shutter_duration": exposed})
+
+    def _action(self, poses: Float) -> tuple[Any, Any]:
+        """An action with `poses` (steps + 1, 7) around the current frame; the one before is freed."""
+        for stale in [action for action in bpy.data.actions if not action.users]:
+            bpy.data.actions.remove(stale)
+        action = bpy.data.actions.new("shutter")
+        slot = action.slots.new(id_type="OBJECT", name="target")
+        bag = action.layers.new("shutter").strips.new(type="KEYFRAME").channelbag(slot, ensure=True)
+        frames = self._scene.frame_current + np.arange(len(poses)) - len(poses) // 2
+        curves = (bag.fcurves.new(path, index=index) for path, count in CHANNELS for index in range(count))
+        for curve, values in zip(curves, poses.T, strict=True):
+            curve.keyframe_points.add(len(frames))
+            curve.keyframe_points.foreach_set("co", np.stack([frames, values], -1).ravel())
+            curve.keyframe_points.foreach_set("interpolation", np.ones(len(frames), np.int32))  # linear
+            curve.update()
+        return action, slot
+
+
+def row_share(shutter: Shutter, rows: int) -> float:
+    """By how much of the readout Cycles' rows come late: one row's part of it."""
+    return 1 / (rows - 1) if shutter.readout else 0.0
+
+
+def relative_poses(scene: Scene, times: Float) -> Float:
+    """(N, 7) location, metres, and quaternion, scalar first, of the target's centre and axes at the `times` (N,), from
+    0 to 1 of the shutter's, as seen from its own centre and axes at the middle."""
+    shutter, centre = scene.shutter, scene.target.mesh.centre
+    assert shutter
+    poses, middle = shutter.poses, shutter.middle
+    found = np.empty((len(times), 7))
+    for row, place in zip(found, times * (len(poses) - 1), strict=True):
+        i = min(max(int(place), 0), len(poses) - 2)
+        before, after, share = poses[i], poses[i + 1], place - i
+        start, end = before.points(centre), after.points(centre)
+        where = start + share * (end - start)
+        axes = turn_between(before.rotation, after.rotation, share)
+        row[:3] = middle.rotation.T @ (where - middle.points(centre))
+        row[3:] = quaternion_from_matrix(middle.rotation.T @ axes)
+    return found
