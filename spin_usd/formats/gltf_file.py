@@ -96,6 +96,7 @@ def _unique(name: str, taken: set[str]) -> str:
     while found in taken:
         number += 1
         found = f"{name}_{number}"
+    taken.add(found)
     return found
 
 

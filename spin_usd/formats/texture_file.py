@@ -16,6 +16,7 @@ UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
 REWRITTEN = ("BMP", "TGA", "TIFF")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
 MAX_BYTES = 2**29
+MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 
 
 def texture_beside(model: Path, named: str) -> ImageFile:
@@ -81,9 +82,11 @@ def is_grey(file: ImageFile) -> bool:
 def _decoded(name: str, data: bytes) -> Image.Image:
     try:
         image = Image.open(io.BytesIO(data), formats=[*UNCHANGED, *REWRITTEN])
-        image.load()
+        if image.width * image.height <= MAX_PIXELS:
+            image.load()
+            return image
     # A decoder of damaged files raises whatever it stumbles over, and so does its guard against bombs.
     except Exception as error:
-        reason = str(error).replace(repr(data), "").split(" <")[0]
+        reason = str(error).split(" <")[0]
         raise InputError(f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA or TIFF image ({reason})") from None
-    return image
+    raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")
