@@ -16,6 +16,7 @@ from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.surface import visible_surface
 from spin_usd.sensor.develop import develop
+from spin_usd.sensor.exposure import metered
 
 IMAGE = "image"
 RADIANCE = "radiance"
@@ -38,9 +39,20 @@ class Stopwatch:
 
 
 def make_picture(
-    scene: Scene, renderer: Renderer, settings: RenderSettings, kinds: Sequence[str], watch: Stopwatch
+    scene: Scene,
+    renderer: Renderer,
+    settings: RenderSettings,
+    kinds: Sequence[str],
+    watch: Stopwatch,
+    notes: dict[str, float],
+    *,
+    rendered: Radiance | None = None,
 ) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...]]]:
-    """Kind, array and channel names of each of the `kinds`, of the whole frame; renders only what they need."""
+    """Kind, array and channel names of each of the `kinds`, of the whole frame; renders only what they need.
+
+    `notes` takes what the picture's record must say of how it was made. `rendered`: the picture's radiance where it is
+    known; it is then not given again.
+    """
     labels = [LABELS[kind] for kind in LABELS if kind in kinds]
     shape = scene.camera.frame.shape
     if labels:
@@ -54,15 +66,19 @@ def make_picture(
             yield label.name, array, label.channels
     if IMAGE in kinds or RADIANCE in kinds:
         seed = frame_seed(scene, settings)
-        with watch("beauty pass"):
-            radiance = renderer.radiance(scene, samples=settings.samples, seed=seed)
+        radiance = rendered
+        if radiance is None:
+            with watch("beauty pass"):
+                radiance = renderer.radiance(scene, samples=settings.samples, seed=seed)
         if IMAGE in kinds:
             with watch("background"):
                 behind = sky(scene, seed=seed)
             with watch("sensor"):
                 image = develop(scene, radiance, behind, seed=seed)
+                if scene.sensor.auto_exposure is not None:
+                    notes["auto_exposure"] = metered(scene.sensor, radiance)
             yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
-        if RADIANCE in kinds:
+        if RADIANCE in kinds and rendered is None:
             yield RADIANCE, _full_frame(radiance, shape), RADIANCE_CHANNELS
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_picture
 from spin_usd.dataset.plan import stage_provenance
+from spin_usd.dataset.rendered import recorded_radiance
 from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, write_atomically, write_json
@@ -48,17 +49,25 @@ class Worker:
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
         before = self.withdraw(variant, scene.frame.name)
+        had = recorded_files(before, variant, scene.frame.name)
+        notes: dict[str, float] = {}
+        with watch("radiance file"):
+            known = had.get(RADIANCE) if RADIANCE in kinds else None
+            rendered = recorded_radiance(self.store, before, known, scene, self.job.settings, self.versions)
+        files = {} if rendered is None else {RADIANCE: before["files"][RADIANCE]}
         with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
             writing = {
                 kind: writers.submit(self._write, kind, variant, scene.frame.name, array, channels)
-                for kind, array, channels in make_picture(scene, self.renderer, self.job.settings, kinds, watch)
+                for kind, array, channels in make_picture(
+                    scene, self.renderer, self.job.settings, kinds, watch, notes, rendered=rendered
+                )
             }
             with watch("files"):
-                files = {kind: written.result() for kind, written in writing.items()}
+                files |= {kind: written.result() for kind, written in writing.items()}
         with watch("files"):
-            record = make_record(reader, scene, self.job, files, self.versions)
+            record = make_record(reader, scene, self.job, files, self.versions, notes)
             write_json(self.store.record(variant, scene.frame.name), record)
-            for stale in before - {entry["path"] for entry in files.values()}:
+            for stale in set(had.values()) - {entry["path"] for entry in files.values()}:
                 (self.store.root / stale).unlink(missing_ok=True)
         return {"seconds": watch.seconds, "memory": psutil.Process().memory_info().rss}
 
@@ -70,15 +79,16 @@ class Worker:
         digest = write_atomically(path, partial(write_image, array=array, channels=channels))
         return {"path": self.store.relative(path), "sha256": digest}
 
-    def withdraw(self, variant: str, frame: str) -> set[str]:
-        """Remove a picture's old record, so that none ever describes files being replaced; returns those files."""
-        record = self.store.record(variant, frame)
+    def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
+        """Remove a picture's old record, so that none ever describes files being replaced; returns it, or {} where
+        there was none."""
+        path = self.store.record(variant, frame)
         try:
-            paths = recorded_files(read_json(record, "record-1"), variant, frame)
+            record = read_json(path, "record-1")
         except InputError:
-            paths = {}
-        record.unlink(missing_ok=True)
-        return set(paths.values())
+            record = {}
+        path.unlink(missing_ok=True)
+        return record
 
     def reader(self, variant: str) -> StageReader:
         """The stage in that variant. One is kept: pictures come ordered by variant."""
@@ -108,9 +118,14 @@ def suffix_of(kind: str, image_suffix: str) -> str:
 
 
 def make_record(
-    reader: StageReader, scene: Scene, job: Job, files: dict[str, Any], versions: dict[str, str]
+    reader: StageReader,
+    scene: Scene,
+    job: Job,
+    files: dict[str, Any],
+    versions: dict[str, str],
+    notes: dict[str, float],
 ) -> dict[str, Any]:
-    """The picture's record, by schema record-1."""
+    """The picture's record, by schema record-1. `notes`: what making the picture adds to its provenance."""
     camera, pose, region = scene.camera, scene.T_cam_body, scene.region
     return {
         "schema": "record-1",
@@ -140,6 +155,7 @@ def make_record(
             "time_code": scene.frame.time_code,
             "seed": {"dataset": job.settings.seed, "picture": frame_seed(scene, job.settings)},
             "versions": versions,
+            **notes,
         },
     }
 
