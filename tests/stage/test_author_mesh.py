@@ -1,17 +1,24 @@
 """A mesh file's model as USD: what USD itself computes from the asset is what the file said."""
 
+import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+from PIL import Image
+from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdUtils
 
 from spin_usd.errors import GeometryError
-from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
-from spin_usd.scene.material import Material
+from spin_usd.scene.asset import RAW, SRGB, ImageFile, ImageMap, MeshAsset, MeshPart, ModelMaterial, Placement
+from spin_usd.scene.material import PRESENCE, Material
+from spin_usd.scene.texture import Primvar
+from spin_usd.stage.check import validator_findings
 from spin_usd.stage.mesh_target import write_mesh_target
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0.1]]
+
+ST = np.random.default_rng(1).random((7, 2))
 
 
 def part(name: str = "Bus", **changed: object) -> MeshPart:
@@ -23,6 +30,45 @@ def part(name: str = "Bus", **changed: object) -> MeshPart:
         "face_material": np.array([0, 1], np.int32),
     }
     return MeshPart(name=name, **(values | changed))  # type: ignore[arg-type]
+
+
+def png(grey: int) -> bytes:
+    data = io.BytesIO()
+    Image.new("RGB", (2, 2), (grey, grey, grey)).save(data, "PNG")
+    return data.getvalue()
+
+
+def source_of(shader: UsdShade.Shader, name: str) -> tuple[UsdShade.Shader, str]:
+    ((source,), _) = shader.GetInput(name).GetConnectedSources()
+    return UsdShade.Shader(source.source.GetPrim()), source.sourceName
+
+
+@pytest.fixture
+def textured(tmp_path: Path) -> Usd.Stage:
+    base = ImageMap(
+        file=ImageFile(name="a<b.png", data=png(1)),
+        color_space=SRGB,
+        placement=Placement(scale=(2, 3), rotation_deg=30, translation=(0.5, 0.25)),
+        wrap=("clamp", "mirror"),
+        scale=(1, 0.5, 0.25, 1),
+    )
+    packed = ImageMap(file=ImageFile(name="A@B.png", data=png(2)), color_space=RAW, output="g")
+    normal = ImageMap(
+        file=ImageFile(name="other.png", data=png(2)), color_space=RAW, scale=(2, 2, 2, 1), bias=(-1, -1, -1, 0)
+    )
+    images = {
+        "diffuseColor": base,
+        "opacity": replace(base, output="a"),
+        "roughness": packed,
+        "metallic": replace(packed, output="b"),
+        "normal": normal,
+    }
+    paint = ModelMaterial(constants=Material(path="paint", opacity_mode=PRESENCE), images=images)
+    vertex = ModelMaterial(constants=Material(path="vertex", diffuse_color=Primvar(name="displayColor")))
+    bus = part(primvars={"st": ST, "displayColor": np.full((7, 3), 0.5)})
+    return Usd.Stage.Open(
+        str(write_mesh_target(MeshAsset(name="m", parts=(bus,), materials=(paint, vertex)), tmp_path / "m", "model"))
+    )
 
 
 @pytest.fixture
@@ -94,6 +140,53 @@ def test_every_face_has_the_material_that_usd_computes(stage: Usd.Stage) -> None
     assert surface.GetIdAttr().Get() == "UsdPreviewSurface"
     assert (surface.GetInput("metallic").Get(), surface.GetInput("roughness").Get()) == (0.5, 0.25)
     assert stage.GetPrimAtPath("/Model/mtl/_xido__1_").GetDisplayName() == "Óxido (1)"
+
+
+def test_textures_are_the_nodes_that_usd_knows(textured: Usd.Stage) -> None:
+    assert list(validator_findings(textured)) == []
+    surface = UsdShade.Material(textured.GetPrimAtPath("/Model/mtl/paint")).ComputeSurfaceSource()[0]
+    nodes = {name: source_of(surface, name) for name in ("diffuseColor", "opacity", "roughness", "metallic", "normal")}
+    outputs = {name: (node.GetPrim().GetName(), output) for name, (node, output) in nodes.items()}
+    assert outputs == {
+        "diffuseColor": ("diffuseColorTexture", "rgb"),
+        "opacity": ("diffuseColorTexture", "a"),
+        "roughness": ("roughnessTexture", "g"),
+        "metallic": ("roughnessTexture", "b"),
+        "normal": ("normalTexture", "rgb"),
+    }
+    base = nodes["diffuseColor"][0]
+    found = {i.GetBaseName(): i.Get() for i in base.GetInputs() if not i.HasConnectedSource()}
+    assert found.pop("file").path == "./textures/a_b.png"
+    assert found == {
+        "sourceColorSpace": "sRGB", "wrapS": "clamp", "wrapT": "mirror",
+        "scale": (1, 0.5, 0.25, 1), "bias": (0, 0, 0, 0),
+    }  # fmt: skip
+    place, _ = source_of(base, "st")
+    assert place.GetIdAttr().Get() == "UsdTransform2d"
+    assert [place.GetInput(name).Get() for name in ("scale", "rotation", "translation")] == [(2, 3), 30, (0.5, 0.25)]
+    reader, _ = source_of(place, "in")
+    assert (reader.GetIdAttr().Get(), reader.GetInput("varname").Get()) == ("UsdPrimvarReader_float2", "st")
+    assert source_of(nodes["normal"][0], "st")[0].GetIdAttr().Get() == "UsdPrimvarReader_float2"
+    assert not surface.GetInput("diffuseColor").GetAttr().HasAuthoredValue()
+    assert surface.GetInput("opacityMode").Get() == "presence"
+
+
+def test_images_are_files_beside_the_layers_once_each(textured: Usd.Stage) -> None:
+    folder = Path(textured.GetRootLayer().realPath).parent / "textures"
+    found = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert found == {"a_b.png": png(1), "A_B_2.png": png(2)}
+    assert not UsdUtils.ComputeAllDependencies(textured.GetRootLayer().identifier)[2]
+
+
+def test_primvars_have_a_value_for_each_corner(textured: Usd.Stage) -> None:
+    api = UsdGeom.PrimvarsAPI(textured.GetPrimAtPath("/Model/Bus"))
+    st, color = api.GetPrimvar("st"), api.GetPrimvar("displayColor")
+    assert (st.GetTypeName(), st.GetInterpolation()) == (Sdf.ValueTypeNames.TexCoord2fArray, "faceVarying")
+    assert (color.GetTypeName(), color.GetInterpolation()) == (Sdf.ValueTypeNames.Color3fArray, "faceVarying")
+    assert np.array_equal(st.Get(), np.float32(ST))
+    surface = UsdShade.Material(textured.GetPrimAtPath("/Model/mtl/vertex")).ComputeSurfaceSource()[0]
+    reader, _ = source_of(surface, "diffuseColor")
+    assert (reader.GetIdAttr().Get(), reader.GetInput("varname").Get()) == ("UsdPrimvarReader_float3", "displayColor")
 
 
 def test_layers_are_separate_by_concern(stage: Usd.Stage) -> None:
