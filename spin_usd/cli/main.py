@@ -91,6 +91,9 @@ def author(
     ] = None,
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
+    preset: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in preset's name, or a preset layer.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera."""
@@ -106,6 +109,7 @@ def author(
             units_per_metre=units_per_metre,
             frames=frames,
             seed=seed,
+            preset=preset,
         )
     if as_json:
         print(json.dumps(report))

@@ -15,6 +15,7 @@ from spin_usd.stage.authorship import Origin
 from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
 from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
+from spin_usd.stage.presets import Preset, open_preset, preset_by_name
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -44,10 +45,11 @@ def author_stage(
     units_per_metre: float | None = None,
     frames: str | None = None,
     seed: int = 0,
+    preset: str | Path | None = None,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
-    `target` and `camera` are names of what travels with spin_usd, or files; `frames` is "A:B:STEP".
+    `target`, `camera` and `preset` are names of what travels with spin_usd, or files; `frames` is "A:B:STEP".
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
     if not -(2**63) <= seed < 2**63:
@@ -56,10 +58,14 @@ def author_stage(
     layer, camera_file = _camera(str(camera))
     target_file = _target_file(str(target))
     files = {"poses": Path(poses), "target": target_file, "camera": camera_file}
+    settings = _preset(str(preset)) if preset is not None else None
+    if settings:
+        files["preset"] = settings.file
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
     with new_folder(Path(out)) as folder:
         asset, notes = _write_target(target_file, folder, units_per_metre)
-        write_stage(folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed)
+        notes += _unused(settings, asset)
+        write_stage(folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed, preset=settings)
     return AuthorReport(
         root=str(Path(out) / ROOT),
         frames=len(chosen),
@@ -79,6 +85,17 @@ def _camera(given: str) -> tuple[Layer, Path]:
         return camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation), Path(given)
     path = Path(given) if suffix in USD_SUFFIXES else camera_by_name(given)
     return open_camera_layer(path), path
+
+
+def _preset(given: str) -> Preset:
+    """The preset of that name or in that file."""
+    return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else preset_by_name(given))
+
+
+def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
+    """A note for each selection of the preset that the target has no variant set for."""
+    missing = [name for name in preset.selections if name not in target.variants] if preset else []
+    return tuple(f"the target has no variant set '{name}', so its materials stay as they are" for name in missing)
 
 
 def _target_file(given: str) -> Path:

@@ -4,6 +4,7 @@ Base values come by reference, so that a variant on /World can override each of 
 pictures, are local (a sublayer). The target is in its own axes: T_world_body = T_world_cam @ T_cam_body.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
@@ -15,25 +16,38 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.stage import schema
 from spin_usd.stage.authorship import Origin, author_origin
 from spin_usd.stage.convert import quatd, vec3d
+from spin_usd.stage.copies import copy_assets
 from spin_usd.stage.layer import author_metadata, export, open_layer, writing
 from spin_usd.stage.lens import read_lens
 from spin_usd.stage.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
+from spin_usd.stage.presets import ENVIRONMENT, LIGHTS, Preset
 from spin_usd.stage.render_layer import SETTINGS, render_layer
 from spin_usd.stage.usd_target import TargetAsset
 
 ROOT = "dataset.usda"
 CAMERA = WORLD.AppendChild("Camera")
 MODEL = TARGET.AppendChild("Model")
+MODEL_LAYER = "layers/model.usda"
 
 
 def write_stage(
-    folder: Path, *, poses: PoseList, target: TargetAsset, camera: Sdf.Layer, origin: Origin, seed: int
+    folder: Path,
+    *,
+    poses: PoseList,
+    target: TargetAsset,
+    camera: Sdf.Layer,
+    origin: Origin,
+    seed: int,
+    preset: Preset | None = None,
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `camera` is a layer as `stage.camera_layer` makes it; it is changed. Raises OutputError.
+    `camera` is a layer as `stage.camera_layer` makes it; it is changed. Raises OutputError, InputError for a file that
+    the preset names and that is not there.
     """
-    _write_layers(folder / "layers", poses, camera)
+    if preset:
+        preset.set_camera(camera)
+    _write_layers(folder / "layers", poses, camera, preset)
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
@@ -44,20 +58,23 @@ def write_stage(
     for name in ("camera", "lights", "environment"):
         prim = stage.DefinePrim(WORLD.AppendChild(name.capitalize()))
         prim.GetReferences().AddReference(f"./layers/{name}.usda")
-    _author_target(stage, target, folder)
+    _author_target(stage, target, folder, preset.chosen(target.variants) if preset else {})
     stage.DefinePrim("/Render").GetReferences().AddReference("./layers/render.usda")
     UsdRender.Settings(stage.OverridePrim(SETTINGS)).CreateCameraRel().SetTargets([CAMERA])
     export(root, folder / ROOT)
     return folder / ROOT
 
 
-def _write_layers(folder: Path, poses: PoseList, camera: Sdf.Layer) -> None:
+def _write_layers(folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None) -> None:
     lens = _place_camera(camera)
     export(poses_layer(poses), folder / "poses.usdc")
     export(camera, folder / "camera.usda")
     export(render_layer(lens), folder / "render.usda")
-    export(open_layer(stages() / "environments" / "sun.usda"), folder / "lights.usda")
-    export(open_layer(stages() / "environments" / "deep_space.usda"), folder / "environment.usda")
+    for name, prim, usual in (("lights", LIGHTS, "sun"), ("environment", ENVIRONMENT, "deep_space")):
+        layer = preset.layer(prim) if preset else None
+        if layer:
+            copy_assets(layer, folder / "assets")
+        export(layer or open_layer(stages() / "environments" / f"{usual}.usda"), folder / f"{name}.usda")
 
 
 def _place_camera(layer: Sdf.Layer) -> Camera:
@@ -80,7 +97,7 @@ def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
     author_origin(stage.GetRootLayer(), world, origin)
 
 
-def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
+def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
     prim = UsdGeom.Xform.Define(stage, TARGET).GetPrim()
     Usd.ModelAPI(prim).SetKind(Kind.Tokens.group)
     prim.ApplyAPI(schema.TARGET_API)
@@ -88,8 +105,11 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
     if target.keypoints:
         prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
     model = stage.DefinePrim(MODEL)  # without a type: the asset's root may be a Mesh itself
-    file = f"./{target.file.relative_to(folder).as_posix()}"
-    model.GetReferences().AddReference(file, target.prim or Sdf.Path())
+    if selections:
+        _write_model(target, folder, selections)
+        model.GetReferences().AddReference(f"./{MODEL_LAYER}")
+    else:
+        model.GetReferences().AddReference(_file(target, folder), target.prim or Sdf.Path())
     if model.HasAPI(schema.TARGET_API):  # an asset made for spin_usd; here its parent is the target
         model.RemoveAPI(schema.TARGET_API)
     if not target.has_kind:
@@ -99,6 +119,23 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path) -> None:
         scale.Set(Gf.Vec3d(target.metres_per_unit))
         # Outermost: the asset's own operations stay in its own units.
         UsdGeom.Xformable(model).CreateXformOpOrderAttr([schema.UNITS_OP, *target.order])
+
+
+def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
+    """The target with its variants selected, in a layer between: a variant on /World may select others."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=MODEL.name, documentation="The target as the preset selects it.")
+    stage = Usd.Stage.Open(layer)
+    prim = stage.DefinePrim(Sdf.Path.absoluteRootPath.AppendChild(MODEL.name))
+    prim.GetReferences().AddReference(f".{_file(target, folder)}", target.prim or Sdf.Path())
+    for name, variant in selections.items():
+        prim.GetVariantSet(name).SetVariantSelection(variant)
+    export(layer, folder / MODEL_LAYER)
+
+
+def _file(target: TargetAsset, folder: Path) -> str:
+    """The target's layer as the stage in `folder` names it."""
+    return f"./{target.file.relative_to(folder).as_posix()}"
 
 
 def _documentation(poses: PoseList, target: TargetAsset) -> str:

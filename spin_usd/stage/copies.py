@@ -3,7 +3,9 @@
 import shutil
 from pathlib import Path
 
-from spin_usd.errors import OutputError, StageError
+from pxr import Sdf, UsdUtils
+
+from spin_usd.errors import InputError, OutputError, StageError
 from spin_usd.stage.assets import files_of
 
 
@@ -21,6 +23,25 @@ def copy_stage(path: str | Path, folder: str | Path) -> Path:
     for file in files.found:
         _copy(file, target / file.relative_to(files.root.parent))
     return target / files.root.name
+
+
+def copy_assets(layer: Sdf.Layer, folder: Path) -> None:
+    """Copy every file that `layer` names by an absolute path into `folder`, and let it name the copies as it will find
+    them from beside `folder`. Raises InputError for a file that is not there, OutputError as `copy_stage`.
+    """
+    copies: dict[Path, str] = {}
+
+    def copied(path: str) -> str:
+        file = Path(path)
+        if not path or not file.is_file():
+            raise InputError("is named by the layer and not there", where=path or layer.identifier)
+        if file not in copies:
+            same = sum(other.name == file.name for other in copies)
+            copies[file] = f"{file.stem}_{same}{file.suffix}" if same else file.name
+            _copy(file, folder / copies[file])
+        return f"./{folder.name}/{copies[file]}"
+
+    UsdUtils.ModifyAssetPaths(layer, copied)
 
 
 def _copy(file: Path, copy: Path) -> None:

@@ -1,6 +1,7 @@
 """A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,8 @@ class TargetAsset:
     """A target within a stage's folder.
 
     file lies there · prim is its root, None for the default prim · has_kind, order: the root's kind and xformOpOrder ·
-    keypoints: path of the Points prim below the root, or None · gprims: how many there are outside instances.
+    keypoints: path of the Points prim below the root, or None · gprims: how many there are outside instances ·
+    variants: of each variant set of the root, their names.
     """
 
     name: str
@@ -32,6 +34,7 @@ class TargetAsset:
     order: tuple[str, ...]
     keypoints: str | None
     gprims: int
+    variants: Mapping[str, tuple[str, ...]]
 
 
 def target_names() -> tuple[str, ...]:
@@ -122,6 +125,7 @@ def describe(source: Path, name: str, units_per_metre: float | None = None) -> T
         keypoints=str(keypoints[0].GetPath().MakeRelativePath(root.GetPath())) if keypoints else None,
         gprims=len(found) - len(keypoints),
         order=tuple(order or ()),
+        variants={name: tuple(root.GetVariantSet(name).GetVariantNames()) for name in root.GetVariantSets().GetNames()},
     )
 
 

@@ -80,7 +80,7 @@ REFLECTIVE: dict[str, Look] = {
     "GoldMli": Look(
         colour=(0.83, 0.60, 0.20),
         metallic=1.0,
-        roughness=0.24,
+        roughness=0.36,
         normal=Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0),
     ),
     "KaptonTape": Look(
@@ -98,7 +98,7 @@ REFLECTIVE: dict[str, Look] = {
     "BrushedAluminium": Look(
         colour=(0.66, 0.67, 0.68),
         metallic=1.0,
-        roughness=Sample(picture=STREAKS, output="r", scale=0.40, bias=0.15),
+        roughness=Sample(picture=STREAKS, output="r", scale=0.30, bias=0.27),
         normal=BRUSHED,
     ),
     "WhitePaint": Look(colour=(0.80, 0.80, 0.77), roughness=0.55),

@@ -41,13 +41,13 @@ def foil_normal() -> Array:
 def brushed_roughness() -> Array:
     """Streaks along s: 0.5 in the mean."""
     streaks = _streaks(11)
-    return np.clip(0.5 + 0.22 * streaks, 0, 1)[..., None]
+    return np.clip(0.5 + 0.15 * streaks, 0, 1)[..., None]
 
 
 def brushed_normal() -> Array:
     """The grooves of the same brush: they tilt across the streaks only."""
     slopes = np.zeros((BRUSHED_PIXELS, BRUSHED_PIXELS, 2))
-    slopes[..., 1] = 0.05 * _streaks(12)
+    slopes[..., 1] = 0.03 * _streaks(12)
     return _normals(slopes)
 
 
@@ -104,7 +104,7 @@ def _gradient(height: Array) -> Array:
 def _streaks(seed: int) -> Array:
     """Noise stretched along the rows, standard deviation 1."""
     noise = np.random.default_rng(seed).normal(size=(BRUSHED_PIXELS, BRUSHED_PIXELS))
-    streaks = gaussian_filter(noise, (0.5, 24.0), mode="wrap")
+    streaks = gaussian_filter(noise, (0.5, 12.0), mode="wrap")
     return (streaks - streaks.mean()) / streaks.std()
 
 
