@@ -1,6 +1,6 @@
 """The target in Blender: one mesh object, or one for each face group where lights are linked; faces are numbered."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import bpy
@@ -94,7 +94,15 @@ class TargetObject:
 
     def dress(self, materials: Sequence[Material]) -> None:
         """Give it its materials. Raises UnsupportedError; what only labels need stays visible without."""
-        self._materials.assign([shown.data for shown in self._objects.values()], materials, again=self._bare)
+        self._fill(self._materials.dress, materials)
+
+    def number(self, materials: Sequence[Material]) -> None:
+        """Let it glow with its faces' numbers, where its materials do not cut it out."""
+        self._fill(self._materials.number, materials)
+
+    def _fill(self, fill: Callable[..., None], materials: Sequence[Material]) -> None:
+        assert self._mesh is not None
+        fill([shown.data for shown in self._objects.values()], materials, self._mesh, again=self._bare)
         self._bare = False
 
     @property

@@ -77,6 +77,18 @@ class Nodes:
         node = self.add("ShaderNodeMix", {"Factor": factor, "A": first, "B": second})
         return node.outputs["Result"]
 
+    def largest(self, color: Value) -> Value:
+        """The largest component of a colour."""
+        if not varies(color):
+            return max(color)
+        r, g, b = self.add("ShaderNodeSeparateColor", [color], mode="RGB").outputs
+        return self.math("MAXIMUM", self.math("MAXIMUM", r, g), b)
+
+    def blend(self, factor: Value, first: Value, second: Value) -> Any:
+        """The colour `first` at factor 0, `second` at 1."""
+        difference = self.vector("SUBTRACT", second, first)
+        return self.vector("MULTIPLY_ADD", difference, factor, first)
+
 
 def varies(value: Value) -> bool:
     """Whether a value is a node's output, not a constant."""
