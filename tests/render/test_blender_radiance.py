@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.region import Region
-from spin_usd.render.blender.light import shining_along
+from spin_usd.render.blender.sun import shining_along
 from spin_usd.render.blender.material import principled_inputs
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material

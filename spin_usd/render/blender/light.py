@@ -1,68 +1,109 @@
-"""Distant lights as Blender Suns. Energy is irradiance, W/m2: a white Lambertian that faces one has radiance E/pi."""
+"""The lights of a scene as Blender's: kept from frame to frame, touched only where they changed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
-import numpy as np
-from mathutils import Matrix  # type: ignore[import-not-found]
 
-from spin_usd.arrays import Float
-from spin_usd.errors import UnsupportedError
-from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.render.blender.settings import assign
-from spin_usd.scene.light import DistantLight
+from spin_usd.render.blender.lamp import KINDS, Lamp
+from spin_usd.render.blender.light_check import check_light
+from spin_usd.render.blender.light_links import LightLinking, chosen
+from spin_usd.render.blender.place import Place
+from spin_usd.render.blender.rays import View
+from spin_usd.render.blender.sun import Sun
+from spin_usd.render.blender.textures import ImageLibrary
+from spin_usd.render.blender.tube import Tube
+from spin_usd.scene.content import key_of
+from spin_usd.scene.light import AreaLight, DistantLight, Light
 
-MAX_ANGLE = 3.0  # radians; Blender clamps a little above
+TREE_FROM = 3  # as many lamps are chosen among by what they do where they are looked for
 
 
-class SunRig:
-    """As many Suns as one Blender scene's lights need."""
+@dataclass(eq=False)
+class Shown:
+    """A light in Blender: what shows it, its links, and the content it shows now."""
+
+    source: Sun | Lamp | Tube
+    links: LightLinking
+    key: str = ""
+
+
+class LightRig:
+    """As many Suns, lamps and tubes as one Blender scene needs. Domes are the world's."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._suns: list[Any] = []
+        self._parent = bpy.data.objects.new("lights", None)
+        self._images = ImageLibrary()
+        self._shown: list[Shown] = []
+        self._kinds: list[str] = []
+        self._groups: list[int] = []
 
-    def shine(self, lights: Sequence[DistantLight]) -> None:
-        """Make the scene's lights these."""
-        for light in lights:
+    def shine(self, lights: Sequence[Light], view: View, groups: Mapping[int, Any]) -> None:
+        """Make the scene's lights these, for a target whose face groups are these objects."""
+        placed = [light for light in lights if isinstance(light, (DistantLight, AreaLight))]
+        for light in placed:
             check_light(light)
-        shining = [light for light in lights if any(light.irradiance)]
-        while len(self._suns) < len(shining):
-            self._suns.append(self._new_sun())
-        while len(self._suns) > len(shining):
-            bpy.data.lights.remove(self._suns.pop().data)  # and with it the object
-        for sun, light in zip(self._suns, shining, strict=True):
-            self._set(sun, light)
+        shining = [light for light in placed if _reaches(light, groups)]
+        self._provide([_kind(light) for light in shining], [shown.as_pointer() for shown in groups.values()])
+        for shown, light in zip(self._shown, shining, strict=True):
+            self._show(shown, light, view, groups)
+        self._images.keep_only({light.image.key for light in shining if isinstance(light, AreaLight) and light.image})
 
-    def _new_sun(self) -> Any:
-        data = bpy.data.lights.new("sun", "SUN")
-        sun = bpy.data.objects.new("sun", data)
-        self._scene.collection.objects.link(sun)
-        return sun
+    @property
+    def needs_tree(self) -> bool:
+        """Whether a light is better chosen by what it does than by its power."""
+        return len(self._shown) >= TREE_FROM or self.has_tubes
 
-    def _set(self, sun: Any, light: DistantLight) -> None:
-        energy = max(light.irradiance)
-        color = tuple(value / energy for value in light.irradiance)
-        assign(sun.data, {"energy": energy, "color": color, "angle": light.angle})
-        rotation = np.eye(4)
-        rotation[:3, :3] = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
-        sun.matrix_world = Matrix(rotation)
+    @property
+    def has_tubes(self) -> bool:
+        """Whether rays pass through something that glows."""
+        return "TUBE" in self._kinds
+
+    def _provide(self, kinds: list[str], groups: list[int]) -> None:
+        """Have these kinds of lights, in this order, made after the target's objects: the order decides which random
+        number chooses which, so it must not depend on what was shown before."""
+        if kinds == self._kinds and (groups == self._groups or not self.has_tubes):
+            return
+        for shown in self._shown:
+            shown.links.remove()
+            shown.source.remove()
+        sources = [self._new(kind) for kind in kinds]
+        for source in sources:
+            self._scene.collection.objects.link(source.object)
+        self._shown = [Shown(source=source, links=LightLinking(source.object)) for source in sources]
+        self._kinds, self._groups = kinds, groups
+
+    def _new(self, kind: str) -> Sun | Lamp | Tube:
+        if kind == "SUN":
+            return Sun()
+        return Tube() if kind == "TUBE" else Lamp(kind, self._images)
+
+    def _show(self, shown: Shown, light: DistantLight | AreaLight, view: View, groups: Mapping[int, Any]) -> None:
+        linked = [(group, each.as_pointer()) for group, each in groups.items()]
+        key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked])
+        if key == shown.key:
+            return
+        shown.key = ""
+        if isinstance(light, DistantLight):
+            assert isinstance(shown.source, Sun)
+            shown.source.show(light)
+        else:
+            assert not isinstance(shown.source, Sun)
+            shown.source.show(light, Place.of(light.T_cam_light, view, self._parent))
+        shown.links.link(light, groups)
+        shown.source.casts_shadows(light.shadows and chosen(light.shadowed_by, groups) != [])
+        shown.key = key
 
 
-def shining_along(direction: Float) -> Float:
-    """A rotation matrix (3, 3) that takes -z, along which a Blender Sun shines, to the unit `direction`."""
-    z = -np.asarray(direction, np.float64)
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], -1)
+def _kind(light: DistantLight | AreaLight) -> str:
+    if isinstance(light, DistantLight):
+        return "SUN"
+    return KINDS.get(light.shape, "TUBE")
 
 
-def check_light(light: DistantLight) -> None:
-    """Raise UnsupportedError, with the light's path, for what a Sun cannot be."""
-    if not np.isfinite(light.irradiance).all() or min(light.irradiance) < 0:
-        raise UnsupportedError(f"irradiance {light.irradiance} is not finite and positive", where=light.path)
-    if not 0 <= light.angle <= MAX_ANGLE:
-        raise UnsupportedError(f"angle is {light.angle} rad, expected 0 to {MAX_ANGLE}", where=light.path)
-    if abs(float(np.linalg.norm(light.direction_cam)) - 1) > 1e-6:
-        raise UnsupportedError(f"direction {light.direction_cam} is not of unit length", where=light.path)
+def _reaches(light: DistantLight | AreaLight, groups: Mapping[int, Any]) -> bool:
+    """Whether the light shines on anything."""
+    emission = light.irradiance if isinstance(light, DistantLight) else light.emission
+    return any(emission) and chosen(light.lights, groups) != []

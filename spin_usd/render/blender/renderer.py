@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
-from spin_usd.render.blender.light import SunRig
+from spin_usd.render.blender.light import LightRig
+from spin_usd.render.blender.light_links import needs_groups
 from spin_usd.render.blender.material import label_material
 from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
@@ -37,7 +38,7 @@ class BlenderRenderer:
         self._camera = CameraRig(self._scene, folder)
         self._target = TargetObject(self._scene)
         self._motion = MotionRig(self._scene)
-        self._suns = SunRig(self._scene)
+        self._lights = LightRig(self._scene)
         self._readback = Readback(folder)
 
     def visibility(self, scene: Scene) -> Visibility:
@@ -57,10 +58,11 @@ class BlenderRenderer:
         region = scene.picture_region
         if region.empty:
             return Radiance(region=region, rgba=np.zeros((*region.shape, 4), np.float32))
-        self._show(scene, View.blurred(scene))
+        view = View.blurred(scene)
+        self._show(scene, view)
         self._motion.move(self._target.groups.values(), scene)
         self._target.dress(scene.target.materials)
-        self._suns.shine(scene.lights)
+        self._lights.shine(scene.lights, view, self._target.groups)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
         return Radiance(region=region, rgba=self._render(picture_bands(scene, samples=samples), region))
@@ -79,7 +81,8 @@ class BlenderRenderer:
         bpy.ops.wm.read_factory_settings(use_empty=True)
 
     def _show(self, scene: Scene, view: View) -> None:
-        self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location)
+        split = needs_groups(scene.lights)
+        self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location, split=split)
         self._camera.aim(view)
 
     def _render(self, bands: list[Region], region: Region) -> NDArray[np.float32]:
@@ -93,10 +96,11 @@ class BlenderRenderer:
         return pixels
 
     def _effort(self, samples: int, seed: int) -> dict[str, Any]:
-        """What the materials and the user ask of the path tracer."""
+        """What the materials, the lights and the user ask of the path tracer."""
+        clear = self._target.transparent or self._lights.has_tubes
         return {
             "samples": samples,
             "seed": seed,
-            "use_light_tree": self._target.emissive,  # one Sun needs no tree
-            "transparent_max_bounces": TRANSPARENT_BOUNCES if self._target.transparent else 0,
+            "use_light_tree": self._target.emissive or self._lights.needs_tree,  # one Sun needs no tree
+            "transparent_max_bounces": TRANSPARENT_BOUNCES if clear else 0,
         }

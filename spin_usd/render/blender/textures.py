@@ -5,7 +5,7 @@ coordinate keeps half a texel from the edge, where bilinear look-up is the edge 
 because bilinear weights are products.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Any
 
 import bpy
@@ -38,8 +38,11 @@ class ImageLibrary:
 
     def keep(self, materials: Iterable[Material]) -> None:
         """Free the pictures that none of these uses."""
-        used = {texture.image.key for material in materials for texture in textures_of(material)}
-        for key in set(self._uploaded) - used:
+        self.keep_only({texture.image.key for material in materials for texture in textures_of(material)})
+
+    def keep_only(self, keys: Set[str]) -> None:
+        """Free the pictures that have none of these keys."""
+        for key in set(self._uploaded) - keys:
             bpy.data.images.remove(self._uploaded.pop(key))
 
 

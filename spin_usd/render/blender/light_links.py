@@ -1,0 +1,51 @@
+"""Light linking as Blender has it: a collection of what a light reaches, and one of what casts its shadows."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import bpy
+
+from spin_usd.scene.light import AreaLight, DistantLight, Light, Links
+
+RECEIVERS, BLOCKERS = "receiver_collection", "blocker_collection"
+
+
+def needs_groups(lights: Sequence[Light]) -> bool:
+    """Whether some light treats some of the target otherwise than the rest."""
+    linked = (light for light in lights if isinstance(light, (AreaLight, DistantLight)))
+    return any(light.lights is not None or light.shadowed_by is not None for light in linked)
+
+
+class LightLinking:
+    """The links of one Blender light or tube."""
+
+    def __init__(self, shown: Any) -> None:
+        self._shown = shown
+        self._collections: dict[str, Any] = {}
+
+    def link(self, light: DistantLight | AreaLight, groups: Mapping[int, Any]) -> None:
+        """Make it reach what `light` reaches. To Blender an empty collection is none: such lights are not shown, and
+        cast no shadows."""
+        self._fill(RECEIVERS, chosen(light.lights, groups))
+        self._fill(BLOCKERS, chosen(light.shadowed_by, groups) if light.shadows else None)
+
+    def remove(self) -> None:
+        for collection in self._collections.values():
+            bpy.data.collections.remove(collection)
+
+    def _fill(self, kind: str, objects: Iterable[Any] | None) -> None:
+        """Let the collection of `kind` hold these objects; None for no such collection."""
+        before = self._collections.pop(kind, None)
+        if before is not None:
+            bpy.data.collections.remove(before)
+        if objects is not None:
+            made = self._collections[kind] = bpy.data.collections.new(kind)
+            for shown in objects:
+                made.objects.link(shown)
+            setattr(self._shown.light_linking, kind, made)
+
+
+def chosen(links: Links, groups: Mapping[int, Any]) -> list[Any] | None:
+    """The objects of the groups that `links` names; None for all of them."""
+    found = None if links is None else [shown for group, shown in groups.items() if group in links]
+    return None if found is not None and len(found) == len(groups) else found
