@@ -4,7 +4,7 @@ Round sections have 224 corners: a chord then stays within 1e-4 of the radius (1
 pixel in 10,000 across a radius. Between the corners of a sphere, which curves both ways, it is twice that.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,7 +12,8 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
-from spin_usd.errors import StageError
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.primvars import FoundPrimvar
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
 SEGMENTS = 224
@@ -23,9 +24,19 @@ Profile = list[tuple[Float, Float]]
 AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
 
-def read_gprim(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    """Triangles of a shape in its own axes, stage units. Raises StageError for a size of zero or less."""
+def read_gprim(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = ()) -> Triangles:
+    """Triangles of a shape in its own axes, stage units, with `primvars` at their corners.
+
+    Raises StageError for a size of zero or less, UnsupportedError for a primvar that varies: USD does not say what the
+    points and faces of its shapes are, nor gives them texture coordinates of their own.
+    """
     triangles = SHAPES[str(prim.GetTypeName())](prim, time)
+    for primvar in primvars:
+        if not primvar.one:
+            found = f"varies over the {prim.GetTypeName()} {prim.GetPath()}, whose points USD does not number"
+            raise UnsupportedError(found, where=primvar.where, do="give it one value, or make the shape a Mesh")
+    values = {p.name: np.broadcast_to(p.elements[0], (*triangles.corners.shape, p.values.shape[1])) for p in primvars}
+    triangles = replace(triangles, primvars=values)
     if UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         return replace(triangles.turned(), normals=-triangles.turned().normals)
     return triangles

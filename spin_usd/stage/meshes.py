@@ -1,6 +1,6 @@
 """UsdGeom.Mesh as triangles: any face size, with or without subdivision; checked before anything else sees it."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -9,12 +9,13 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.attributes import array, refuse
 from spin_usd.stage.polygons import triangulate
+from spin_usd.stage.primvars import Corners, FoundPrimvar
 from spin_usd.stage.subdivided import subdivided
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
 
-def read_mesh(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    """Triangles in the mesh's own axes, stage units; `source` is the authored face.
+def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = ()) -> Triangles:
+    """Triangles in the mesh's own axes, stage units, with `primvars` at their corners; `source` is the authored face.
 
     Scheme none: normals as authored, else flat. Other schemes: see `subdivided`. Raises StageError for numbers that are
     no mesh, UnsupportedError for scheme loop.
@@ -23,9 +24,9 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     points, counts, indices = _checked_topology(mesh, time)
     scheme = mesh.GetSubdivisionSchemeAttr().Get()
     if scheme == UsdGeom.Tokens.none:
-        triangles = _polygonal(mesh, time, points, counts, indices)
+        triangles = _polygonal(mesh, time, points, counts, indices, primvars)
     elif scheme in (UsdGeom.Tokens.catmullClark, UsdGeom.Tokens.bilinear):
-        triangles = subdivided(mesh, time, points, counts, indices)
+        triangles = subdivided(mesh, time, points, counts, indices, primvars)
     else:
         do = "use catmullClark, bilinear or none"
         raise UnsupportedError(f"has subdivision scheme '{scheme}'", where=prim.GetPath(), do=do)
@@ -59,21 +60,28 @@ def _checked_topology(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> tuple[Float, In
     return points, counts, indices
 
 
-def _polygonal(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int) -> Triangles:
+def _polygonal(
+    mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int, primvars: Sequence[FoundPrimvar]
+) -> Triangles:
     places, source = triangulate(points, counts, indices, mesh.GetPath())
     corners = indices[places]
+    at = Corners(places=places, points=corners, faces=source, counts=(len(indices), len(points), len(counts)))
     flat = np.repeat(face_normals(points, corners)[:, None], 3, axis=1)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         flat = -flat
-    normals = _authored_normals(mesh, time, places, source, corners, (len(counts), len(points), len(indices)))
+    normals = _authored_normals(mesh, time, at)
     if normals is not None:
         flat = np.where((normals != 0).any(-1, keepdims=True), unit(normals), flat)
-    return Triangles(points=points, corners=corners, normals=flat, source=source)
+    return Triangles(
+        points=points,
+        corners=corners,
+        normals=flat,
+        source=source,
+        primvars={p.name: p.elements[at.elements(p.interpolation, len(p.indices), p.where)] for p in primvars},
+    )
 
 
-def _authored_normals(
-    mesh: UsdGeom.Mesh, time: Usd.TimeCode, places: Int, source: Int, corners: Int, sizes: tuple[int, int, int]
-) -> Float | None:
+def _authored_normals(mesh: UsdGeom.Mesh, time: Usd.TimeCode, at: Corners) -> Float | None:
     """(T, 3, 3), or None. primvars:normals wins over normals, and its indices are followed."""
     primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
     if primvar and primvar.HasValue():
@@ -83,21 +91,9 @@ def _authored_normals(
     if value is None:
         return None
     normals = np.array(value, np.float64).reshape(-1, 3)
-    faces, points, face_corners = sizes
-    choices: dict[str, tuple[int, Any]] = {
-        "constant": (1, np.zeros_like(places)),
-        "uniform": (faces, np.repeat(source[:, None], 3, axis=1)),
-        "vertex": (points, corners),
-        "varying": (points, corners),
-        "faceVarying": (face_corners, places),
-    }
-    count, where_of = choices[str(interpolation)]
-    where = f"{mesh.GetPath()}.{name}"
-    if len(normals) != count:
-        found = f"holds {len(normals)} normals, {interpolation} interpolation needs {count}"
-        raise StageError(found, where=where, do="mend or remove them")
+    elements = at.elements(str(interpolation), len(normals), f"{mesh.GetPath()}.{name}")
     refuse(~np.isfinite(normals).all(1), name, normals, "they must be finite", mesh.GetPath())
-    result: Float = normals[where_of]
+    result: Float = normals[elements]
     return result
 
 

@@ -39,7 +39,8 @@ class StageReader:
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
         refuse_geometry_outside(self._target_prim)
-        self._lights = LightReader(self.stage, Images())
+        self._images = Images()
+        self._lights = LightReader(self.stage, self._images)
         check_chain(self._camera_prim)
         check_chain(self._target_prim)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage)
@@ -100,7 +101,9 @@ class StageReader:
         same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
         if self._target is not None and same_scale and not self._target_varies:
             return self._target
-        reader = TargetReader(prim=self._target_prim, time=time, group_of=self._lights.links.group_of)
+        reader = TargetReader(
+            prim=self._target_prim, time=time, group_of=self._lights.links.group_of, images=self._images
+        )
         target = reader.read(scale * self.metres)
         if self._target is None:
             self._target_varies = _target_varies(self._target_prim, reader.visited)

@@ -19,9 +19,10 @@ INFINITE = 10.0  # USD: a sharpness of 10 or more never wears off
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cage:
-    """A polygon mesh to subdivide. points (P, 3) · counts (F,) · indices (sum of counts,) · source (F,) the face of the
-    first cage that each face is of · edges (E, 2) sorted point pairs · edge_sharpness (E,) · point_sharpness (P,).
-    Sharpness is a whole number: how many steps an edge or point stays sharp."""
+    """A polygon mesh to subdivide. points (P, 3), or other values (P, C) that follow the same rules · counts (F,) ·
+    indices (sum of counts,) · source (F,) the face of the first cage that each face is of · edges (E, 2) sorted point
+    pairs · edge_sharpness (E,) · point_sharpness (P,). Sharpness is a whole number: how many steps an edge or point
+    stays sharp."""
 
     points: Float
     counts: Int
@@ -99,7 +100,7 @@ def refine(c: Cage) -> Cage:
 
 
 def limit(c: Cage) -> Float:
-    """Where the points (P, 3) of a cage of quadrangles end after endlessly many steps."""
+    """Where the points (P, C) of a cage of quadrangles end after endlessly many steps."""
     quads = c.indices.reshape(-1, 4)
     valence = np.bincount(c.indices, minlength=len(c.points))[:, None]
     neighbours = _neighbour_sum(c, np.ones(len(c.edges), bool))
@@ -175,8 +176,8 @@ def _neighbour_sum(c: Cage, chosen: NDArray[np.bool_]) -> Float:
 
 
 def _sum(values: Float, group: Int, count: int) -> Float:
-    """Sums (count, 3) of `values` (N, 3) by `group` (N,)."""
-    return np.stack([np.bincount(group, values[:, i], minlength=count) for i in range(3)], 1)
+    """Sums (count, C) of `values` (N, C) by `group` (N,)."""
+    return np.stack([np.bincount(group, values[:, i], minlength=count) for i in range(values.shape[1])], 1)
 
 
 def _mean(values: Float, group: Int, count: int) -> Float:

@@ -1,5 +1,6 @@
 """A UsdGeom.Mesh with a subdivision scheme, as the schema describes it: creases, corners, boundaries."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,14 +10,18 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage import subdivide
 from spin_usd.stage.attributes import array, refuse
+from spin_usd.stage.primvars import FoundPrimvar
+from spin_usd.stage.subdivided_primvars import rider
 from spin_usd.stage.triangles import Int, Triangles
 
 LEVELS = 2  # 16 quadrangles for one; their corners lie on the limit surface
 MAX_LEVELS = 4
 
 
-def subdivided(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int) -> Triangles:
-    """Triangles of a checked mesh; `source` is the authored face.
+def subdivided(
+    mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int, primvars: Sequence[FoundPrimvar]
+) -> Triangles:
+    """Triangles of a checked mesh with `primvars` at their corners; `source` is the authored face.
 
     catmullClark: refined LEVELS times, more where a crease lasts longer, then moved to the limit surface. bilinear: the
     same refinement with everything sharp. Authored normals do not count (as in USD). Raises UnsupportedError for
@@ -35,22 +40,31 @@ def subdivided(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: In
     if boundary == "edgeAndCorner":
         corners = np.maximum(corners, subdivide.lonely_corners(counts, indices, len(points)))
     cage = subdivide.cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
+    mode = str(mesh.GetFaceVaryingLinearInterpolationAttr().Get(time))
+    riders = [rider(primvar, cage, mode, bilinear=bilinear) for primvar in primvars]
     worn = [s[s < subdivide.INFINITE].max(initial=0) for s in (cage.edge_sharpness, cage.point_sharpness)]
     for _ in range(max(LEVELS, int(max(worn)))):
         if bilinear:
             cage = subdivide.all_sharp(cage)
         cage = subdivide.refine(cage)
+        riders = [each.refined() for each in riders]
     limit = cage.points if bilinear else subdivide.limit(cage)
     quads = cage.indices.reshape(-1, 4)
     normals = subdivide.corner_normals(subdivide.all_sharp(cage) if bilinear else cage, limit)
-    halves = [[0, 1, 2], [0, 2, 3]]
     turned = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     return Triangles(
         points=limit,
-        corners=quads[:, halves].reshape(-1, 3),
-        normals=(-normals if turned else normals)[:, halves].reshape(-1, 3, 3),
+        corners=_halved(quads),
+        normals=_halved(-normals if turned else normals),
         source=np.repeat(cage.source, 2),
+        primvars={each.name: _halved(each.corners()) for each in riders},
     )
+
+
+def _halved(quads: Any) -> Any:
+    """(2 F, 3, ...) of (F, 4, ...): each quadrangle as two triangles."""
+    halves = quads[:, [[0, 1, 2], [0, 2, 3]]]
+    return halves.reshape(-1, 3, *quads.shape[2:])
 
 
 def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[int, int], float]:

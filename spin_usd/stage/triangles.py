@@ -1,6 +1,7 @@
 """Triangles of one prim on their way into the target's mesh."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,14 @@ FLAT = 1e-14
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Triangles:
     """points (P, 3) · corners (T, 3) into points, counter-clockwise seen from outside · normals (T, 3, 3) unit, at the
-    corners · source (T,) the face of the prim that each triangle is of."""
+    corners · source (T,) the face of the prim that each triangle is of · primvars: (T, 3, C) at the corners, by name.
+    """
 
     points: Float
     corners: Int
     normals: Float
     source: Int
+    primvars: Mapping[str, Float] = field(default_factory=dict)
 
     def transformed(self, matrix: Float, where: object) -> "Triangles":
         """Moved by the row-vector `matrix` (4, 4). Normals turn by its inverse transpose; a mirror turns windings."""
@@ -40,14 +43,23 @@ class Triangles:
 
     def kept(self, chosen: NDArray[np.bool_]) -> "Triangles":
         """Only the `chosen` (T,) triangles."""
-        corners, normals, source = self.corners[chosen], self.normals[chosen], self.source[chosen]
-        return Triangles(points=self.points, corners=corners, normals=normals, source=source)
+        return replace(
+            self,
+            corners=self.corners[chosen],
+            normals=self.normals[chosen],
+            source=self.source[chosen],
+            primvars={name: values[chosen] for name, values in self.primvars.items()},
+        )
 
     def turned(self) -> "Triangles":
-        """With the other winding; normals stay with their corners and point where they did."""
+        """With the other winding; normals and primvars stay with their corners, and normals point where they did."""
         order = [0, 2, 1]
-        corners, normals = self.corners[:, order], self.normals[:, order]
-        return Triangles(points=self.points, corners=corners, normals=normals, source=self.source)
+        return replace(
+            self,
+            corners=self.corners[:, order],
+            normals=self.normals[:, order],
+            primvars={name: values[:, order] for name, values in self.primvars.items()},
+        )
 
     def with_area(self) -> "Triangles":
         """Without the triangles that no ray can hit."""

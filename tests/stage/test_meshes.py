@@ -157,7 +157,7 @@ BAD = {
         {},
     ),
     r"holeIndices\[0\] is 1": (SQUARE, [4], [0, 1, 2, 3], {"holeIndices": [1]}),
-    "holds 3 normals, vertex interpolation needs 4": (
+    "holds 3 values, vertex interpolation needs 4": (
         SQUARE,
         [4],
         [0, 1, 2, 3],
