@@ -76,7 +76,7 @@ def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
 def _planned(reader: StageReader, index: int, settings: RenderSettings) -> PlannedPicture:
     frame = reader.frames[index]
     scene = reader.scene(frame)
-    region = scene.region
+    region = scene.picture_region
     return PlannedPicture(
         variant=reader.variant,
         index=index,

@@ -126,7 +126,7 @@ def make_record(
     notes: dict[str, float],
 ) -> dict[str, Any]:
     """The picture's record, by schema record-1. `notes`: what making the picture adds to its provenance."""
-    camera, pose, region = scene.camera, scene.T_cam_body, scene.region
+    camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
     return {
         "schema": "record-1",
         "frame": scene.frame.name,

@@ -9,6 +9,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import FrameId, Scene, Target
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.stage import compose
@@ -20,7 +21,9 @@ from spin_usd.stage.keypoints import find_keypoints
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.sensor import read_sensor
+from spin_usd.stage.shutter import read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
+from spin_usd.stage.thin_lens import read_thin_lens
 from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
 
 
@@ -69,8 +72,11 @@ class StageReader:
         return {name: variant for name, variant in selections.items() if variant}
 
     def scene(self, frame: FrameId) -> Scene:
-        """Everything that the picture `frame` needs. The target is the same object as long as it does not change."""
-        time = Usd.TimeCode(frame.time_code)
+        """Everything that the picture `frame` needs, as it is in the middle of its exposure. The target is the same
+        object as long as it does not change."""
+        rows = self._camera_at(Usd.TimeCode(frame.time_code))[0].height
+        opening = read_opening(self._camera_prim, frame.time_code, rows=rows)
+        time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         usdcam = self._placement(world, self._camera_prim, "usdcam")
         body = self._placement(world, self._target_prim, "body")
@@ -83,7 +89,16 @@ class StageReader:
             lights=self._lights.read(time, usdcam.transform, world, self.metres),
             sensor=sensor,
             optics=optics,
+            thin_lens=read_thin_lens(self._camera_prim, time, self.metres),
+            shutter=read_shutter(opening, self._pose_at, self._camera_prim.GetPath()),
         )
+
+    def _pose_at(self, time_code: float) -> Transform:
+        """T_cam_body at a time code."""
+        world = UsdGeom.XformCache(Usd.TimeCode(time_code))
+        usdcam = self._placement(world, self._camera_prim, "usdcam")
+        body = self._placement(world, self._target_prim, "body")
+        return T_CAM_USDCAM @ between(usdcam.transform, body.transform)
 
     def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
         matrix = world.GetLocalToWorldTransform(prim)

@@ -29,6 +29,8 @@ class MotionRig:
 
     def hold(self) -> None:
         """Show everything at rest, in its own pose."""
+        if not self._moving:
+            return
         assign(self._scene.render, STILL)
         for shown in self._moving:
             shown.animation_data_clear()
