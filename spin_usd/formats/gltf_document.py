@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from spin_usd.errors import InputError
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.scene.asset import ImageFile
+from spin_usd.scene.model import MAX_FACES
 
 GLB_MAGIC = b"glTF"
 BIN = 0x004E4942
 TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-MAX_ELEMENTS = 2**28
+MAX_ELEMENTS = 3 * MAX_FACES
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,15 @@ class Document:
 
     def image(self, index: int) -> ImageFile:
         """An image, from its file beside this one, its data URI or its part of a buffer. InputError says why not."""
+        if index not in self._decoded:
+            self._decoded[index] = self._image(index)
+        return self._decoded[index]
+
+    @cached_property
+    def _decoded(self) -> dict[int, ImageFile]:
+        return {}
+
+    def _image(self, index: int) -> ImageFile:
         entry = at(self.entries("images"), index)
         name = str(entry.get("name") or f"{self.path.stem}_{index}")
         if "bufferView" in entry:

@@ -138,14 +138,15 @@ def _read_primitive(model: _Model, primitive: dict[str, Any], to_body: Float, na
     values, attributes = model.document.values, primitive["attributes"]
     points, linear = values(attributes["POSITION"]).astype(np.float64), to_body[:3, :3]
     faces = _faces(model.document, primitive, len(points))
-    if np.linalg.det(linear) < 0:
+    volume = np.linalg.det(linear)
+    if volume < 0:
         faces = faces[:, ::-1]  # a mirrored face is seen from its other side
     if not len(faces):
         return
     corners = faces.ravel()
     if corners.max() >= len(points):
         raise GeometryError(f"part {name!r} has a face with point {corners.max()}, expected 0 to {len(points) - 1}")
-    normals = values(attributes["NORMAL"]) @ np.linalg.inv(linear) if "NORMAL" in attributes else None
+    normals = values(attributes["NORMAL"]) @ np.linalg.inv(linear) if "NORMAL" in attributes and volume else None
     sets = [int(key[len(COORDINATES) :]) for key in attributes if key.startswith(COORDINATES)]
     primvars = {primvar(i): values(attributes[f"{COORDINATES}{i}"]) * (1, -1) + (0, 1) for i in sorted(sets)}
     material, colors = _material(model, primitive, frozenset(sets), name)

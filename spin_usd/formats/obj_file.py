@@ -39,10 +39,12 @@ def read_obj(path: Path) -> MeshAsset:
     parts: dict[tuple[str, str], _Faces] = {}
     materials: dict[str, int] = {}
     libraries: list[str] = []
+    colored = False
     group, material = ("", ""), -1
     for where, key, rest in _statements(path):
         if key == "v":
             points.append(_vector(rest, where))
+            colored |= len(rest.split()) > 4  # x y z w is a rational curve's, x y z r g b a colour
         elif key == "vn":
             normals.append(_vector(rest, where))
         elif key == "vt":
@@ -73,7 +75,7 @@ def read_obj(path: Path) -> MeshAsset:
         name=path.stem,
         parts=tuple(_part(faces, xyz, st, directions) for faces in parts.values()),
         materials=found,
-        notes=notes,
+        notes=(*notes, *(["its vertex colours, which the format does not define, are left out"] if colored else [])),
     )
     return _plain_where_unmapped(asset, list(parts.values()))
 

@@ -20,12 +20,15 @@ COLORED = ModelMaterial(constants=Material(path="vertex_colors", diffuse_color=P
 
 def read_with_trimesh(path: Path) -> MeshAsset:
     """The model in the file's own units. Raises InputError that names the file."""
-    parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in _meshes(path))
+    meshes = _meshes(path)
+    parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in meshes)
     if not parts:
         raise InputError("holds no faces", where=path)
     colored = any(DISPLAY_COLOR in part.primvars for part in parts)
-    notes = ("its vertex colours are taken as sRGB",) if colored else ()
-    return MeshAsset(name=path.stem, parts=parts, materials=(COLORED,) if colored else (), notes=notes)
+    notes = ["its colours are taken as sRGB"] if colored else []
+    if any(isinstance(mesh.visual, trimesh.visual.TextureVisuals) for _, mesh in meshes):
+        notes.append("its texture coordinates are left out: the format defines no textures")
+    return MeshAsset(name=path.stem, parts=parts, materials=(COLORED,) if colored else (), notes=tuple(notes))
 
 
 def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
