@@ -73,7 +73,7 @@ def _write_layers(folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Pres
     for name, prim, usual in (("lights", LIGHTS, "sun"), ("environment", ENVIRONMENT, "deep_space")):
         layer = preset.layer(prim) if preset else None
         if layer:
-            copy_assets(layer, folder / "assets")
+            copy_assets(layer, folder / name)
         export(layer or open_layer(stages() / "environments" / f"{usual}.usda"), folder / f"{name}.usda")
 
 
