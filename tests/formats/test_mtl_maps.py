@@ -142,6 +142,12 @@ def test_coordinates_of_one_or_three_numbers(tmp_path: Path) -> None:
     assert asset.parts[0].primvars["st"].tolist() == [[0.1, 0.2], [0.9, 0.3], [0.8, 0.7], [0.4, 0]]
 
 
+def test_coordinates_stay_with_their_faces_when_flat_ones_are_dropped(tmp_path: Path) -> None:
+    asset = read(tmp_path, "", OBJ.replace("usemtl", "f 1/4 1/4 2/4\nusemtl"))
+    assert asset.faces == 1
+    assert asset.parts[0].primvars["st"].tolist() == [[0.1, 0.2], [0.9, 0.3], [0.8, 0.7], [0.4, 1.5]]
+
+
 def test_a_black_factor_is_told(tmp_path: Path) -> None:
     assert "Kd, which is 0" in read(tmp_path, "Kd 0 0 0\nmap_Kd colored.png").notes[0]
 
