@@ -106,4 +106,4 @@ REFLECTIVE: dict[str, Look] = {
 }
 
 LOOKS: dict[str, dict[str, Look]] = {"matt": MATT, "reflective": REFLECTIVE}
-DEFAULT_LOOK = "matt"
+DEFAULT_LOOK = "reflective"

@@ -18,7 +18,7 @@ from tango.shape import Array
 FOIL_PIXELS = 448
 BRUSHED_PIXELS = 128
 CELL_PIXELS = (160, 80)  # half a millimetre each
-SILICON = np.array([0.055, 0.075, 0.150])  # linear: blue-black, as an anti-reflection coating leaves it
+SILICON = np.array([0.030, 0.042, 0.095])  # linear: blue-black, as an anti-reflection coating leaves it
 SILVER = np.array([0.62, 0.62, 0.64])
 
 
@@ -54,7 +54,7 @@ def brushed_normal() -> Array:
 def solar_cell() -> Array:
     """An atlas of cells, each of its own shade, with fingers and bus bars; sRGB."""
     bars, fingers = _grid()
-    tones = 1 + 0.22 * (np.random.default_rng(21).random((d.CELL_TONES[1], d.CELL_TONES[0], 3)) - 0.5) * (1, 1, 1.3)
+    tones = 1 + 0.35 * (np.random.default_rng(21).random((d.CELL_TONES[1], d.CELL_TONES[0], 3)) - 0.5) * (1, 1, 1.3)
     shade = np.kron(tones, np.ones((CELL_PIXELS[1], CELL_PIXELS[0], 1))) * SILICON
     everywhere = np.tile(np.maximum(bars, 0.22 * fingers), d.CELL_TONES[::-1])[..., None]
     return _srgb(shade + everywhere * (SILVER - shade))
