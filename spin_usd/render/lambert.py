@@ -1,8 +1,10 @@
-"""The preview's shading: every surface matt, every light a point far away, hard shadows, no light between surfaces.
+"""The preview's shading: every surface matt, every light a point, hard shadows, no light between surfaces.
 
-Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for matt dielectrics. What a preview
-leaves out: gloss, clearcoat, the light's angular size and opacity. A metal, which has no matt part, is shown in its
-own colour as if it were matt, so that it is not black.
+Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for matt surfaces in distant light.
+Colours and emission are textured, and cut-outs are not there. What a preview leaves out: gloss, clearcoat, normal maps,
+opacity that is no cut-out, the light of planets. Area lights are points (see render.preview_light); a dome's light
+arrives from all around without shadows. A metal, which has no matt part, is shown in its own colour as if it were matt,
+so that it is not black.
 """
 
 from collections.abc import Iterator
@@ -13,9 +15,11 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
-from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh, Scene
-from spin_usd.scene.surface import face_normals, shading_normals, surface_points
+from spin_usd.render.preview_light import beam, mean_radiance
+from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
+from spin_usd.scene.lookup import material_values
+from spin_usd.scene.model import Scene, Target
+from spin_usd.scene.surface import face_normals, shading_normals, surface_points, weights_at
 
 LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
 # Successive points of this step, modulo one, fill the unit square evenly: M. Roberts, "The unreasonable effectiveness
@@ -29,7 +33,9 @@ class Caster(Protocol):
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]: ...
 
-    def shadowed(self, mesh: Mesh, body: Float, to_light: Float) -> NDArray[np.bool_]: ...
+    def shadowed(
+        self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
+    ) -> NDArray[np.bool_]: ...
 
 
 def radiance(scene: Scene, caster: Caster, xy: Float) -> Float:
@@ -46,25 +52,51 @@ def radiance(scene: Scene, caster: Caster, xy: Float) -> Float:
 
 
 def _shade(scene: Scene, caster: Caster, face: NDArray[np.int32], body: Float) -> Float:
-    mesh = scene.target.mesh
-    material = mesh.face_material[face]
-    colours = np.array([_matt_colour(m) for m in scene.target.materials])
-    rgb = np.array([m.emissive_color for m in scene.target.materials])[material]
+    target = scene.target
+    weights = weights_at(target.mesh, face, body)
+    colours = _matt_colours(target, face, weights)
+    rgb = material_values(target, "emissive_color", face, weights)
     normals = shading_normals(scene, face, body)
-    lifted = body + LIFT * mesh.radius * face_normals(scene, face, body)
+    lifted = body + LIFT * target.mesh.radius * face_normals(scene, face, body)
     for light in scene.lights:
-        to_light = -scene.T_cam_body.inverse().directions(light.direction_cam)
-        cosine = normals @ to_light
-        lit = np.flatnonzero(cosine > 0)
-        lit = lit[~caster.shadowed(mesh, lifted[lit], to_light)]
-        rgb[lit] += np.array(light.irradiance) / np.pi * cosine[lit, None] * colours[material[lit]]
+        if isinstance(light, DomeLight):
+            rgb += mean_radiance(light) * colours
+        else:
+            rgb += _lambert(scene, caster, light, face, normals, lifted) * colours
     return rgb
 
 
-def _matt_colour(material: Material) -> Float:
-    """(3,) in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow its specular."""
-    diffuse = np.array(material.diffuse_color)
-    return np.maximum(diffuse, material.specular_color) if material.use_specular_workflow else diffuse
+def _lambert(
+    scene: Scene,
+    caster: Caster,
+    light: DistantLight | AreaLight,
+    face: NDArray[np.int32],
+    normals: Float,
+    lifted: Float,
+) -> Float:
+    """(N, 3) radiance of white matt points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
+    mesh = scene.target.mesh
+    arriving = beam(light, scene.T_cam_body, lifted)
+    cosine = (normals * arriving.to_light).sum(1)
+    lit = cosine > 0
+    if light.lights is not None:
+        lit &= np.isin(np.asarray(mesh.face_group)[face], list(light.lights))
+    if light.shadows:
+        some = np.flatnonzero(lit)
+        to_light = arriving.to_light if arriving.to_light.ndim == 1 else arriving.to_light[some]
+        distance = None if arriving.distance is None else arriving.distance[some]
+        lit[some] = ~caster.shadowed(scene.target, lifted[some], to_light, distance, light.shadowed_by)
+    return arriving.irradiance / np.pi * np.where(lit, cosine, 0)[:, None]
+
+
+def _matt_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, 3) in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow its specular."""
+    diffuse = material_values(target, "diffuse_color", face, weights)
+    specular = np.array([m.use_specular_workflow for m in target.materials])[target.mesh.face_material[face]]
+    of = np.flatnonzero(specular)
+    if len(of):
+        diffuse[of] = np.maximum(diffuse[of], material_values(target, "specular_color", face[of], weights[of]))
+    return diffuse
 
 
 def sample_positions(region: Region, samples: int, rng: np.random.Generator) -> Iterator[Float]:

@@ -4,6 +4,7 @@ Embree computes in float32. Rays are given to it in body axes around the target'
 radius, and start where they enter its bounding sphere: so every number is near one, and range costs no precision.
 """
 
+from collections.abc import Callable
 from importlib.metadata import version
 from weakref import WeakKeyDictionary
 
@@ -14,11 +15,15 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.render import lambert
-from spin_usd.scene.model import Mesh, Scene
+from spin_usd.scene.light import Links
+from spin_usd.scene.lookup import is_there
+from spin_usd.scene.model import Mesh, Scene, Target
 from spin_usd.scene.passes import Radiance, Visibility
 
 Float32 = NDArray[np.float32]
 
+BEHIND = 5e-7  # of the target's radius: how far behind a hole a ray goes on; float32 is good to 1e-7 there
+FAR = 1e30  # a ray's length without an end
 MARGIN = 1.001  # of the bounding sphere's radius: rays start a little outside
 
 
@@ -52,14 +57,29 @@ class RaycastRenderer:
         return Radiance(region=region, rgba=rgba)
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
-        """The first face (N,) that the camera's rays (x, y, 1) of `xy` (N, 2) meet; -1 for none."""
+        """The first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""
         origins, directions = _rays_in_target_units(scene, xy)
-        return np.asarray(self._embree(scene.target.mesh).run(origins, directions), np.int32)
+        embree, target = self._embree(scene.target.mesh), scene.target
+        if not target.cut_out_key:
+            return np.asarray(embree.run(origins, directions), np.int32)
+        return _first(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
 
-    def shadowed(self, mesh: Mesh, body: Float, to_light: Float) -> NDArray[np.bool_]:
-        """Does the mesh stand between the `body` points (N, 3) and a light far away towards `to_light` (3,)?"""
+    def shadowed(
+        self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
+    ) -> NDArray[np.bool_]:
+        """Does the target stand between the `body` points (N, 3) and a light towards `to_light` (3,) or (N, 3), unit,
+        `distance` (N,) metres away, else far? Only the face groups `blockers` do, where given."""
+        mesh = target.mesh
         origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
-        hit = self._embree(mesh).run(origins, to_light.astype(np.float32)[None], query="OCCLUDED")
+        directions = np.atleast_2d(to_light).astype(np.float32)
+        reach = None if distance is None else (distance / mesh.radius).astype(np.float32)
+        embree = self._embree(mesh)
+        if not target.cut_out_key and blockers is None:
+            return np.asarray(embree.run(origins, directions, dists=reach, query="OCCLUDED") != -1)
+        group = np.asarray(mesh.face_group)
+        of_group = np.ones(len(group), bool) if blockers is None else np.isin(group, list(blockers))
+        directions = np.broadcast_to(directions, origins.shape)
+        hit = _first(embree, origins, directions, lambda f, w: of_group[f] & is_there(target, f, w), reach)
         return np.asarray(hit != -1)
 
     def versions(self) -> dict[str, str]:
@@ -75,6 +95,36 @@ class RaycastRenderer:
             TriangleMesh(scene=scene, vertices=points, indices=np.array(mesh.faces, np.int32))
             self._opened[mesh] = scene
         return self._opened[mesh]
+
+
+def _first(
+    embree: EmbreeScene,
+    origins: Float32,
+    directions: Float32,
+    stops: Callable[[NDArray[np.int32], Float], NDArray[np.bool_]],
+    reach: Float32 | None = None,
+) -> NDArray[np.int32]:
+    """The first face (N,) of each ray, within its `reach`, that stops it; -1 for none. A ray goes on from behind those
+    that do not; one that meets the same face again has only been rounded before it, and goes a longer step."""
+    face = np.full(len(origins), -1, np.int32)
+    left = np.full(len(origins), FAR, np.float32) if reach is None else reach
+    rays = np.arange(len(origins))
+    origins, directions = origins.astype(np.float64), np.ascontiguousarray(directions)
+    before, step = face.copy(), np.full(len(origins), BEHIND)
+    while len(rays):
+        hit = embree.run(origins[rays].astype(np.float32), directions[rays], dists=left[rays], output=True)
+        met = np.flatnonzero(hit["primID"] >= 0)
+        found, u, v = hit["primID"][met].astype(np.int32), *(hit[name][met].astype(np.float64) for name in "uv")
+        stopped = stops(found, np.stack([1 - u - v, u, v], -1))
+        face[rays[met[stopped]]] = found[stopped]
+        through, found, along = rays[met[~stopped]], found[~stopped], hit["tfar"][met[~stopped]]
+        step[through] = np.where(found == before[through], 2 * step[through], BEHIND)
+        before[through] = found
+        onward = along + step[through]
+        origins[through] += onward[:, None] * directions[through]
+        left[through] -= onward
+        rays = through[left[through] > 0]
+    return face
 
 
 def _rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:

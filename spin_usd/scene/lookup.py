@@ -4,10 +4,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.scene.model import Mesh
+from spin_usd.scene.material import Material
+from spin_usd.scene.model import Mesh, Target
 from spin_usd.scene.texture import OUTPUTS, Color, Coordinates, Primvar, Texture
 
 CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerate(OUTPUTS[1:])}}
+
+
+def material_values(target: Target, name: str, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, C) of the materials' input `name` at the points with barycentric `weights` (N, 3) of the faces (N,)."""
+    material = target.mesh.face_material[face]
+    size = np.size(getattr(Material(path=""), name))
+    result = np.empty((len(face), size))
+    for index in np.unique(material):
+        of = np.flatnonzero(material == index)
+        result[of] = values_at(getattr(target.materials[index], name), target.mesh, face[of], weights[of])
+    return result
+
+
+def is_there(target: Target, face: NDArray[np.int32], weights: Float) -> NDArray[np.bool_]:
+    """(N,) whether the surface is there: False where its opacity is below its material's threshold."""
+    threshold = np.array([m.opacity_threshold for m in target.materials])[target.mesh.face_material[face]]
+    there = np.ones(len(face), bool)
+    cut = np.flatnonzero(threshold > 0)
+    if len(cut):
+        there[cut] = material_values(target, "opacity", face[cut], weights[cut])[:, 0] >= threshold[cut]
+    return there
 
 
 def values_at(value: float | Color | Texture | Primvar, mesh: Mesh, face: NDArray[np.int32], weights: Float) -> Float:

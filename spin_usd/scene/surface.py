@@ -89,8 +89,13 @@ def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Fl
 def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
     """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), facing the camera."""
     mesh = scene.target.mesh
-    weights = _barycentric(body, mesh.points[mesh.faces[face]])
+    weights = weights_at(mesh, face, body)
     return _facing(scene, (weights[..., None] * mesh.corner_normals[face]).sum(1), body)
+
+
+def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
+    """Barycentric weights (N, 3) of the `body` points (N, 3) on their faces (N,): what scene.lookup takes."""
+    return _barycentric(body, mesh.points[mesh.faces[face]])
 
 
 def face_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:

@@ -18,7 +18,7 @@ from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.render.blender.rays import View
-from spin_usd.render.blender.settings import BEAUTY, LABEL, TRANSPARENT_BOUNCES, assign, cycles_scene
+from spin_usd.render.blender.settings import BEAUTY, LABEL, LABEL_LAYERS, TRANSPARENT_BOUNCES, assign, cycles_scene
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
@@ -48,8 +48,11 @@ class BlenderRenderer:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
         self._show(scene, View.sharp(scene))
         self._motion.hold()
-        assign(self._scene.cycles, LABEL)
-        self._scene.view_layers[0].material_override = self._label_material
+        holes = bool(scene.target.cut_out_key)
+        assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
+        self._scene.view_layers[0].material_override = None if holes else self._label_material
+        if holes:
+            self._target.number(scene.target.materials)
         numbers = self._render(label_bands(scene), region)[..., 0]
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 

@@ -13,6 +13,7 @@ from spin_usd.errors import RenderError
 
 BOUNCES = 4  # diffuse and glossy: a spacecraft's parts light each other
 TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
+LABEL_LAYERS = 1024  # holes that one ray of the labels may pass through: as many as Blender takes
 SINGLE_PRECISION = 1e-6  # relative rounding of a float32 property, with room for its unit conversion
 
 CYCLES: Mapping[str, Any] = {
