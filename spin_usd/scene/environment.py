@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from spin_usd.arrays import Float
+import numpy as np
+
+from spin_usd.arrays import Float, finite
+from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
 from spin_usd.scene.texture import Color, Image
@@ -10,10 +13,11 @@ from spin_usd.scene.texture import Color, Image
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Planet:
-    """An ellipsoid lit by the scene's distant lights, which in turn lights the target.
+    """An ellipsoid lit by the distant lights that light everything, which in turn lights the target.
 
-    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` and `clouds` (opacity in alpha):
-    latitude-longitude images, north at the top, longitude 0 in the middle column, east to the right.
+    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their albedo,
+    and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column, east to
+    the right. Latitude is that of the surface's normal.
     `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB.
     """
 
@@ -25,6 +29,10 @@ class Planet:
     atmosphere: float = 0.0
     haze: Color = (0.0, 0.0, 0.0)
 
+    def __post_init__(self) -> None:
+        if not all(0 < radius < np.inf for radius in self.radii):
+            raise GeometryError(f"planet {self.path} has the radii {self.radii}, expected above zero")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stars:
@@ -35,12 +43,19 @@ class Stars:
     directions: Float
     irradiance: Float
 
+    def __post_init__(self) -> None:
+        for name in ("directions", "irradiance"):
+            object.__setattr__(self, name, finite(getattr(self, name), (None, 3), f"{name} of {self.path}"))
+        if len(self.directions) != len(self.irradiance):
+            raise GeometryError(f"{self.path} has {len(self.directions)} stars and {len(self.irradiance)} irradiances")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackPlate:
     """A picture behind everything, filling the frame, in a share `probability` of the pictures: one of `images`, turned
     by an angle of the range `roll` (radians) and mirrored left to right with probability `mirror`; which, is drawn from
-    the picture's seed. `radiance` is that of the image's white."""
+    the picture's seed. `radiance` is that of the image's white. It hides what a dome and stars would show, and lights
+    nothing."""
 
     path: str = field(metadata=NAME)
     images: tuple[Image, ...]

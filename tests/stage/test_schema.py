@@ -24,6 +24,29 @@ SCHEMAS = {
     schema.SHUTTER_API: {schema.SHUTTER_READOUT_TIME},
     schema.CAPTURE_API: {schema.CAPTURE_FRAME, schema.CAPTURE_SEED},
     schema.TARGET_API: {schema.TARGET_NAME, schema.TARGET_KEYPOINTS},
+    schema.PLANET_API: {
+        schema.PLANET_RADII,
+        schema.PLANET_ALBEDO,
+        schema.PLANET_ALBEDO_FILE,
+        schema.PLANET_CLOUDS_FILE,
+        schema.PLANET_CLOUDS_ALBEDO,
+        schema.PLANET_SCALE_HEIGHT,
+        schema.PLANET_OPTICAL_DEPTH,
+    },
+    schema.STARS_API: {
+        schema.STARS_SEED,
+        schema.STARS_LIMITING_MAGNITUDE,
+        schema.STARS_DIRECTIONS,
+        schema.STARS_MAGNITUDES,
+        schema.STARS_TEMPERATURES,
+    },
+    schema.BACK_PLATE_API: {
+        schema.BACK_PLATE_FILES,
+        schema.BACK_PLATE_RADIANCE,
+        schema.BACK_PLATE_PROBABILITY,
+        schema.BACK_PLATE_ROLL,
+        schema.BACK_PLATE_MIRROR,
+    },
 }
 
 
