@@ -47,6 +47,21 @@ def test_every_surface_point_lies_in_just_one_band(camera, q, t, cost):
     assert (times[uv[:, 1], uv[:, 0]] == 1).all()
 
 
+@settings(max_examples=100)
+@given(st.sampled_from([SPEEDPLUS, BARREL, SMALL]), unit_quaternions(), st.floats(0, 40), st.floats(0, 2 * np.pi))
+def test_every_smeared_point_lies_in_a_band(camera, q, smear, turn):
+    points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0.3, 0, 5)).points(CORNERS)
+    region = region_of_interest(camera, points, reach=np.full(8, smear / 50))
+    bands = tight_bands(camera, points, EDGES, region, band_cost_px=50.0, reach_px=smear)
+    inside = np.zeros((camera.height, camera.width), bool)
+    for band in bands:
+        inside[band.slices] = True
+    pose = Transform.from_quaternion(to="cam", of="body", q=q, t=(0.3, 0, 5))
+    uv = camera.project(pose.points(surface(CORNERS[FACES]))) + smear * np.array([np.cos(turn), np.sin(turn)])
+    uv = uv[((uv >= (region.x0, region.y0)) & (uv < (region.x1, region.y1))).all(1)].astype(int)
+    assert inside[uv[:, 1], uv[:, 0]].all()
+
+
 def test_bands_of_a_slanted_box_leave_out_what_is_empty():
     q = np.array([np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)])  # 45 degrees about the optical axis
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, 5)).points(CORNERS)

@@ -1,5 +1,7 @@
 """The region of interest holds every pixel that the body can cover."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -10,6 +12,7 @@ from scipy.spatial import ConvexHull
 from spin_usd.geometry.bounds import PADDING_PX, convex_hull_2d, region_of_interest
 from spin_usd.geometry.transform import Transform
 
+STRAIGHT = replace(SPEEDPLUS, distortion=(0.0,) * 5)
 SLACK_PX = 1  # whole pixels, and the bow of edges between their samples
 CORNERS, FACES = box((-0.6, -0.4, -0.3), (0.6, 0.5, 0.2))
 
@@ -61,6 +64,25 @@ def test_is_no_larger_than_needed(camera, q, z):
     assert region.y0 >= low[1]
     assert region.x1 <= high[0]
     assert region.y1 <= high[1]
+
+
+@given(st.sampled_from([STRAIGHT, BARREL, FOLDING]), unit_quaternions(), st.floats(-0.4, 0.4), st.floats(0, 0.1))
+def test_holds_every_point_smeared_and_no_more(camera, q, aside, most):
+    """Each corner by a reach of its own, in normalised coordinates."""
+    points = Transform.from_quaternion(to="cam", of="body", q=q, t=(4 * aside, 3 * aside, 8)).points(CORNERS)
+    reach = most * np.arange(1, 9) / 8
+    region = region_of_interest(camera, points, reach=reach)
+    turn = np.arange(360) * np.pi / 180
+    rim = np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
+    uv = covered(camera, ((points / points[:, 2:])[:, None] + reach[:, None, None] * rim).reshape(-1, 3))
+    assert ((uv >= (region.x0, region.y0)) & (uv <= (region.x1, region.y1))).all()
+    if not camera.distorted and region.padded(1) & camera.frame == region.padded(1):  # a lens bends the circles
+        assert np.abs(uv.min(0) - (region.x0, region.y0)).max() <= PADDING_PX + SLACK_PX + 1
+        assert np.abs(uv.max(0) - (region.x1, region.y1)).max() <= PADDING_PX + SLACK_PX + 1
+
+
+def test_an_unbounded_smear_is_seen_everywhere():
+    assert region_of_interest(SPEEDPLUS, CORNERS + np.array([0, 0, 5]), reach=np.full(8, np.inf)) == SPEEDPLUS.frame
 
 
 @pytest.mark.parametrize("t", [(0, 0, -3), (40, 0, 5), (0, -40, 5), (3e6, 0, 1e6)])

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scenes import unit_quaternions
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import GeometryError
-from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, unit_quaternion
+from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, turn_between, unit_quaternion
 
 ROUNDING = 4e-16 * 4  # a few units in the last place of numbers up to one
 
@@ -19,6 +20,15 @@ def scipy(q):
 @given(unit_quaternions())
 def test_matrix_is_scipys(q):
     np.testing.assert_allclose(matrix_from_quaternion(q), scipy(q).as_matrix(), rtol=0, atol=ROUNDING)
+
+
+@given(unit_quaternions(), unit_quaternions(), st.floats(-0.1, 1.1))
+def test_turn_between_is_scipys_rotation_vector_shortened(q, r, share):
+    way = scipy(q).inv() * scipy(r)
+    assume(way.magnitude() < np.pi - 1e-6)  # half a turn has two ways
+    wanted = scipy(q) * Rotation.from_rotvec(share * way.as_rotvec())
+    found = turn_between(scipy(q).as_matrix(), scipy(r).as_matrix(), share)
+    np.testing.assert_allclose(found, wanted.as_matrix(), rtol=0, atol=1e-9)
 
 
 @given(unit_quaternions())

@@ -1,0 +1,70 @@
+"""Reaches of blur hold every point that lens and motion can smear, and little more."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import BARREL, PINCUSHION, SPEEDPLUS, unit_quaternions
+
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_reach, reach_px, rotation_angle
+from spin_usd.geometry.rotation import turn_between
+from spin_usd.geometry.transform import Transform
+
+ROUNDING = 1e-12
+TIGHT = 1.05  # the polygon around the circle, and the lens that changes within it
+
+depths = st.floats(0.5, 1e6)
+
+
+@given(depths, depths, st.floats(0, 2 * np.pi), st.floats(1e-4, 0.1))
+def test_circle_of_confusion_is_where_rays_from_the_rim_meet_the_image(depth, focus, turn, radius):
+    """Trace a ray from the aperture's rim through the point to the plane of focus; the chief ray through the place
+    that it meets there is the pixel's."""
+    point, rim = np.array([0.3 * depth, -0.2 * depth, depth]), radius * np.array([np.cos(turn), np.sin(turn), 0])
+    met = rim + (point - rim) * focus / depth
+    seen = np.linalg.norm(met[:2] / focus - point[:2] / depth)
+    wanted = circle_of_confusion(depth, radius=radius, focus=focus)
+    assert np.isclose(seen, wanted, rtol=1e-9, atol=ROUNDING)
+
+
+def test_no_circle_in_focus_and_a_finite_one_at_infinity():
+    assert circle_of_confusion(7.0, radius=0.1, focus=7.0) == 0
+    assert np.isclose(circle_of_confusion(1e30, radius=0.1, focus=4.0), 0.1 / 4)
+
+
+@given(unit_quaternions(), unit_quaternions(), st.floats(0, 1))
+def test_arc_height_bounds_the_way_between_two_poses(q, r, share):
+    a, b = (Transform.from_quaternion(to="cam", of="body", q=x, t=(0, 0, 9)) for x in (q, r))
+    corner = np.array([1.2, -0.5, 2.0])
+    turned = turn_between(a.rotation, b.rotation, share) @ corner
+    chord = (1 - share) * a.rotation @ corner + share * b.rotation @ corner
+    assert np.linalg.norm(turned - chord) <= arc_height(np.linalg.norm(corner), (a, b)) + ROUNDING
+
+
+@given(unit_quaternions(), st.floats(0, np.pi))
+def test_angle_is_that_of_the_turn_between(q, angle):
+    a = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, 0))
+    b = a @ Transform.from_quaternion(to="body", of="b", q=(np.cos(angle / 2), np.sin(angle / 2), 0, 0), t=(0, 0, 0))
+    assert np.isclose(rotation_angle(a, b), angle, atol=1e-7)  # an arc sine near its end
+
+
+@given(st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.1, 5)), st.floats(0, 0.2), st.integers(0, 2**32 - 1))
+def test_a_point_moved_by_an_offset_stays_within_its_reach(point, offset, seed):
+    where = np.array([point])
+    aside = np.random.default_rng(seed).normal(size=(50, 3))
+    moved = where + offset * aside / np.linalg.norm(aside, axis=1, keepdims=True)
+    reach = offset_reach(where, offset)[0]
+    seen = np.linalg.norm(moved[:, :2] / moved[:, 2:] - where[:, :2] / where[:, 2:], axis=1)
+    assert reach == np.inf or seen.max() <= reach + ROUNDING
+    assert reach == np.inf or offset < point[2]
+
+
+@given(st.sampled_from([SPEEDPLUS, BARREL, PINCUSHION]), st.floats(0, 0.01), st.integers(0, 2**32 - 1))
+def test_reach_in_pixels_holds_every_direction_and_little_more(camera, reach, seed):
+    rng = np.random.default_rng(seed)
+    xy = camera.normalised(rng.uniform((0, 0), (camera.width, camera.height), (20, 2)))
+    turn = rng.uniform(0, 2 * np.pi, (20, 100))
+    moved = camera.pixels(xy[:, None] + reach * np.stack([np.cos(turn), np.sin(turn)], -1))
+    furthest = np.abs(moved - camera.pixels(xy)[:, None]).max()
+    found = reach_px(camera, xy, np.full(20, reach))
+    assert furthest <= found + 1e-9
+    assert found <= TIGHT * furthest + 1e-9
