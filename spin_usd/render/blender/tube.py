@@ -67,7 +67,7 @@ def _unit_tube() -> Any:
     points = np.concatenate([ring - half, ring + half])
     i, j = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
     data = bpy.data.meshes.new("tube")
-    data.from_pydata(points.tolist(), [], np.stack([i, i + SIDES, j + SIDES, j], -1).tolist())
+    data.from_pydata(points.tolist(), [], np.stack([i, j, j + SIDES, i + SIDES], -1).tolist())
     return data
 
 
