@@ -12,6 +12,7 @@ from spin_usd.scene.poses import FRAME_NAME, repeated_name
 from spin_usd.stage import schema
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames
+from spin_usd.stage.check_sensor import sensor_findings
 from spin_usd.stage.convert import quaternion
 from spin_usd.stage.lens import derived_values, read_lens
 
@@ -58,8 +59,8 @@ def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """There is one that render takes, and every lens is one, from which USD's own attributes and
-    omni:lensdistortion:* follow."""
+    """There is one that render takes; every sensor, optics and lens is one, and USD's own attributes and
+    omni:lensdistortion:* follow from the lens."""
     try:
         chosen = find_camera(stage).GetPath()
     except SpinError as error:
@@ -67,6 +68,7 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
         chosen = Sdf.Path()
     for prim in (prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)):
         where = str(prim.GetPath())
+        yield from sensor_findings(prim)
         if not prim.HasAPI(schema.LENS_API):
             yield from _lensless_findings(prim, is_chosen=prim.GetPath() == chosen)
             continue

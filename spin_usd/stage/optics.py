@@ -7,7 +7,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.sensor import Optics
 from spin_usd.scene.vignetting import least_gain
 from spin_usd.stage import schema
-from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, value_in
+from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, typed_value, value_in
 
 RANGES = {
     "psf_sigma": Range(0, 100),
@@ -27,7 +27,7 @@ def read_optics(prim: Usd.Prim, camera: Camera, time: Usd.TimeCode) -> Optics:
         refuse_unapplied(prim, "spin:optics:", schema.OPTICS_API)
         return Optics()
     numbers = {field: value_in(prim, schema.OPTICS[field], allowed, time) for field, allowed in RANGES.items()}
-    optics = Optics(cos_fourth=bool(prim.GetAttribute(schema.OPTICS["cos_fourth"]).Get(time)), **numbers)
+    optics = Optics(cos_fourth=typed_value(prim, schema.OPTICS["cos_fourth"], time), **numbers)
     least = least_gain(camera, optics.vignetting)
     if least < 0:
         where = f"{prim.GetPath()}.{schema.OPTICS['vignetting']}"

@@ -35,14 +35,21 @@ FINITE, AT_LEAST_0, ABOVE_0, SHARE = Range(), Range(0), Range(0, open=True), Ran
 
 def value_in(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode) -> Any:
     """The number, or tuple of numbers, of the attribute `name`. Raises StageError where one is outside of `allowed`."""
-    value = prim.GetAttribute(name).Get(time)
-    where = f"{prim.GetPath()}.{name}"
-    if value is None:
-        raise StageError("has no value", where=where, do=f"choose {allowed}")
+    value = typed_value(prim, name, time)
     numbers = (value,) if isinstance(value, int | float) else tuple(value)
     if not all(number in allowed for number in numbers):
-        raise StageError(f"is {value}", where=where, do=f"choose {allowed}")
+        raise StageError(f"is {value}", where=f"{prim.GetPath()}.{name}", do=f"choose {allowed}")
     return value if isinstance(value, int | float) else numbers
+
+
+def typed_value(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Any:
+    """The value of an attribute of an applied schema. Raises StageError where it is not of the schema's type: USD hands
+    out what a layer says."""
+    attribute = prim.GetAttribute(name)
+    value, kind = attribute.Get(time), attribute.GetTypeName()
+    if type(value) is not type(kind.defaultValue):
+        raise StageError(f"is {value!r}", where=attribute.GetPath(), do=f"make it a {kind}")
+    return value
 
 
 def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:

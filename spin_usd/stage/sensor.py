@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage import schema
-from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, value_in
+from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, typed_value, value_in
 
 ONE_OF = {"channels": ("mono", "rgb"), "encoding": ("srgb", "linear", "gamma"), "bit_depth": (8, 16)}
 RANGES = {
@@ -53,7 +53,7 @@ def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
 
 
 def _one_of(prim: Usd.Prim, name: str, allowed: tuple[Any, ...], time: Usd.TimeCode) -> Any:
-    value = prim.GetAttribute(name).Get(time)
+    value = typed_value(prim, name, time)
     if value not in allowed:
         raise StageError(f"is {value!r}", where=f"{prim.GetPath()}.{name}", do=f"choose one of {allowed}")
     return value
@@ -65,7 +65,7 @@ def _auto_exposure(prim: Usd.Prim, time: Usd.TimeCode) -> AutoExposure | None:
     if low > high:
         where = f"{prim.GetPath()}.{schema.AUTO_EXPOSURE_STOPS}"
         raise StageError(f"is ({low:g}, {high:g})", where=where, do="give the lesser first")
-    return AutoExposure(level=level, stops=(low, high)) if prim.GetAttribute(schema.AUTO_EXPOSURE).Get(time) else None
+    return AutoExposure(level=level, stops=(low, high)) if typed_value(prim, schema.AUTO_EXPOSURE, time) else None
 
 
 def _check_together(prim: Usd.Prim, sensor: Sensor) -> None:
