@@ -8,9 +8,9 @@ import pytest
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.sun import shining_along
-from spin_usd.render.blender.material import principled_inputs
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Primvar
 
 RADIOMETRY = 1e-4  # relative; float32 light transport
 NOISE = 0.02  # relative, of a mean over some thousand pixels of 64 samples that choose lobes at random
@@ -182,25 +182,17 @@ def test_suns_shine_along_their_direction(direction):
     assert np.allclose(rotation @ (0, 0, -1), direction)
 
 
-@pytest.mark.parametrize("f0", [(0.04, 0.04, 0.04), (0.9, 0.6, 0.2), (0.0, 0.1, 0.0)])
-def test_specular_workflow_reflects_its_colour_head_on(f0):
-    """By Fresnel's equation at normal incidence."""
-    inputs = principled_inputs(Material(path="/m", use_specular_workflow=True, specular_color=f0))
-    ior = inputs["IOR"]
-    assert ((ior - 1) / (ior + 1)) ** 2 * np.array(inputs["Specular Tint"][:3]) == pytest.approx(np.array(f0))
-
-
 @pytest.mark.parametrize(
     "values",
     [
-        {"opacity": 0.5, "metallic": 1.0},
-        {"opacity": 0.5, "clearcoat": 1.0},
         {"roughness": 1.5},
         {"diffuse_color": (0.5, np.nan, 0.5)},
         {"diffuse_color": (2.0, 0.5, 0.5)},
         {"emissive_color": (-1.0, 0.0, 0.0)},
         {"ior": 0.5},
-        {"use_specular_workflow": True, "specular_color": (1.0, 1.0, 1.0)},
+        {"use_specular_workflow": True, "specular_color": (1.5, 1.0, 1.0)},
+        {"opacity": Primvar(name="nowhere")},
+        {"normal": (0.6, 0.0, 0.8)},
     ],
 )
 def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, values):

@@ -1,6 +1,6 @@
 """UsdPreviewSurface as Cycles materials, and the materials of the label picture."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import bpy
@@ -15,6 +15,8 @@ from spin_usd.scene.model import Mesh
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing
 LABEL = "label"
+EVERY = tuple(LIMITS)
+CUT = ("opacity",)  # the inputs that labels depend on
 # fmt: off
 FIELDS = ("diffuse_color", "emissive_color", "specular_color", "metallic", "roughness", "clearcoat",
           "clearcoat_roughness", "opacity", "ior")
@@ -29,22 +31,20 @@ class MaterialLibrary:
         self._images = ImageLibrary()
         self._materials: tuple[Material, ...] = ()
         self._shown: list[str] = []
-        self._checked: set[str] = set()
+        self._checked: dict[tuple[str, ...], set[Material]] = {}
 
     def dress(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
         """Give the Blender meshes of `mesh` these materials, in this order. `again` where the meshes are new.
 
         Raises UnsupportedError, with the material's path.
         """
-        keys = [material.key for material in materials]
-        self._check(keys, materials, mesh, LIMITS, again=again)
-        self._show(meshes, materials, keys, surface_material, again=again)
+        self._check(materials, mesh, EVERY, again=again)
+        self._show(meshes, materials, [material.key for material in materials], surface_material, again=again)
 
     def number(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
         """Let every face of the Blender meshes of `mesh` glow with its number, where it is not cut out."""
-        keys = [_label_key(material) for material in materials]
-        self._check(keys, materials, mesh, ("opacity",), again=again)
-        self._show(meshes, materials, keys, label_material, again=again)
+        self._check(materials, mesh, CUT, again=again)
+        self._show(meshes, materials, [_label_key(material) for material in materials], label_material, again=again)
 
     @property
     def emissive(self) -> bool:
@@ -54,16 +54,15 @@ class MaterialLibrary:
     def transparent(self) -> bool:
         return any(m.cut_out or m.opacity != 1 for m in self._materials)
 
-    def _check(
-        self, keys: Sequence[str], materials: Sequence[Material], mesh: Mesh, inputs: Iterable[str], *, again: bool
-    ) -> None:
-        """Check what was not checked before with this mesh."""
+    def _check(self, materials: Sequence[Material], mesh: Mesh, inputs: tuple[str, ...], *, again: bool) -> None:
+        """Check what was not checked before with this mesh; for the labels only what cuts it out."""
         if again:
             self._checked.clear()
-        for index, (key, material) in enumerate(zip(keys, materials, strict=True)):
-            if key not in self._checked and key != LABEL:
+        known = self._checked.get(inputs, set())
+        for index, material in enumerate(materials):
+            if material not in known and (inputs is EVERY or material.cut_out):
                 check_material(material, mesh, mesh.face_material == index, inputs)
-        self._checked.update(keys)
+        self._checked[inputs] = set(materials)
 
     def _show(
         self,
@@ -90,7 +89,6 @@ class MaterialLibrary:
         used = {key for m in self._materials for key in (m.key, _label_key(m))}
         for key in set(self._built) - used:
             bpy.data.materials.remove(self._built.pop(key))
-        self._checked &= used
         self._images.keep(self._materials)
 
 
