@@ -15,9 +15,9 @@ from spin_usd.scene.texture import Color, Image
 class Planet:
     """An ellipsoid lit by the distant lights that light everything, which in turn lights the target.
 
-    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their albedo,
-    and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column, east to
-    the right. Latitude is that of the surface's normal.
+    radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their
+    albedo, and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column,
+    east to the right. Latitude is that of the surface's normal.
     `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB.
     """
 

@@ -16,6 +16,7 @@ from spin_usd.stage import compose
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
+from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
 from spin_usd.stage.keypoints import find_keypoints
 from spin_usd.stage.lights import LightReader
@@ -44,6 +45,7 @@ class StageReader:
         refuse_geometry_outside(self._target_prim)
         self._images = Images()
         self._lights = LightReader(self.stage, self._images)
+        self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
         check_chain(self._target_prim)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage)
@@ -87,6 +89,7 @@ class StageReader:
             T_cam_body=T_CAM_USDCAM @ between(usdcam.transform, body.transform),
             target=self._target_at(time, body.scale),
             lights=self._lights.read(time, usdcam.transform, world, self.metres),
+            environment=self._environment.read(time, usdcam.transform, world, self.metres),
             sensor=sensor,
             optics=optics,
             thin_lens=read_thin_lens(self._camera_prim, time, self.metres),

@@ -1,0 +1,31 @@
+"""A picture behind everything: SpinBackPlateAPI."""
+
+from math import radians
+
+from pxr import Usd
+
+from spin_usd.errors import StageError
+from spin_usd.scene.environment import BackPlate
+from spin_usd.stage import schema
+from spin_usd.stage.images import Images
+from spin_usd.stage.ranges import AT_LEAST_0, FINITE, SHARE, value_in
+
+
+def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackPlate:
+    """The back plate at `time`. Raises StageError with its path."""
+    files = [file for file in prim.GetAttribute(schema.BACK_PLATE_FILES).Get(time) or () if file.path]
+    if not files:
+        where = f"{prim.GetPath()}.{schema.BACK_PLATE_FILES}"
+        raise StageError("names no image", where=where, do="name one or more")
+    least, most = value_in(prim, schema.BACK_PLATE_ROLL, FINITE, time)
+    if least > most:
+        where = f"{prim.GetPath()}.{schema.BACK_PLATE_ROLL}"
+        raise StageError(f"goes from {least:g} down to {most:g}", where=where, do="give the smaller angle first")
+    return BackPlate(
+        path=str(prim.GetPath()),
+        images=tuple(images.read(file, "auto", prim).image for file in files),
+        radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, AT_LEAST_0, time),
+        probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
+        roll=(radians(least), radians(most)),
+        mirror=value_in(prim, schema.BACK_PLATE_MIRROR, SHARE, time),
+    )
