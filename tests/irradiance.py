@@ -35,8 +35,8 @@ def polygon(radiance, corners, p, n):
 
 
 def surface(emitted, points, normals, areas, p, n):
-    """The integral over a surface in small pieces (N, 3), (N, 3), (N,), each shining outwards: `emitted` is its radiance
-    into unit directions (N, 3)."""
+    """The integral over a surface in small pieces (N, 3), (N, 3), (N,), each shining outwards: `emitted` is its
+    radiance into unit directions (N, 3)."""
     to = points - p
     squared = np.sum(to**2, 1)
     towards = to / np.sqrt(squared)[:, None]

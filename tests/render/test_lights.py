@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdLux
 
+from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.material import Material
+from spin_usd.scene.texture import Image
 from spin_usd.stage.images import Images
 from spin_usd.stage.lights import LightReader
 
 SAMPLES = 4096
 RADIOMETRY = 0.005  # relative: what is promised of a light at SAMPLES
+EDGE = 1e-3  # of it: half of the 4 mm that are measured see a sliver of a light whose plane goes through their middle
 DARK = 1e-6  # of what the light would give from the front
 P, N = np.array([0, 0, -4.0]), np.array([0, 0, 1.0])
 L = 5.0
@@ -70,7 +72,7 @@ def integral(pieces, *, R=None, at=(0, 0, -2), factor=None):
 
 WARM = np.array(UsdLux.BlackbodyTemperatureAsRgb(3000))
 SHAPED = ("ShapingAPI",)
-SOFT = ("float inputs:shaping:cone:angle = 40", "float inputs:shaping:cone:softness = 0.7")
+SOFT = ("float inputs:shaping:cone:angle = 60", "float inputs:shaping:cone:softness = 0.7")
 NORMALIZED = "bool inputs:normalize = 1"
 TILT = turned(35, -20, 50)
 DOWN = (0, 0, -1)  # along which lights shine that are not turned
@@ -166,7 +168,13 @@ CASES = {
         by.polygon(L, corners(2, 0.5, TILT, OFF), P, N),
     ),
     "rectangle, centimetres": (
-        lux("RectLight", "float inputs:width = 100", "float inputs:height = 100", at=cm(OFF), metadata="metersPerUnit = 0.01"),
+        lux(
+            "RectLight",
+            "float inputs:width = 100",
+            "float inputs:height = 100",
+            at=cm(OFF),
+            metadata="metersPerUnit = 0.01",
+        ),
         by.polygon(L, corners(1, 1, at=OFF), P, N),
     ),
     "cylinder": (lux("CylinderLight", "float inputs:radius = 0.2"), L * integral(by.tube_pieces(1, 0.2))),
@@ -192,7 +200,7 @@ CASES = {
     ),
     "point, soft cone": (
         lux("SphereLight", "bool treatAsPoint = 1", *SOFT, at=OFF, api=SHAPED),
-        by.point(L * np.pi / 4, OFF, P, N) * by.shaping(DOWN, cone=40, softness=0.7)(by.unit(P - OFF)[None])[0],
+        by.point(L * np.pi / 4, OFF, P, N) * by.shaping(DOWN, cone=60, softness=0.7)(by.unit(P - OFF)[None])[0],
     ),
     "point, hard cone, inside": (
         lux("SphereLight", "bool treatAsPoint = 1", "float inputs:shaping:cone:angle = 46", at=OFF, api=SHAPED),
@@ -204,7 +212,7 @@ CASES = {
     ),
     "sphere, soft cone": (
         lux("SphereLight", *SOFT, at=OFF, api=SHAPED),
-        L * integral(by.sphere_pieces(0.5), at=OFF, factor=by.shaping(DOWN, cone=40, softness=0.7)),
+        L * integral(by.sphere_pieces(0.5), at=OFF, factor=by.shaping(DOWN, cone=60, softness=0.7)),
     ),
     "sphere, hard cone through it": (
         lux("SphereLight", "float inputs:shaping:cone:angle = 40", at=OFF, api=SHAPED),
@@ -215,7 +223,13 @@ CASES = {
         L * integral(by.disk_pieces(0.5, 0.5), R=TILT, at=OFF, factor=by.shaping(TILT @ DOWN, focus=4)),
     ),
     "rectangle, focus 2, tinted": (
-        lux("RectLight", "float inputs:shaping:focus = 2", "color3f inputs:shaping:focusTint = (1, 0.5, 0)", at=OFF, api=SHAPED),
+        lux(
+            "RectLight",
+            "float inputs:shaping:focus = 2",
+            "color3f inputs:shaping:focusTint = (1, 0.5, 0)",
+            at=OFF,
+            api=SHAPED,
+        ),
         [
             L * integral(by.rect_pieces(1, 1), at=OFF, factor=lambda d, t=t: t + (1 - t) * by.shaping(DOWN, focus=2)(d))
             for t in (1.0, 0.5, 0.0)
@@ -223,11 +237,11 @@ CASES = {
     ),
     "rectangle, soft cone": (
         lux("RectLight", *SOFT, at=OFF, api=SHAPED),
-        L * integral(by.rect_pieces(1, 1), at=OFF, factor=by.shaping(DOWN, cone=40, softness=0.7)),
+        L * integral(by.rect_pieces(1, 1), at=OFF, factor=by.shaping(DOWN, cone=60, softness=0.7)),
     ),
     "cylinder, soft cone": (
         lux("CylinderLight", *SOFT, at=OFF, api=SHAPED),
-        L * integral(by.tube_pieces(1, 0.5), at=OFF, factor=by.shaping(DOWN, cone=40, softness=0.7)),
+        L * integral(by.tube_pieces(1, 0.5), at=OFF, factor=by.shaping(DOWN, cone=60, softness=0.7)),
     ),
 }
 
@@ -251,3 +265,150 @@ def test_irradiance(blender, plane, case, record_property):
     record_property("expected", expected.tolist())
     record_property("found", found.tolist())
     assert found == pytest.approx(expected, rel=RADIOMETRY, abs=DARK * L)
+
+
+@pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "RectLight", "CylinderLight"])
+def test_light_from_behind_the_plane_is_none(blender, plane, kind):
+    assert not measured(blender, plane(read(lux(kind, at=(0.3, 0.2, -6), turn=(180, 0, 0)))), samples=16).any()
+
+
+@pytest.mark.parametrize("kind", ["DiskLight", "RectLight"])
+def test_flat_lights_shine_to_one_side_only(blender, plane, kind):
+    assert not measured(blender, plane(read(lux(kind, turn=(180, 0, 0)))), samples=16).any()
+    edge_on = measured(blender, plane(read(lux(kind, turn=(0, 90, 0)))), samples=16)
+    assert edge_on.max() < EDGE * by.sphere(L, (0, 0, -2), 0.5, P, N)
+    assert not measured(blender, plane(read(lux(kind, at=(2, 0, -4)))), samples=16).any()  # in the plane itself
+
+
+@pytest.mark.parametrize("range_m", [4.0, 100.0, 4e5])
+def test_the_range_does_not_change_the_light(blender, plane, range_m):
+    """Near and far, where Blender's world has its origin at the target and rays start there."""
+    scene, shift = plane(read(lux("SphereLight", at=OFF))), np.array([0, 0, range_m - 4])
+    camera = replace(CAMERA, fx=1000 * range_m, fy=1000 * range_m)
+    T_cam_body = replace(scene.T_cam_body, translation=scene.T_cam_body.translation + shift)
+    light = scene.lights[0]
+    light = replace(light, T_cam_light=replace(light.T_cam_light, translation=light.T_cam_light.translation + shift))
+    found = measured(blender, replace(scene, camera=camera, T_cam_body=T_cam_body, lights=(light,)), samples=256)
+    assert found == pytest.approx(by.sphere(L, OFF, 0.5, P, N), rel=RADIOMETRY)
+
+
+def test_an_image_lies_upright_on_its_rectangle(blender, plane):
+    """Seen from the lit side its top left corner is at +x, +y (UsdLux.RectLight): only that quarter shines, in red."""
+    pixels = np.zeros((2, 2, 4), np.float32)
+    pixels[0, 0] = 1, 0, 0, 1
+    big = Image(name="quarter", pixels=pixels.repeat(32, 0).repeat(32, 1))
+    (light,) = read(lux("RectLight", "float inputs:width = 3", "float inputs:height = 2", at=(0.4, 0.3, -2)))
+    found = measured(blender, plane([replace(light, image=big)]))
+    quarter = by.polygon(L, corners(1.5, 1, at=(0.4 + 0.75, 0.3 + 0.5, -2)), P, N)
+    assert found == pytest.approx([quarter, 0, 0], rel=2 * RADIOMETRY, abs=DARK)  # its edges are half a texel soft
+
+
+MIRROR = Material(path="/mirror", diffuse_color=(1, 1, 1), metallic=1.0, roughness=0.0)
+
+
+@pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "RectLight", "CylinderLight"])
+def test_reflections_show_what_the_camera_does_not(blender, make_scene, square, kind):
+    """A lamp between the camera and a mirror: its own side is seen in the mirror, it is not in the way."""
+    lights = read(lux(kind, at=(0, 0, -2)))
+    seen = blender.radiance(make_scene(*square, camera=CAMERA, materials=[MIRROR], lights=lights), samples=64, seed=1)
+    assert seen.rgb == pytest.approx(L, rel=RADIOMETRY)
+    white = make_scene(*square, camera=CAMERA, lights=lights)
+    assert measured(blender, white).max() < 0.5 * np.pi * L
+
+
+def stripes(make_scene, **fields):
+    """A plane and, a metre before it, a strip in front of its middle; face groups 0 and 1."""
+    plane = np.array([[-9, -9, 0], [-9, 9, 0], [9, 9, 0], [9, -9, 0.0]])
+    strip = np.array([[-0.4, -9, -1], [-0.4, 9, -1], [0.4, 9, -1], [0.4, -9, -1.0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    camera = Camera(width=16, height=4, fx=16, fy=16, cx=8, cy=2)
+    every = {"camera": camera, "face_group": [0, 0, 1, 1]}
+    return make_scene(np.concatenate([plane, strip]), np.concatenate([faces, faces + 4]), **{**every, **fields})
+
+
+SHADED, OPEN, STRIP = slice(4, 5), slice(12, 16), slice(7, 9)  # columns, for light from the right
+
+LAMPS = {
+    "DistantLight": lux("DistantLight", NORMALIZED, "float inputs:angle = 0", turn=(0, 45, 0)),
+    "SphereLight": lux("SphereLight", "float inputs:radius = 0.01", at=(3, 0, 0)),
+    "RectLight": lux("RectLight", at=(3, 0, 0), turn=(0, 40, 0), scale=(0.02, 0.02, 0.02)),
+    "CylinderLight": lux("CylinderLight", "float inputs:radius = 0.01", at=(3, 0, 0), turn=(0, 0, 90)),
+}
+
+
+@pytest.mark.parametrize("kind", LAMPS)
+def test_shadows_and_links(blender, make_scene, kind):
+    """Which stripes are lit, as lights reach one group or the other and are shadowed by one or the other or none. Each
+    follows in the next render, whatever the one before was."""
+    (light,) = read(LAMPS[kind])
+    scene = stripes(make_scene, materials=[Material(path="/w", diffuse_color=(0.01,) * 3, use_specular_workflow=True)])
+
+    def lit(**links):
+        rgb = blender.radiance(replace(scene, lights=(replace(light, **links),)), samples=16, seed=1).rgb[0, :, 0]
+        free = rgb[OPEN].mean()
+        return [bool(rgb[part].mean() > 0.3 * reference) for part in (SHADED, OPEN, STRIP)], free
+
+    reference = 1e-9
+    reference = lit()[1]
+    assert reference > 0
+    expected = {
+        (): [False, True, True],
+        (("shadows", False),): [True, True, True],
+        (("shadowed_by", frozenset({0})),): [True, True, True],
+        (("shadowed_by", frozenset({1})),): [False, True, True],
+        (("shadowed_by", frozenset()),): [True, True, True],
+        (("lights", frozenset({0})),): [False, True, False],
+        (("lights", frozenset({1})),): [False, False, True],
+        (("lights", frozenset({0})), ("shadows", False)): [True, True, False],
+        (("lights", frozenset()),): [False, False, False],
+        (("lights", frozenset({0, 1})),): [False, True, True],
+    }
+    for links, wanted in expected.items():
+        assert (links, lit(**dict(links))[0]) == (links, wanted)
+
+
+def test_frames_do_not_depend_on_the_lights_before(blender, make_scene):
+    """Every picture's bytes are the same after any other: lights of all kinds come, go, change and are linked."""
+    base = stripes(make_scene)
+    sets = [
+        [],
+        [LAMPS["DistantLight"]],
+        [LAMPS["CylinderLight"], LAMPS["SphereLight"]],
+        [LAMPS["DistantLight"], LAMPS["SphereLight"], LAMPS["RectLight"]],
+        [lux("RectLight", *SOFT, at=OFF, api=SHAPED), LAMPS["CylinderLight"]],
+        [lux("RectLight", at=OFF), LAMPS["CylinderLight"]],
+        [lux("RectLight", NORMALIZED, at=OFF, scale=(2, 1, 1)), LAMPS["CylinderLight"]],
+    ]
+    scenes = [replace(base, lights=tuple(light for text in texts for light in read(text))) for texts in sets]
+    last = replace(scenes[4].lights[1], lights=frozenset({0}))
+    scenes.append(replace(base, lights=(scenes[4].lights[0], last)))
+    first = [blender.radiance(scene, samples=3, seed=5).rgb.tobytes() for scene in scenes]
+    assert len(set(first)) == len(first)
+    for i in np.random.default_rng(3).permutation(np.repeat(np.arange(len(scenes)), 3)):
+        assert blender.radiance(scenes[i], samples=3, seed=5).rgb.tobytes() == first[i]
+
+
+def test_many_lamps_add_up(blender, plane):
+    """Chosen among by the light tree, and each alone."""
+    texts = [LAMPS[kind] for kind in ("SphereLight", "RectLight", "CylinderLight")]
+    texts += [lux("DiskLight", at=OFF), lux("SphereLight", at=(-1, 0.5, -3)), lux("DistantLight", NORMALIZED)]
+    lights = [light for text in texts for light in read(text)]
+    alone = sum(measured(blender, plane([light])) for light in lights)
+    assert measured(blender, plane(lights)) == pytest.approx(alone, rel=RADIOMETRY)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"emission": (np.nan, 1, 1)},
+        {"emission": (-1.0, 1, 1)},
+        {"size": (-1.0,)},
+        {"size": (1.0, 1.0)},
+        {"shape": "torus"},
+        {"image": Image(name="i", pixels=np.ones((1, 1, 4), np.float32))},
+    ],
+)
+def test_lamps_that_cannot_be_are_named(blender, plane, values):
+    (light,) = read(lux("SphereLight"))
+    with pytest.raises(UnsupportedError, match=r"^/Light: "):
+        measured(blender, plane([replace(light, **values)]), samples=1)

@@ -1,7 +1,8 @@
 """Cylinder lights, which Blender lacks: a tube that glows outwards and is otherwise not there.
 
 Its sides are as many as keep its width within 0.03 % of a cylinder's from every direction, and so wide that the mean
-over all directions, its surface, is the cylinder's.
+over all directions, its surface, is the cylinder's. Along its length it is in pieces, so that the light tree can
+choose those that are near.
 """
 
 from typing import Any
@@ -15,6 +16,7 @@ from spin_usd.render.blender.place import Place
 from spin_usd.scene.light import AreaLight
 
 SIDES = 128
+PIECES = 8
 
 
 class Tube:
@@ -62,12 +64,13 @@ def _unit_tube() -> Any:
     """Of length and radius 1 along x, open, its faces turned outwards."""
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     radius = np.pi / SIDES / np.sin(np.pi / SIDES)
-    ring = np.stack([0 * angle, radius * np.cos(angle), radius * np.sin(angle)], -1)
-    half = np.array([0.5, 0, 0])
-    points = np.concatenate([ring - half, ring + half])
+    along = np.repeat(np.linspace(-0.5, 0.5, PIECES + 1), SIDES)
+    around = np.tile(radius * np.stack([np.cos(angle), np.sin(angle)], -1), (PIECES + 1, 1))
     i, j = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    piece = np.stack([i, j, j + SIDES, i + SIDES], -1)
+    faces = np.concatenate([piece + k * SIDES for k in range(PIECES)])
     data = bpy.data.meshes.new("tube")
-    data.from_pydata(points.tolist(), [], np.stack([i, j, j + SIDES, i + SIDES], -1).tolist())
+    data.from_pydata(np.column_stack([along, around]).tolist(), [], faces.tolist())
     return data
 
 
