@@ -124,7 +124,7 @@ def test_a_sensor_that_is_none_is_refused_by_name(camera, texts, saying):
         ("double spin:sensor:autoExposure:level = 0", "level: is 0.0; choose numbers above 0"),
         ("float exposure:responsivity = 0", "its exposure scale is 0"),
         ('string spin:sensor:gain = "many"', "gain: is 'many'; make it a double"),
-        ("double[] spin:sensor:filter = [1]", "filter: is Vt.DoubleArray(1, (1.0,)); make it a color3d"),
+        ("double[] spin:sensor:filter = [1]", "filter: is Vt.DoubleArray(1, (1,)); make it a color3d"),
     ],
 )
 def test_what_is_no_number_or_no_exposure_is_refused(camera, text, saying):
