@@ -1,7 +1,8 @@
 """What optics, detector and PNG cost for a 1920 x 1200 grey picture on one core, beside a plain SciPy implementation.
 
-Run with the project's environment: taskset -c 0 .venv/bin/python tools/bench_sensor.py [ROUNDS]. The plain one convolves with the
-same kernels by SciPy's Gaussian filter and FFT, draws NumPy's Poisson numbers, and writes the PNG with Pillow.
+Run with the project's environment: taskset -c 0 .venv/bin/python tools/bench_sensor.py [ROUNDS]. The plain one
+convolves with the same kernels by SciPy's Gaussian filter and FFT, draws NumPy's Poisson numbers, and writes the PNG
+with Pillow.
 """
 
 import os
