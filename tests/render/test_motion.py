@@ -110,8 +110,8 @@ def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplu
     wanted = np.tensordot(weights, stills, 1)
     found = coverage(blender, blurred)
     assert wanted.max() == 1
-    assert np.abs(found - wanted).max() < 0.05  # one pixel's noise
-    assert np.abs(found - wanted).mean() < 0.002
+    assert np.abs(found - wanted).max() < 0.08  # one pixel's noise: four deviations of 1024 samples, and of 65 x 16
+    assert np.abs(found - wanted).mean() < 0.003
     assert np.isclose(found.sum(), wanted.sum(), rtol=2 * ENERGY)
 
 
