@@ -61,8 +61,8 @@ def _shown_area(light: AreaLight, leaving: Float) -> Float:
     match light.shape, light.size:
         case "sphere", (radius,):
             return np.full(len(leaving), np.pi * radius**2)
-        case "disk", (radius,):
-            return np.asarray(np.pi * radius**2 * facing)
+        case "disk", (along, across):
+            return np.asarray(np.pi * along * across * facing)
         case "rect", (width, height):
             return np.asarray(width * height * facing)
         case "cylinder", (length, radius):
