@@ -32,7 +32,7 @@ def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
 
 
 def refuse_shaping(prim: Usd.Prim) -> None:
-    """Raise UnsupportedError where a light without a place is shaped."""
-    if any(prim.GetAttribute(name) for name in (CONE, SOFTNESS, FOCUS, TINT)):
+    """Raise UnsupportedError where a light without a place is shaped: the applied schema alone asks for nothing."""
+    if any((a := prim.GetAttribute(name)) and a.HasAuthoredValue() for name in (CONE, SOFTNESS, FOCUS, TINT)):
         found = f"is a {prim.GetTypeName()} with a cone or a focus"
         raise UnsupportedError(found, where=prim.GetPath(), do="remove ShapingAPI from it")
