@@ -126,6 +126,17 @@ def test_auto_exposure_reaches_the_published_limits(authored: dict[str, Path]) -
     assert full_scale == pytest.approx([1.2 * 2 ** (15 - 1), 1.2 * 2 ** (9.28 - 1)], rel=LUX)
 
 
+def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) -> None:
+    readers = [StageReader(authored[name]) for name in ("speedplus_synthetic", "lightbox")]
+    matt, reflective = (reader.scene(reader.frames[0]).target for reader in readers)
+    assert matt.mesh.key == reflective.mesh.key
+    assert matt.parts == reflective.parts
+    assert matt.keypoint_names == reflective.keypoint_names
+    np.testing.assert_array_equal(matt.keypoints, reflective.keypoints)
+    assert not set(matt.materials) & set(reflective.materials)
+    assert not any(material.cut_out for material in reflective.materials)
+
+
 def test_a_preset_leaves_the_lens_alone(authored: dict[str, Path]) -> None:
     without, lightbox = (StageReader(authored[name]) for name in ("none", "lightbox"))
     assert without.scene(without.frames[0]).camera == lightbox.scene(lightbox.frames[0]).camera
