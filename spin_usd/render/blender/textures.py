@@ -41,9 +41,13 @@ class ImageLibrary:
         self.keep_only({texture.image.key for material in materials for texture in textures_of(material)})
 
     def keep_only(self, keys: Set[str]) -> None:
-        """Free the pictures that have none of these keys."""
+        """Free the pictures that have none of these keys.
+
+        Their empty shells stay, some kilobytes each: Cycles knows a picture by its address, and would show the old
+        pixels of one that is removed where the next happens to get the same.
+        """
         for key in set(self._uploaded) - keys:
-            bpy.data.images.remove(self._uploaded.pop(key))
+            self._uploaded.pop(key).buffers_free()
 
 
 def textures_of(material: Material) -> list[Texture]:
