@@ -54,9 +54,10 @@ def brushed_normal() -> Array:
 def solar_cell() -> Array:
     """An atlas of cells, each of its own shade, with fingers and bus bars; sRGB."""
     bars, fingers = _grid()
-    tones = 1 + 0.35 * (np.random.default_rng(21).random((d.CELL_TONES[1], d.CELL_TONES[0], 3)) - 0.5) * (1, 1, 1.3)
+    rng, shape = np.random.default_rng(21), (d.CELL_TONES[1], d.CELL_TONES[0])
+    tones = (0.7 + 0.6 * rng.random((*shape, 1))) * (0.9 + 0.2 * rng.random((*shape, 3)))
     shade = np.kron(tones, np.ones((CELL_PIXELS[1], CELL_PIXELS[0], 1))) * SILICON
-    everywhere = np.tile(np.maximum(bars, 0.22 * fingers), d.CELL_TONES[::-1])[..., None]
+    everywhere = np.tile(np.maximum(bars, 0.12 * fingers), d.CELL_TONES[::-1])[..., None]
     return _srgb(shade + everywhere * (SILVER - shade))
 
 
