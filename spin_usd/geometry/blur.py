@@ -3,16 +3,18 @@
 Reaches are lengths in undistorted normalised coordinates (x/z, y/z), where every blur has a closed form.
 """
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float
+from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 
-DIRECTIONS = 16  # in which a reach is followed through the lens; the polygon they span is 2 % larger than its circle
+GRID = 33  # points per axis at which a lens's magnification is taken
 
 
 def circle_of_confusion(depth: ArrayLike, *, radius: float, focus: float) -> Float:
@@ -52,9 +54,9 @@ def offset_reach(points_cam: Float, offset: float) -> Float:
         return np.where(z > offset, offset * (1 + np.hypot(x, y) / z) / (z - offset), np.inf)
 
 
-def reach_px(camera: Camera, xy: Float, reach: Float) -> float:
-    """The furthest, in pixels of `camera`, that a `reach` (N,) takes a point of `xy` (N, 2), normalised."""
-    turn = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    rim = np.stack([np.cos(turn), np.sin(turn)], -1) / np.cos(np.pi / DIRECTIONS)
-    moved = camera.pixels(xy[:, None] + reach[:, None, None] * rim)
-    return float(np.abs(moved - camera.pixels(xy)[:, None]).max(initial=0))
+@lru_cache(maxsize=16)
+def magnification(camera: Camera) -> float:
+    """The most pixels by which the lens makes a step of one in undistorted normalised coordinates, within the frame."""
+    u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
+    jacobian = lens.distortion_jacobian(camera.normalised(np.stack([u, v], -1)), camera.distortion)
+    return float(np.linalg.norm(np.array([[camera.fx], [camera.fy]]) * jacobian, ord=2, axis=(-2, -1)).max())

@@ -4,12 +4,13 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.bands import tight_bands
-from spin_usd.geometry.blur import reach_px
+from spin_usd.geometry.blur import magnification
 from spin_usd.geometry.region import Region
 from spin_usd.scene.model import Scene
 
 # What starting a render costs, in samples of empty pixels: some 15 ms against half a microsecond.
 BAND_COST_SAMPLES = 30_000
+STOP_PX = 4.0  # by so much may bands be too wide, rather than take longer to find
 
 
 def label_bands(scene: Scene) -> list[Region]:
@@ -23,20 +24,26 @@ def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
     """Boxes that hold every pixel of `scene.picture_region` that the target, smeared or not, can touch."""
     mesh, region, cost = scene.target.mesh, scene.picture_region, BAND_COST_SAMPLES / samples
     places = np.stack([pose.points(mesh.points) for pose in scene.poses])
-    if (places[..., 2] <= 0).any():
-        return [region]
-    smear = _smear_px(scene, places) if scene.thin_lens or scene.shutter else 0.0
-    if not np.isfinite(smear):
-        return [region]
-    edges = np.concatenate([mesh.edges + pose * len(mesh.points) for pose in range(len(places))])
-    return tight_bands(scene.camera, places.reshape(-1, 3), edges, region, band_cost_px=cost, reach_px=smear)
-
-
-def _smear_px(scene: Scene, places: Float) -> float:
-    """How far, pixels, anything of the target can be seen from where one of its `places` (poses, P, 3) puts it."""
-    xy = places[..., :2] / places[..., 2:]
     reach = scene.reach(places.reshape(-1, 3))
-    if not np.isfinite(reach).all():
-        return np.inf
-    half_steps = np.abs(np.diff(scene.camera.pixels(xy), axis=0)) / 2  # the nearer of two places is no further
-    return reach_px(scene.camera, xy.reshape(-1, 2), reach) + float(half_steps.max(initial=0))
+    if (places[..., 2] <= 0).any() or not np.isfinite(reach).all():
+        return [region]
+    xy = places[..., :2] / places[..., 2:]
+    chosen, smear = _stops(scene.camera.pixels(xy))
+    smear += magnification(scene.camera) * float(reach.max())
+    points = places[chosen].reshape(-1, 3)
+    edges = np.concatenate([mesh.edges + stop * len(mesh.points) for stop in range(len(places[chosen]))])
+    return tight_bands(scene.camera, points, edges, region, band_cost_px=cost, reach_px=smear)
+
+
+def _stops(uv: Float) -> tuple[slice, float]:
+    """Few of the places `uv` (poses, P, 2), pixels, each in the middle of the stretch of poses that it stands for, and
+    how far, pixels, a point is at most from its place there."""
+    stretch = steps = len(uv) - 1
+    while steps:
+        middles = uv[stretch // 2 :: stretch]
+        rests = (uv[start : start + steps - stretch + 1 : stretch] for start in range(stretch + 1))
+        way = max(float(np.abs(rest - middles).max()) for rest in rests)
+        if way <= STOP_PX or stretch == 2:
+            return slice(stretch // 2, None, stretch), way
+        stretch //= 2
+    return slice(None), 0.0
