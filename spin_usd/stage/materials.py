@@ -190,7 +190,18 @@ def _refuse_dangling(prim: Usd.Prim) -> None:
     while prim and not prim.IsPseudoRoot():
         for name in ("material:binding", "material:binding:full"):
             relation = prim.GetRelationship(name)
-            if relation and relation.GetTargets():
-                found = f"is bound to {relation.GetTargets()[0]}, which is no material"
-                raise StageError(found, where=prim.GetPath(), do="bind a material that exists")
+            lost = relation.GetTargets() or lost_targets(relation) if relation else []
+            if lost:
+                found = f"is bound to {lost[0]}, which is no material"
+                raise StageError(
+                    found, where=prim.GetPath(), do="bind a material that exists within what is referenced"
+                )
         prim = prim.GetParent()
+
+
+def lost_targets(relation: Usd.Relationship) -> list[Any]:
+    """What the strongest opinion targets where USD, with a mere warning, finds no target: paths outside a reference."""
+    if relation.GetTargets():
+        return []
+    specs = [spec for spec in relation.GetPropertyStack(Usd.TimeCode.Default()) if spec.HasInfo("targetPaths")]
+    return list(specs[0].targetPathList.GetAddedOrExplicitItems()) if specs else []

@@ -111,6 +111,7 @@ def describe(source: Path, name: str, units_per_metre: float | None = None) -> T
         raise InputError(f"does not compose: {errors[0]}", where=source)
     root = _root(stage, source)
     _refuse_nested_targets(root, source)
+    _refuse_outside(root, source)
     found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
     if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
         raise InputError("holds no geometry", where=source)
@@ -143,6 +144,17 @@ def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
     if nested:
         found = f"its prim {nested[0].GetPath()} has {schema.TARGET_API}, which only the whole target may have"
         raise InputError(found, where=source, do="remove it there")
+
+
+def _refuse_outside(root: Usd.Prim, source: Path) -> None:
+    """A reference brings what is below the root only, and USD drops bindings to anything else with a mere warning."""
+    for prim in Usd.PrimRange(root):
+        names = [n for n in prim.GetPropertyNames() if n.startswith("material:binding") or n == "prototypes"]
+        for relation in (prim.GetRelationship(name) for name in names):
+            outside = [path for path in relation.GetTargets() if not path.HasPrefix(root.GetPath())] if relation else []
+            if outside:
+                found = f"its prim {prim.GetPath()} refers to {outside[0]}, which lies outside of {root.GetPath()}"
+                raise InputError(found, where=source, do=f"move that below {root.GetPath()}")
 
 
 def _instanced(root: Usd.Prim) -> bool:

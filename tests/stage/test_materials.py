@@ -129,6 +129,28 @@ def test_a_binding_to_nothing_is_an_error(read_scene):
         read_scene(material().replace("= </World/Target/Paint>", "= </World/Target/None>"))
 
 
+def test_a_binding_that_a_reference_leaves_behind_is_an_error(read_scene, tmp_path):
+    """USD drops a target outside of what is referenced with a mere warning; it must not turn into grey."""
+    (tmp_path / "model.usda").write_text(
+        """#usda 1.0
+def Cube "Box" (
+    prepend apiSchemas = ["MaterialBindingAPI"]
+)
+{
+    rel material:binding = </Materials/Paint>
+}
+def Scope "Materials"
+{
+    def Material "Paint"
+    {
+    }
+}
+"""
+    )
+    with pytest.raises(StageError, match=r"^/World/Target/Box: is bound to /Materials/Paint, which is no material"):
+        read_scene('def "Box" (\nreferences = @./model.usda@</Box>\n)\n{\n}')
+
+
 def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene):
     geometry = """
     def Xform "Group" (
