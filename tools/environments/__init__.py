@@ -1,0 +1,1 @@
+"""The images of the environments, made by formulas: see tools/build_environments."""

@@ -1,0 +1,41 @@
+"""The image files of the environments."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
+
+from environments.earth import albedo, clouds
+from environments.noise import Array
+
+SIZE = (2048, 1024)
+
+
+def pictures() -> dict[str, Callable[[], Array]]:
+    """What makes each file: (H, W, C) of the numbers in it, 0 to 1."""
+    return {
+        "earth_albedo.jpg": lambda: srgb(albedo(*SIZE)),
+        "earth_clouds.jpg": lambda: clouds(*SIZE),
+    }
+
+
+def srgb(linear: Array) -> Array:
+    """IEC 61966-2-1."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+def write_textures(folder: Path) -> None:
+    """Every texture into an existing folder."""
+    for name, make in pictures().items():
+        _write(folder / name, make())
+
+
+def _write(path: Path, image: Array) -> None:
+    pixels = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
+    spec.attribute("Compression", "jpeg:78")
+    output = oiio.ImageOutput.create(str(path))
+    if not output or not output.open(str(path), spec) or not output.write_image(pixels) or not output.close():
+        raise OSError(f"{path} could not be written: {oiio.geterror()}")
