@@ -45,7 +45,8 @@ class RaycastRenderer:
         return Visibility(region=region, face=face)
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
-        """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1."""
+        """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1. It ignores
+        thin lens and shutter: it is sharp."""
         region = scene.picture_region
         rgba = np.zeros((*region.shape, 4), np.float32)
         rng = np.random.default_rng(seed)

@@ -1,15 +1,17 @@
-"""Rules on a camera's sensor and optics: the same as for a render."""
+"""Rules on a camera's sensor, optics, shutter and aperture: the same as for a render."""
 
 from collections.abc import Iterator
 from contextlib import suppress
 
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 from spin_usd.errors import SpinError
 from spin_usd.scene.finding import Finding
 from spin_usd.stage.cameras import read_camera
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.sensor import read_sensor
+from spin_usd.stage.shutter import read_opening
+from spin_usd.stage.thin_lens import read_thin_lens
 
 
 def sensor_findings(prim: Usd.Prim) -> Iterator[Finding]:
@@ -25,6 +27,11 @@ def sensor_findings(prim: Usd.Prim) -> Iterator[Finding]:
             read_optics(prim, camera, time)
         except SpinError as error:
             yield _finding("optics", error)
+    try:
+        read_opening(prim, time.GetValue(), rows=2)
+        read_thin_lens(prim, time, UsdGeom.GetStageMetersPerUnit(prim.GetStage()))
+    except SpinError as error:
+        yield _finding("exposure", error)
 
 
 def _finding(code: str, error: SpinError) -> Finding:

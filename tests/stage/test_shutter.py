@@ -5,6 +5,7 @@ import pytest
 
 from spin_usd.errors import StageError
 from spin_usd.scene.keys import RenderSettings, geometry_key, radiance_key
+from spin_usd.stage.check_pictures import camera_findings
 from spin_usd.stage.read import StageReader
 
 CODES = 24.0  # time codes per second, USD's fallback
@@ -118,9 +119,11 @@ def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader):
     ],
 )
 def test_what_is_no_exposure_or_aperture_is_refused_by_name(reader, camera, message):
+    opened = reader(camera)
     with pytest.raises(StageError, match=message) as caught:
-        at(reader(camera), 0)
+        at(opened, 0)
     assert "/World/Camera" in str(caught.value)
+    assert [found.code for found in camera_findings(opened.stage) if found.code == "exposure"] == ["exposure"]
 
 
 @pytest.mark.parametrize("metres", [1.0, 0.01])
