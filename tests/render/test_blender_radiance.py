@@ -127,6 +127,15 @@ def test_sample_count_takes_effect_by_itself(blender, noisy):
     assert np.square(many - truth).mean() < np.square(few - truth).mean() / 4
 
 
+def test_many_samples_leave_nothing_behind(blender, make_scene, square, speedplus):
+    """A render of more than 256 samples is not felt by the next."""
+    camera = replace(speedplus, width=16, height=10, fx=20.0, fy=20.0, cx=8.0, cy=5.0)
+    scene = make_scene(*square, camera=camera, lights=[sun((0.5, 0, 1), angle=1.0)])
+    first = render(blender, scene, samples=5).rgb.tobytes()
+    render(blender, scene, samples=1000)
+    assert render(blender, scene, samples=5).rgb.tobytes() == first
+
+
 def test_seed_takes_effect_by_itself_and_only_as_noise(blender, noisy):
     one, two = render(blender, noisy, samples=16, seed=1).rgb, render(blender, noisy, samples=16, seed=2).rgb
     assert not np.array_equal(one, two)

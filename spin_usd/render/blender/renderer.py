@@ -40,6 +40,7 @@ class BlenderRenderer:
         self._motion = MotionRig(self._scene)
         self._lights = LightRig(self._scene)
         self._readback = Readback(folder)
+        self._samples = 0
 
     def visibility(self, scene: Scene) -> Visibility:
         """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
@@ -66,6 +67,7 @@ class BlenderRenderer:
         self._motion.move(self._target.groups.values(), scene)
         self._target.dress(scene.target.materials)
         self._lights.shine(scene.lights, view, self._target.groups)
+        self._forget_samples(samples)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
         return Radiance(region=region, rgba=self._render(picture_bands(scene, samples=samples), region))
@@ -97,6 +99,17 @@ class BlenderRenderer:
             rows, columns = band.y0 - region.y0, band.x0 - region.x0
             pixels[rows : rows + band.height, columns : columns + band.width] = self._readback.render(self._scene, band)
         return pixels
+
+    def _forget_samples(self, samples: int) -> None:
+        """Make Cycles lay out its samples anew where their number changed.
+
+        Among the data that it keeps is a table of them, which grew with a render of more than 256 and stayed so:
+        renders of fewer then had other noise than without that one.
+        """
+        if self._samples not in (0, samples):
+            assign(self._scene.render, {"use_persistent_data": False})
+            assign(self._scene.render, {"use_persistent_data": True})
+        self._samples = samples
 
     def _effort(self, samples: int, seed: int) -> dict[str, Any]:
         """What the materials, the lights and the user ask of the path tracer."""
