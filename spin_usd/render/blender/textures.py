@@ -1,4 +1,4 @@
-"""Textures and primvars as nodes, exactly as scene.lookup reads them; images live in Blender while a surface uses them.
+"""Textures and primvars as nodes, exactly as scene.lookup reads them; images live in Blender.
 
 Blender repeats an image. What lies outside it in the other ways is found before the look-up: a mirrored or clamped
 coordinate keeps half a texel from the edge, where bilinear look-up is the edge texel alone; a black border is a factor,
@@ -16,6 +16,10 @@ from spin_usd.render.blender.nodes import Nodes, Value
 from spin_usd.scene.lookup import look_up, placed
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import IDENTITY, Coordinates, Image, Primvar, Texture
+
+
+BYTES_PER_PIXEL = 16  # four floats
+UNUSED_BYTES = 1 << 29  # of pictures kept for when their surface comes back; Cycles holds as much again
 
 
 class ImageLibrary:
@@ -41,13 +45,23 @@ class ImageLibrary:
         self.keep_only({texture.image.key for material in materials for texture in textures_of(material)})
 
     def keep_only(self, keys: Set[str]) -> None:
-        """Free the pictures that have none of these keys.
+        """Free the pictures that have none of these keys, once they are many: variants come and go.
 
-        Their empty shells stay, some kilobytes each: Cycles knows a picture by its address, and would show the old
-        pixels of one that is removed where the next happens to get the same.
+        Cycles keeps its own copies by a picture's address, whatever becomes of the picture; so it must forget all.
         """
-        for key in set(self._uploaded) - keys:
-            self._uploaded.pop(key).buffers_free()
+        unused = {key: made for key, made in self._uploaded.items() if key not in keys}
+        if sum(BYTES_PER_PIXEL * made.size[0] * made.size[1] for made in unused.values()) <= UNUSED_BYTES:
+            return
+        for key, made in unused.items():
+            del self._uploaded[key]
+            bpy.data.images.remove(made)
+        forget_render_data()
+
+
+def forget_render_data() -> None:
+    """Let Cycles free all that it kept from its last render: Blender does so when told to keep nothing."""
+    for kept in (False, True):
+        bpy.context.scene.render.use_persistent_data = kept
 
 
 def textures_of(material: Material) -> list[Texture]:
