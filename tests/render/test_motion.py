@@ -101,13 +101,14 @@ def test_a_turning_square_is_round_and_keeps_its_energy(blender, glowing_square)
 
 @pytest.mark.parametrize("z", [6, 600])
 def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplus, z):
-    """Approach, drift and tumbling together, near and far."""
+    """Approach, drift and tumbling together, near and far; the far one comes nearer by many times its own size."""
     camera = smaller(magnified(speedplus, z), 4)
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.3, -0.2, z))
-    blurred = moving(scene, along=(0.4, 0.2, -0.5), turn=(0.1, 0.3, -0.2), count=65)
+    blurred = moving(scene, along=(0.4, 0.2, -z / 12), turn=(0.1, 0.3, -0.2), count=65)
     stills = [coverage(blender, replace(scene, T_cam_body=pose), samples=16) for pose in blurred.shutter.poses]
     weights = np.array([0.5, *np.ones(63), 0.5]) / 64  # the trapezoid rule: poses at both ends count half
     wanted = np.tensordot(weights, stills, 1)
+    assert View.blurred(blurred).near == (z == 6)
     found = coverage(blender, blurred)
     assert wanted.max() == 1
     assert np.abs(found - wanted).max() < 0.08  # one pixel's noise: four deviations of 1024 samples, and of 65 x 16

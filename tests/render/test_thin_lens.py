@@ -113,8 +113,8 @@ def test_labels_never_know_of_the_lens(blender, make_scene, needles, speedplus):
 
 def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch):
     """The whole frame, rendered in one piece, holds the bands' pixels and nothing else; the region is tight."""
-    lens = ThinLens(radius=0.05, focus=2.5)
-    scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, 6))
+    lens = ThinLens(radius=0.25, focus=2.5)  # 20 px
+    scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, 8))
     scene = replace(scene, thin_lens=lens)
     in_bands, region = coverage(blender, scene, samples=64), scene.picture_region
     monkeypatch.setattr(Scene, "picture_region", property(lambda self: self.camera.frame))
@@ -125,4 +125,4 @@ def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needle
     found = np.array([columns.min(), rows.min(), -columns.max() - 1, -rows.max() - 1])
     slack = found - (region.x0, region.y0, -region.x1, -region.y1)
     assert slack.min() >= 0
-    assert slack.max() <= 6  # padding, and what few samples miss at the rim of a disk
+    assert slack.max() <= 8  # padding, and what few samples miss at the rim of a disk
