@@ -397,6 +397,15 @@ def test_many_lamps_add_up(blender, plane):
     assert measured(blender, plane(lights)) == pytest.approx(alone, rel=RADIOMETRY)
 
 
+def test_lamps_do_not_hide_each_other(blender, plane):
+    """A ray of a surface that meets a lamp goes on to what lies behind: here a larger one, whose light is mostly found
+    that way."""
+    near = read(lux("SphereLight", "float inputs:radius = 0.6", at=(0, 0, -3)))
+    large = read(lux("DiskLight", "float inputs:radius = 3"))
+    wanted = by.sphere(L, (0, 0, -3), 0.6, P, N) + np.pi * L * 9 / (9 + 4)
+    assert measured(blender, plane([*near, *large])) == pytest.approx(wanted, rel=RADIOMETRY)
+
+
 @pytest.mark.parametrize(
     "values",
     [

@@ -17,7 +17,7 @@ from spin_usd.render.blender.tube import Tube
 from spin_usd.scene.content import key_of
 from spin_usd.scene.light import AreaLight, DistantLight, Light
 
-TREE_FROM = 3  # as many lamps are chosen among by what they do where they are looked for
+TREE_FROM = 2  # as many lights are chosen among by what they do where they are looked for: a third of the noise
 
 
 @dataclass(eq=False)
@@ -54,17 +54,18 @@ class LightRig:
     @property
     def needs_tree(self) -> bool:
         """Whether a light is better chosen by what it does than by its power."""
-        return len(self._shown) >= TREE_FROM or self.has_tubes
+        return len(self._shown) >= TREE_FROM or "TUBE" in self._kinds
 
     @property
-    def has_tubes(self) -> bool:
-        """Whether rays pass through something that glows."""
-        return "TUBE" in self._kinds
+    def has_lamps(self) -> bool:
+        """Whether rays can meet a light on their way. To Cycles it is transparent: where it may pass through nothing
+        transparent, the ray ends there, and what lies behind is lost."""
+        return any(kind != "SUN" for kind in self._kinds)
 
     def _provide(self, kinds: list[str], groups: list[int]) -> None:
         """Have these kinds of lights, in this order, made after the target's objects: the order decides which random
         number chooses which, so it must not depend on what was shown before."""
-        if kinds == self._kinds and (groups == self._groups or not self.has_tubes):
+        if kinds == self._kinds and (groups == self._groups or "TUBE" not in kinds):
             return
         for shown in self._shown:
             shown.links.remove()

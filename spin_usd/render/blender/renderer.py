@@ -113,7 +113,7 @@ class BlenderRenderer:
 
     def _effort(self, samples: int, seed: int) -> dict[str, Any]:
         """What the materials, the lights and the user ask of the path tracer."""
-        clear = self._target.transparent or self._lights.has_tubes
+        clear = self._target.transparent or self._lights.has_lamps
         return {
             "samples": samples,
             "seed": seed,
