@@ -173,6 +173,6 @@ def filling_rays(globe: Globe, steps: int) -> tuple[Rays, float]:
         + (sine[:, None] * np.sin(turn))[..., None] * up
     ).reshape(-1, 3)
     solid_angle = 2 * np.pi * versine / len(d)
-    angle = np.full(len(d), np.sqrt(solid_angle), np.float32)
-    rays = Rays(x=d[:, 0], y=d[:, 1], z=d[:, 2], length=np.ones(len(d), np.float32), angle=angle)
+    # They span nothing: each meets the planet or does not.
+    rays = Rays(x=d[:, 0], y=d[:, 1], z=d[:, 2], length=np.ones(len(d), np.float32), angle=np.zeros(len(d), np.float32))
     return rays, solid_angle

@@ -1,0 +1,95 @@
+"""Domes and planets as Blender's world: one image around everything, or one colour. Cameras do not see it."""
+
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix  # type: ignore[import-not-found]
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.render.background.surroundings import Surroundings
+from spin_usd.render.blender.settings import assign
+from spin_usd.scene.model import Scene
+
+# Blender's latitude-longitude images have +x in their middle column, -y right of it and +z at the top; ours -z, +x, +y.
+TO_BLENDER = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
+# Of the map by which Cycles chooses directions, up to which it is twice as fine as the image: so it misses no texel's
+# bilinear slopes. Each change of image or camera makes it again, which takes 0.1 s at this width.
+FINE_MAP_WIDTH = 1024
+
+
+class WorldRig:
+    """The world of one Blender scene; none where nothing shines from afar."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._world: Any = None
+        self._key = ""
+
+    def shine(self, scene: Scene) -> None:
+        """Surround the scene with its domes and planets."""
+        surroundings = Surroundings.of(scene)
+        if surroundings is None:
+            self._scene.world = None
+            return
+        if self._world is None:
+            self._make_world()
+        if surroundings.key != self._key:
+            self._paint(surroundings)
+            self._key = surroundings.key
+        self._turn(surroundings.rotation)
+        self._scene.world = self._world
+
+    def _make_world(self) -> None:
+        self._world = bpy.data.worlds.new("surroundings")
+        assign(self._world.cycles_visibility, {"camera": False})
+        nodes, link = self._world.node_tree.nodes, self._world.node_tree.links.new
+        nodes.clear()
+        direction = nodes.new("ShaderNodeTexCoord")
+        self._mapping = nodes.new("ShaderNodeMapping")
+        self._texture = nodes.new("ShaderNodeTexEnvironment")
+        self._background = nodes.new("ShaderNodeBackground")
+        output = nodes.new("ShaderNodeOutputWorld")
+        assign(self._mapping, {"vector_type": "POINT"})
+        assign(self._texture, {"projection": "EQUIRECTANGULAR", "interpolation": "Linear"})
+        link(direction.outputs["Generated"], self._mapping.inputs["Vector"])
+        link(self._mapping.outputs["Vector"], self._texture.inputs["Vector"])
+        link(self._background.outputs["Background"], output.inputs["Surface"])
+
+    def _paint(self, surroundings: Surroundings) -> None:
+        color, uniform = self._background.inputs["Color"], surroundings.uniform
+        for link in list(color.links):
+            self._world.node_tree.links.remove(link)
+        old, self._texture.image = self._texture.image, None if uniform else _image(surroundings)
+        if old:
+            # After the new one is made: at the same address Blender would take it for the old one.
+            bpy.data.images.remove(old)
+        if uniform:
+            strength = max(uniform)
+            color.default_value = (*(channel / strength for channel in uniform), 1.0)
+            assign(self._background.inputs["Strength"], {"default_value": strength})
+            # The same from everywhere: where a surface scatters to is the best choice of a direction.
+            assign(self._world.cycles, {"sampling_method": "NONE"})
+            return
+        assign(self._background.inputs["Strength"], {"default_value": 1.0})
+        self._world.node_tree.links.new(self._texture.outputs["Color"], color)
+        width = surroundings.pixels.shape[1]
+        width = min(2 * width, max(width, FINE_MAP_WIDTH))
+        assign(self._world.cycles, {"sampling_method": "MANUAL", "sample_map_resolution": width})
+
+    def _turn(self, rotation: Float) -> None:
+        """rotation (3, 3): from the image's axes to the camera's."""
+        turn = TO_BLENDER @ rotation.T @ T_CAM_USDCAM.rotation
+        assign(self._mapping.inputs["Rotation"], {"default_value": tuple(Matrix(turn).to_euler("XYZ"))})
+
+
+def _image(surroundings: Surroundings) -> Any:
+    height, width = surroundings.pixels.shape[:2]
+    image = bpy.data.images.new("surroundings", width, height, alpha=True, float_buffer=True, is_data=True)
+    assign(image, {"alpha_mode": "CHANNEL_PACKED", "use_half_precision": False})
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :3] = surroundings.pixels[::-1]
+    image.pixels.foreach_set(rgba.ravel())
+    image.update()
+    return image
