@@ -19,6 +19,7 @@ from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.settings import BEAUTY, LABEL, LABEL_LAYERS, TRANSPARENT_BOUNCES, assign, cycles_scene
+from spin_usd.render.blender.world import WorldRig
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
@@ -39,6 +40,7 @@ class BlenderRenderer:
         self._target = TargetObject(self._scene)
         self._motion = MotionRig(self._scene)
         self._lights = LightRig(self._scene)
+        self._world = WorldRig(self._scene)
         self._readback = Readback(folder)
         self._samples = 0
 
@@ -67,6 +69,7 @@ class BlenderRenderer:
         self._motion.move(self._target.groups.values(), scene)
         self._target.dress(scene.target.materials)
         self._lights.shine(scene.lights, view, self._target.groups)
+        self._world.shine(scene)
         self._forget_samples(samples)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
