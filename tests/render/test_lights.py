@@ -374,14 +374,18 @@ def test_frames_do_not_depend_on_the_lights_before(blender, make_scene):
         [],
         [LAMPS["DistantLight"]],
         [LAMPS["CylinderLight"], LAMPS["SphereLight"]],
+        [LAMPS["SphereLight"]],
+        [LAMPS["RectLight"], LAMPS["SphereLight"]],
+        [LAMPS["SphereLight"], LAMPS["RectLight"]],
+        [LAMPS["RectLight"], LAMPS["SphereLight"], LAMPS["DistantLight"], LAMPS["CylinderLight"]],
         [LAMPS["DistantLight"], LAMPS["SphereLight"], LAMPS["RectLight"]],
         [lux("RectLight", *SOFT, at=OFF, api=SHAPED), LAMPS["CylinderLight"]],
         [lux("RectLight", at=OFF), LAMPS["CylinderLight"]],
         [lux("RectLight", NORMALIZED, at=OFF, scale=(2, 1, 1)), LAMPS["CylinderLight"]],
     ]
     scenes = [replace(base, lights=tuple(light for text in texts for light in read(text))) for texts in sets]
-    last = replace(scenes[4].lights[1], lights=frozenset({0}))
-    scenes.append(replace(base, lights=(scenes[4].lights[0], last)))
+    last = replace(scenes[-1].lights[1], lights=frozenset({0}))
+    scenes.append(replace(base, lights=(scenes[-1].lights[0], last)))
     first = [blender.radiance(scene, samples=3, seed=5).rgb.tobytes() for scene in scenes]
     assert len(set(first)) == len(first)
     for i in np.random.default_rng(3).permutation(np.repeat(np.arange(len(scenes)), 3)):
