@@ -1,4 +1,5 @@
-"""Light spread by Gaussians of any width. Beyond the frame all is black; what falls there is lost, and nothing else.
+"""Light spread by Gaussians of any width. Beyond the frame all is black unless a `border` says otherwise; what falls
+there is lost, and nothing else.
 
 Narrow Gaussians are convolved at full resolution, wide ones at a half, a quarter ...: a halving and its doubling each
 convolve with the binomial kernel (1, 4, 6, 4, 1) / 16, whose response is zero at the frequency that the halving folds
@@ -44,12 +45,10 @@ def spread(light: Image, scales: Sequence[Scale]) -> Image:
     return spreading
 
 
-def convolved(light: Image, variance: float, weight: float = 1.0) -> Image:
-    """`light` convolved at full resolution with a Gaussian, times `weight`."""
+def convolved(light: Image, variance: float, weight: float = 1.0, *, border: int = cv2.BORDER_CONSTANT) -> Image:
+    """`light` convolved at full resolution with a Gaussian, times `weight`; `border` is OpenCV's."""
     kernel = gaussian(variance)
-    return np.asarray(
-        cv2.sepFilter2D(light, -1, kernel, kernel * np.float32(weight), borderType=cv2.BORDER_CONSTANT), np.float32
-    )
+    return np.asarray(cv2.sepFilter2D(light, -1, kernel, kernel * np.float32(weight), borderType=border), np.float32)
 
 
 @lru_cache(maxsize=256)

@@ -66,6 +66,12 @@ def test_the_psf_is_scipys_gaussian(sigma):
     np.testing.assert_allclose(convolved(image, sigma**2), expected, atol=KERNEL_TAIL)
 
 
+def test_the_psf_darkens_no_rim():
+    """A uniform picture stays uniform to its edge."""
+    flat = np.full((90, 71, 1), 0.25, np.float32)
+    np.testing.assert_allclose(seen(flat, Optics(psf_sigma=2.0)), flat, rtol=1e-6)
+
+
 @pytest.mark.parametrize("variance", [15, 60, 300])
 def test_wide_gaussians_on_coarse_grids_are_those_on_the_fine_one(variance):
     """To a share of the peak, edges included."""
