@@ -1,11 +1,13 @@
 """The target's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
 
 Cycles shows the objects at 3, 5, 9, ... equally spaced times and itself moves them straight and turns them steadily in
-between; each ray has a time of its own, spread evenly. Its rolling shutter counts rows of the whole frame, cropped or
-not, and exposes the row i from the top around (i + 1) / rows of the way from the first row to the last.
+between; each ray has a time of its own, spread evenly over all but the first 1/512 and the last 3/512 (measured). Its
+rolling shutter counts rows of the whole frame, cropped or not, and opens for the row i from the top after (i + 1) /
+rows of its readout. So Cycles is given a little more time than the shutter's own, such that the rays have just that.
 """
 
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -16,6 +18,7 @@ from spin_usd.geometry.rotation import quaternion_from_matrix, turn_between
 from spin_usd.render.blender.settings import assign
 from spin_usd.scene.model import Scene, Shutter
 
+FIRST_RAY, LAST_RAY = 1 / 512, 509 / 512  # of the time for which Cycles exposes
 STILL = {"use_motion_blur": False}
 CHANNELS = (("location", 3), ("rotation_quaternion", 4))
 
@@ -42,11 +45,10 @@ class MotionRig:
         self.hold()
         if scene.shutter is None:
             return
-        share = row_share(scene.shutter, scene.camera.height)
+        timing = Timing.of(scene.shutter, scene.camera.height)
         steps = len(scene.shutter.poses) - 1
-        times = np.linspace(-scene.shutter.readout * share, 1, steps + 1)
-        self._open_shutter(scene.shutter, steps, share)
-        action, slot = self._action(relative_poses(scene, times))
+        self._open_shutter(timing, steps)
+        action, slot = self._action(relative_poses(scene, np.linspace(timing.start, timing.end, steps + 1)))
         for shown in objects:
             shown.rotation_mode = "QUATERNION"
             assign(shown.cycles, {"use_motion_blur": True, "use_deform_motion": False})
@@ -55,13 +57,12 @@ class MotionRig:
             animation.action, animation.action_slot = action, slot
         self._moving = list(objects)
 
-    def _open_shutter(self, shutter: Shutter, steps: int, share: float) -> None:
+    def _open_shutter(self, timing: "Timing", steps: int) -> None:
         """One frame of Blender's time for each step, so that poses fall on whole frames."""
         render = {"use_motion_blur": True, "motion_blur_shutter": float(steps), "motion_blur_position": "CENTER"}
         assign(self._scene.render, render)
-        rolling = {"rolling_shutter_type": "TOP" if shutter.readout else "NONE"}
-        exposed = (1 - shutter.readout) / (1 + shutter.readout * share)
-        assign(self._scene.cycles, {**rolling, "rolling_shutter_duration": exposed})
+        rolling = {"rolling_shutter_type": "TOP" if timing.exposed < 1 else "NONE"}
+        assign(self._scene.cycles, {**rolling, "rolling_shutter_duration": timing.exposed})
 
     def _action(self, poses: Float) -> tuple[Any, Any]:
         """An action with `poses` (steps + 1, 7) around the current frame; the one before is freed."""
@@ -80,9 +81,20 @@ class MotionRig:
         return action, slot
 
 
-def row_share(shutter: Shutter, rows: int) -> float:
-    """By how much of the readout Cycles' rows come late: one row's part of it."""
-    return 1 / (rows - 1) if shutter.readout else 0.0
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """Cycles' own start and end, where 0 and 1 are the shutter's; exposed: the share of it in which a row is."""
+
+    start: float
+    end: float
+    exposed: float
+
+    @classmethod
+    def of(cls, shutter: Shutter, rows: int) -> "Timing":
+        exposure = (1 - shutter.readout) / (LAST_RAY - FIRST_RAY)
+        readout = shutter.readout * rows / (rows - 1) if shutter.readout else 0.0
+        start = -exposure * FIRST_RAY - readout / rows
+        return cls(start=start, end=start + exposure + readout, exposed=exposure / (exposure + readout))
 
 
 def relative_poses(scene: Scene, times: Float) -> Float:
