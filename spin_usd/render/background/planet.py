@@ -14,9 +14,9 @@ from spin_usd.scene.light import DistantLight, Light
 from spin_usd.scene.texture import Image
 
 WAVE_TEXELS = 3.0  # the longest waves of detail, in texels of the images
-RELIEF = 0.12  # standard deviation of the ground's albedo by detail, relative
+RELIEF = 0.1  # standard deviation of the albedo by detail, relative
 WARP_TEXELS = 0.7  # by which detail moves what the images show: coasts and edges get their shape from it
-SHARPNESS = 0.35  # width of a cloud's edge, in standard deviations of its thickness
+SHARPNESS = 0.7  # width of a cloud's edge, in standard deviations of its thickness
 LOGISTIC = 1.702  # a logistic function so much steeper is the normal distribution, to 0.01
 LEAST_OPACITY = 0.002
 LEAST_MASS = np.float32(1e-20)
@@ -123,16 +123,16 @@ def _albedo(planet: Planet, meeting: Meeting, fine: bool) -> list[Float32]:
         longitude = longitude + warp / np.maximum(np.sqrt(x * x + y * y), np.float32(0.05))
     ground: list[Float32]
     if isinstance(planet.albedo, Image):
-        relief = 1 + np.float32(RELIEF) * noise
-        ground = [channel * relief for channel in look_up(planes(planet.albedo)[:3], longitude, latitude)]
+        ground = look_up(planes(planet.albedo)[:3], longitude, latitude)
     else:
         ground = [np.full_like(noise, channel) for channel in planet.albedo]
+    relief = 1 + np.float32(RELIEF) * noise
     if planet.clouds is None:
-        return ground
+        return [channel * relief for channel in ground]
     logit, *white = look_up(_cloud_tables(planet.clouds), longitude, latitude)
     opacity = _opacity(logit, noise, resolved)
     albedo = white or list(planet.clouds.pixels[0, 0, :3])
-    return [g + opacity * (w - g) for g, w in zip(ground, albedo, strict=True)]
+    return [(g + opacity * (w - g)) * relief for g, w in zip(ground, albedo, strict=True)]
 
 
 @lru_cache(maxsize=4)
