@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
-from spin_usd.render.preview_light import beam, mean_radiance
+from spin_usd.render.preview_light import Beam, beam, mean_radiance
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
 from spin_usd.scene.lookup import material_values
 from spin_usd.scene.model import Scene, Target
@@ -62,7 +62,8 @@ def _shade(scene: Scene, caster: Caster, face: NDArray[np.int32], body: Float) -
         if isinstance(light, DomeLight):
             rgb += mean_radiance(light) * colours
         else:
-            rgb += _lambert(scene, caster, light, face, normals, lifted) * colours
+            arriving = beam(light, scene.T_cam_body, body)
+            rgb += _lambert(scene, caster, light, arriving, face, normals, lifted) * colours
     return rgb
 
 
@@ -70,13 +71,13 @@ def _lambert(
     scene: Scene,
     caster: Caster,
     light: DistantLight | AreaLight,
+    arriving: Beam,
     face: NDArray[np.int32],
     normals: Float,
     lifted: Float,
 ) -> Float:
     """(N, 3) radiance of white matt points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
     mesh = scene.target.mesh
-    arriving = beam(light, scene.T_cam_body, lifted)
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
     if light.lights is not None:

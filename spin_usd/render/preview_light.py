@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Shaping
 
@@ -67,7 +68,9 @@ def _shown_area(light: AreaLight, leaving: Float) -> Float:
             return np.asarray(width * height * facing)
         case "cylinder", (length, radius):
             return np.asarray(2 * radius * length * np.sqrt(np.maximum(1 - along_x**2, 0)))
-    return np.ones(len(leaving))
+        case "point", ():
+            return np.ones(len(leaving))
+    raise UnsupportedError(f"is a {light.shape} of size {light.size}", where=light.path)
 
 
 def _shaped(shaping: Shaping | None, cosine: Float) -> Float:
