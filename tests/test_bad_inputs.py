@@ -231,7 +231,7 @@ BAD_STAGES = {
     ),
     "metersPerUnit 0": (stage(CAMERA, TARGET, head=HEAD.replace("Unit = 1", "Unit = 0")), "metersPerUnit"),
     "geometry beside the target": (stage(CAMERA, TARGET, '    def Sphere "Moon"\n    {\n    }\n'), "/World/Moon"),
-    "a light of another kind": (stage(CAMERA, TARGET, '    def RectLight "Lamp"\n    {\n    }\n'), "/World/Lamp"),
+    "a light that is not drawn": (stage(CAMERA, TARGET, '    def PortalLight "Lamp"\n    {\n    }\n'), "/World/Lamp"),
     "missing texture": (
         stage(
             CAMERA,
