@@ -17,7 +17,6 @@ from spin_usd.scene.lookup import look_up, placed
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import IDENTITY, Coordinates, Image, Primvar, Texture
 
-
 BYTES_PER_PIXEL = 16  # four floats
 UNUSED_BYTES = 1 << 29  # of pictures kept for when their surface comes back; Cycles holds as much again
 
