@@ -94,6 +94,12 @@ def author(
     preset: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in preset's name, or a preset layer.")
     ] = None,
+    lights: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="Built-in lights' name, or a lights layer.")
+    ] = None,
+    environment: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in environment's name, or an environment layer.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera."""
@@ -110,6 +116,8 @@ def author(
             frames=frames,
             seed=seed,
             preset=preset,
+            lights=lights,
+            environment=environment,
         )
     if as_json:
         print(json.dumps(report))

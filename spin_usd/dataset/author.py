@@ -16,6 +16,7 @@ from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_ca
 from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
+from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -46,10 +47,13 @@ def author_stage(
     frames: str | None = None,
     seed: int = 0,
     preset: str | Path | None = None,
+    lights: str | Path | None = None,
+    environment: str | Path | None = None,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
-    `target`, `camera` and `preset` are names of what travels with spin_usd, or files; `frames` is "A:B:STEP".
+    `target`, `camera`, `preset`, `lights` and `environment` are names of what travels with spin_usd, or files; the last
+    two stand instead of the preset's. `frames` is "A:B:STEP".
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
     if not -(2**63) <= seed < 2**63:
@@ -61,11 +65,17 @@ def author_stage(
     settings = _preset(str(preset)) if preset is not None else None
     if settings:
         files["preset"] = settings.file
+    chosen_rigs = {LIGHTS: lights, ENVIRONMENT: environment}
+    rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
+    files |= {kind.lower(): file for kind, file in rig_files.items()}
+    rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
     with new_folder(Path(out)) as folder:
         asset, notes = _write_target(target_file, folder, units_per_metre)
         notes += _unused(settings, asset)
-        write_stage(folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed, preset=settings)
+        write_stage(
+            folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed, preset=settings, rigs=rigs
+        )
     return AuthorReport(
         root=str(Path(out) / ROOT),
         frames=len(chosen),
@@ -90,6 +100,11 @@ def _camera(given: str) -> tuple[Layer, Path]:
 def _preset(given: str) -> Preset:
     """The preset of that name or in that file."""
     return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else preset_by_name(given))
+
+
+def _rig_file(given: str, kind: str) -> Path:
+    """The layer of the lights or the environment of that name, or the file itself."""
+    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else rig_by_name(given, kind)
 
 
 def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:

@@ -11,7 +11,6 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.resources import stages
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage import schema
 from spin_usd.stage.authorship import Origin, author_origin
@@ -20,8 +19,9 @@ from spin_usd.stage.copies import copy_assets
 from spin_usd.stage.layer import author_metadata, export, open_layer, writing
 from spin_usd.stage.lens import read_lens
 from spin_usd.stage.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
-from spin_usd.stage.presets import ENVIRONMENT, LIGHTS, Preset
+from spin_usd.stage.presets import Preset
 from spin_usd.stage.render_layer import SETTINGS, render_layer
+from spin_usd.stage.rigs import USUAL, rig_by_name
 from spin_usd.stage.usd_target import TargetAsset
 
 ROOT = "dataset.usda"
@@ -39,15 +39,17 @@ def write_stage(
     origin: Origin,
     seed: int,
     preset: Preset | None = None,
+    rigs: Mapping[str, Sdf.Layer] | None = None,
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `camera` is a layer as `stage.camera_layer` makes it; it is changed. Raises OutputError, InputError for a file that
-    the preset names and that is not there.
+    `camera` is a layer as `stage.camera_layer` makes it; it is changed. `rigs`: layers of `stage.rigs` by kind, instead
+    of the preset's and the usual ones. Raises OutputError, InputError for a file that one of them names and that is
+    not there.
     """
     if preset:
         preset.set_camera(camera)
-    _write_layers(folder / "layers", poses, camera, preset)
+    _write_layers(folder / "layers", poses, camera, preset, rigs or {})
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
@@ -65,16 +67,18 @@ def write_stage(
     return folder / ROOT
 
 
-def _write_layers(folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None) -> None:
+def _write_layers(
+    folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, rigs: Mapping[str, Sdf.Layer]
+) -> None:
     lens = _place_camera(camera)
     export(poses_layer(poses), folder / "poses.usdc")
     export(camera, folder / "camera.usda")
     export(render_layer(lens), folder / "render.usda")
-    for name, prim, usual in (("lights", LIGHTS, "sun"), ("environment", ENVIRONMENT, "deep_space")):
-        layer = preset.layer(prim) if preset else None
-        if layer:
-            copy_assets(layer, folder / name)
-        export(layer or open_layer(stages() / "environments" / f"{usual}.usda"), folder / f"{name}.usda")
+    for kind, usual in USUAL.items():
+        own = rigs.get(kind) or (preset.layer(WORLD.AppendChild(kind)) if preset else None)
+        if own:
+            copy_assets(own, folder / kind.lower())
+        export(own or open_layer(rig_by_name(usual, kind)), folder / f"{kind.lower()}.usda")
 
 
 def _place_camera(layer: Sdf.Layer) -> Camera:

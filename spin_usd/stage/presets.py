@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd
+from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.stage.layer import author_metadata, open_layer, reason
+from spin_usd.stage.layer import open_layer
+from spin_usd.stage.rigs import composed, extracted
 
 WORLD = Sdf.Path("/World")
 CAMERA, LIGHTS, ENVIRONMENT = (WORLD.AppendChild(name) for name in ("Camera", "Lights", "Environment"))
@@ -34,10 +35,7 @@ class Preset:
         """What it says about LIGHTS or ENVIRONMENT, as a layer of its own; None where it says nothing."""
         if not self.flat.GetPrimAtPath(prim):
             return None
-        layer = Sdf.Layer.CreateAnonymous(".usda")
-        author_metadata(layer, default_prim=prim.name, documentation=self.flat.documentation)
-        Sdf.CopySpec(self.flat, prim, layer, Sdf.Path.absoluteRootPath.AppendChild(prim.name))
-        return layer
+        return extracted(self.flat, prim, self.flat.documentation)
 
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
         """Its selections among the `variants` of a target: those of sets that the target does not have are left out.
@@ -84,18 +82,12 @@ def open_preset(path: str | Path) -> Preset:
     """The preset in the layer at `path`, composed. Raises InputError that names the file and the prim at fault."""
     file = Path(path)
     layer = open_layer(file)
-    try:
-        stage = Usd.Stage.Open(layer)
-    except Tf.ErrorException as error:
-        raise InputError(f"does not compose: {reason(error)}", where=path) from None
-    errors = stage.GetCompositionErrors()
-    if errors:
-        raise InputError(f"does not compose: {errors[0]}", where=path)
+    flat = composed(layer, path)
+    stage = Usd.Stage.Open(layer)
     if layer.defaultPrim != WORLD.name or not stage.GetPrimAtPath(WORLD):
         raise InputError("is no preset: its default prim is not World", where=path, do="see stages/presets")
     model = stage.GetPrimAtPath(MODEL)
     selections = dict(model.GetVariantSets().GetAllVariantSelections()) if model else {}
-    flat = stage.Flatten(addSourceFileComment=False)
     flat.documentation = layer.documentation
     for prim in (p for root in flat.rootPrims for p in _tree(root)):
         _check(prim, file)
