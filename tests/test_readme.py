@@ -48,3 +48,9 @@ def test_the_cameras_named_in_the_readme_are_those_there_are():
     assert listed
     there = {path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")}
     assert set(re.findall(r"`(\w+)`", listed[1])) == there
+
+
+def test_the_presets_lights_and_environments_that_travel_along_are_named_in_the_readme():
+    folders = (REPOSITORY / "stages" / "presets", REPOSITORY / "stages" / "environments")
+    for path in (path for folder in folders for path in folder.glob("*.usda")):
+        assert f"`{path.stem}`" in README, path.stem
