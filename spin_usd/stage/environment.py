@@ -10,7 +10,7 @@ from spin_usd.stage import schema
 from spin_usd.stage.back_plate import read_back_plate
 from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
 from spin_usd.stage.images import Images
-from spin_usd.stage.planet import read_planet
+from spin_usd.stage.planet import read_planet, refuse_hidden_target
 from spin_usd.stage.ranges import refuse_unapplied
 from spin_usd.stage.stars import read_stars
 from spin_usd.stage.xforms import between, check_chain, placement
@@ -34,9 +34,17 @@ class EnvironmentReader:
         self._plate = plates[0] if plates else None
 
     def read(
-        self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
+        self,
+        time: Usd.TimeCode,
+        T_cam_body: Transform,
+        T_world_usdcam: Transform,
+        world: UsdGeom.XformCache,
+        metres: float,
     ) -> Environment:
-        """What is visible at `time`. `world` is of that time; a stage unit is `metres`. Raises StageError."""
+        """What is visible at `time`, behind a target at T_cam_body. `world` is of that time; a stage unit is `metres`.
+
+        Raises StageError, UnsupportedError for a planet that hides the target.
+        """
 
         def placed(prim: Usd.Prim) -> tuple[Transform, float]:
             """T_cam_prim, and the metres of the prim's own unit."""
@@ -48,8 +56,10 @@ class EnvironmentReader:
             return [p for p in prims if UsdGeom.Imageable(p).ComputeVisibility(time) != UsdGeom.Tokens.invisible]
 
         plates = visible([self._plate] if self._plate else [])
+        planets = tuple(read_planet(prim, time, *placed(prim), self._images) for prim in visible(self._planets))
+        refuse_hidden_target(planets, T_cam_body.translation)
         return Environment(
-            planets=tuple(read_planet(prim, time, *placed(prim), self._images) for prim in visible(self._planets)),
+            planets=planets,
             stars=tuple(read_stars(prim, time, placed(prim)[0]) for prim in visible(self._stars)),
             back_plate=read_back_plate(plates[0], time, self._images) if plates else None,
         )

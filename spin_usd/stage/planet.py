@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 from pxr import Sdf, Usd
 
+from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Planet
@@ -30,6 +31,16 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
     )
     _check_place(planet)
     return planet
+
+
+def refuse_hidden_target(planets: tuple[Planet, ...], target_cam: Float) -> None:
+    """Raise UnsupportedError for a planet before the target's origin (3,), camera frame: pictures have it behind."""
+    for planet in planets:
+        turn, radii = planet.T_cam_planet.rotation.T, np.array(planet.radii)
+        start, way = -(turn @ planet.T_cam_planet.translation) / radii, turn @ target_cam / radii
+        a, b, c = way @ way, start @ way, start @ start - 1
+        if b < 0 and b * b > a * c and c < -b + np.sqrt(b * b - a * c):
+            raise UnsupportedError("hides the target", where=planet.path, do="put the target before it")
 
 
 def _check_place(planet: Planet) -> None:

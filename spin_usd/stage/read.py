@@ -82,14 +82,15 @@ class StageReader:
         world = UsdGeom.XformCache(time)
         usdcam = self._placement(world, self._camera_prim, "usdcam")
         body = self._placement(world, self._target_prim, "body")
+        T_cam_body = T_CAM_USDCAM @ between(usdcam.transform, body.transform)
         camera, sensor, optics = self._camera_at(time)
         return Scene(
             frame=frame,
             camera=camera,
-            T_cam_body=T_CAM_USDCAM @ between(usdcam.transform, body.transform),
+            T_cam_body=T_cam_body,
             target=self._target_at(time, body.scale),
             lights=self._lights.read(time, usdcam.transform, world, self.metres),
-            environment=self._environment.read(time, usdcam.transform, world, self.metres),
+            environment=self._environment.read(time, T_cam_body, usdcam.transform, world, self.metres),
             sensor=sensor,
             optics=optics,
             thin_lens=read_thin_lens(self._camera_prim, time, self.metres),

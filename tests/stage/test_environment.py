@@ -1,10 +1,17 @@
 """Planets, stars and back plates: places in double precision, units, images, and the refusal of what makes no sense."""
 
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 import pytest
+from pxr import Usd, UsdValidation
 
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.resources import stages
 from spin_usd.scene.star_field import irradiance, random_stars, star_count
 from spin_usd.stage.read import StageReader
 
@@ -162,6 +169,11 @@ def test_back_plate(tmp_path, read_scene):
             UnsupportedError,
             "Planet: the camera is 721385 m above it: inside it, or in its air",
         ),
+        (
+            earth(place=AWAY.replace("-7078137", "-6356757.3142")),
+            UnsupportedError,
+            "Planet: hides the target",  # which stands 10 m away, and this ground 5 m
+        ),
         (prim("stars", "double spin:stars:limitingMagnitude = 30"), StageError, "Stars.spin:stars:limitingMagnitude"),
         (prim("stars", "double[] spin:stars:magnitudes = [1]"), StageError, "Stars: lists 0 directions and 1"),
         (prim("stars", "double[] spin:stars:temperatures = [5000]"), StageError, "Stars: lists 1 temperatures for"),
@@ -182,3 +194,37 @@ def test_back_plate(tmp_path, read_scene):
 def test_what_makes_no_sense_is_refused(read_scene, world, error, saying):
     with pytest.raises(error, match=f"^/World/{saying}"):
         read_scene(world=world)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (stages() / "environments").glob("*.usda")))
+def test_our_own_environments_are_read(tmp_path, make_stage, name):
+    """By a reference to their default prim; and USD finds no fault with them."""
+    shutil.copytree(stages() / "environments", tmp_path / "environments")
+    layer = f"@./environments/{name}.usda@"
+    reader = StageReader(make_stage(world=f'def "Referenced" (\n prepend references = {layer}\n)\n{{\n}}'))
+    scene = reader.scene(reader.frames[0])
+    environment = scene.environment
+    empty = not (scene.lights or environment.planets or environment.stars or environment.back_plate)
+    assert empty == (name == "deep_space")
+    stage = Usd.Stage.Open(str(tmp_path / "environments" / f"{name}.usda"))
+    assert str(stage.GetDefaultPrim().GetName()) in ("Lights", "Environment")
+    registry = UsdValidation.ValidationRegistry()
+    context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
+    assert not [error.GetMessage() for error in context.Validate(stage)]
+
+
+@pytest.mark.slow
+def test_the_committed_images_are_what_their_script_makes(tmp_path):
+    """Up to what other processors and JPEG libraries round: a fifth of a level in the mean."""
+    script = Path(__file__).resolve().parents[2] / "tools" / "build_environments"
+    subprocess.run([sys.executable, script, tmp_path], check=True)
+    committed = stages() / "environments" / "textures"
+    names = sorted(path.name for path in committed.iterdir())
+    assert names == sorted(path.name for path in tmp_path.iterdir())
+    assert sum(path.stat().st_size for path in committed.iterdir()) < 1_000_000
+    for name in names:
+        made, kept = (
+            np.asarray(oiio.ImageBuf(str(folder / name)).get_pixels(oiio.UINT8), int)
+            for folder in (tmp_path, committed)
+        )
+        assert np.abs(made - kept).mean() < 0.2

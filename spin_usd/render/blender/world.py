@@ -26,23 +26,30 @@ class WorldRig:
         self._scene = scene
         self._world: Any = None
         self._key = ""
+        self._turned = np.zeros((3, 3))
 
     def shine(self, scene: Scene) -> None:
         """Surround the scene with its domes and planets."""
         surroundings = Surroundings.of(scene)
         if surroundings is None:
-            self._scene.world = None
+            self._show(None)
             return
         if self._world is None:
             self._make_world()
+        self._show(self._world)
         if surroundings.key != self._key:
             self._paint(surroundings)
             self._key = surroundings.key
         self._turn(surroundings.rotation)
-        self._scene.world = self._world
+
+    def _show(self, world: Any) -> None:
+        """Whatever is assigned, Cycles prepares it anew."""
+        if self._scene.world != world:
+            self._scene.world = world
 
     def _make_world(self) -> None:
         self._world = bpy.data.worlds.new("surroundings")
+        self._show(self._world)  # before its settings, which look for it there
         assign(self._world.cycles_visibility, {"camera": False})
         nodes, link = self._world.node_tree.nodes, self._world.node_tree.links.new
         nodes.clear()
@@ -81,7 +88,9 @@ class WorldRig:
     def _turn(self, rotation: Float) -> None:
         """rotation (3, 3): from the image's axes to the camera's."""
         turn = TO_BLENDER @ rotation.T @ T_CAM_USDCAM.rotation
-        assign(self._mapping.inputs["Rotation"], {"default_value": tuple(Matrix(turn).to_euler("XYZ"))})
+        if not np.array_equal(turn, self._turned):
+            assign(self._mapping.inputs["Rotation"], {"default_value": tuple(Matrix(turn).to_euler("XYZ"))})
+            self._turned = turn
 
 
 def _image(surroundings: Surroundings) -> Any:
