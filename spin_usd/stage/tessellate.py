@@ -5,12 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.triangles import Int, Triangles, unit
 
 MAX_TRIANGLES = 2**22
+SAME = 1e-6  # of the longest extent: points nearer than this are one; float32, which USD has, is good to 6e-8
 # Corners 0 to 2 and the middles 3 to 5 of the edges 01, 12, 20, by which edges are halved (1, 2 and 4, added).
 PATTERNS = (
     ((0, 1, 2),),
@@ -25,9 +29,13 @@ PATTERNS = (
 
 
 def welded(triangles: Triangles) -> Triangles:
-    """With points at the same place made one."""
+    """With points at the same place, but for the rounding of what wrote them, made one: the first of them."""
     points, place = np.unique(triangles.points + 0.0, axis=0, return_inverse=True)
-    return replace(triangles, points=points, corners=place.reshape(-1)[triangles.corners])
+    close = cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
+    links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(len(points),) * 2)
+    cluster = connected_components(links, directed=False)[1].astype(np.int64)
+    first = np.unique(cluster, return_index=True)[1]
+    return replace(triangles, points=points[first], corners=cluster[place.reshape(-1)][triangles.corners])
 
 
 def tessellated(triangles: Triangles, measure: Float, longest: float, where: object) -> tuple[Triangles, Int]:

@@ -87,6 +87,23 @@ def test_a_cube_stays_closed_and_keeps_its_hard_edges(read_scene):
     np.testing.assert_allclose(mesh.corner_normals, np.repeat(flat[:, None], 3, 1), atol=FLOAT32)
 
 
+def test_a_seam_that_is_closed_but_for_rounding_stays_closed(read_scene):
+    """A tube whose last points are its first, but for the sine of a full turn in float32."""
+    angle = np.float32(2 * np.pi) * np.arange(13, dtype=np.float32) / 12
+    ring = [(float(np.cos(a)), float(np.sin(a))) for a in angle]
+    assert ring[0] != ring[12]
+    points = ", ".join(f"({x!r}, {y!r}, {z})" for z in (0, 1) for x, y in ring)
+    faces = ", ".join(f"{i}, {i + 1}, {i + 14}, {i + 13}" for i in range(12))
+    body = f"""point3f[] points = [{points}]
+        int[] faceVertexCounts = [{", ".join(["4"] * 12)}]
+        int[] faceVertexIndices = [{faces}]
+        uniform token subdivisionScheme = "none"
+        """
+    mesh = read_scene(GEOMETRY.format(shape="Mesh", body=body, inputs="float inputs:displacement = 0.25")).target.mesh
+    assert len(np.unique(mesh.points[np.unique(mesh.faces)], axis=0)) == 24
+    np.testing.assert_allclose(np.linalg.norm(mesh.points[mesh.faces][..., :2], axis=-1), 1.25, atol=1e-5)
+
+
 def ramp(path, texels=16):
     """A PNG whose red grows from left to right; returns it as numbers, 0 to 1."""
     red = np.linspace(0, 255, texels).round().astype(int)
