@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.region import Region
-from spin_usd.render.blender.sun import shining_along
+from spin_usd.render.blender.sun import Sun, shining_along
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
@@ -189,6 +190,25 @@ def test_suns_shine_along_their_direction(direction):
     assert np.allclose(rotation @ rotation.T, np.eye(3))
     assert np.linalg.det(rotation) == pytest.approx(1)
     assert np.allclose(rotation @ (0, 0, -1), direction)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-6, 1e-5, 1e-3])
+@pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, 1)])
+def test_blenders_suns_do_too_where_euler_angles_lock(blender, axis, tilt):
+    """To float32's rounding: through Euler angles it was up to 5e-4 rad."""
+    import bpy
+
+    direction = np.asarray(axis) + tilt * np.array([0.3, 0.5, -0.7])
+    direction /= np.linalg.norm(direction)
+    parent = bpy.data.objects.new("parent", None)
+    sun = Sun(parent)
+    bpy.context.scene.collection.objects.link(sun.object)
+    sun.show(DistantLight(path="/sun", direction_cam=tuple(direction), irradiance=(1, 1, 1)))
+    bpy.context.view_layer.update()
+    shining = T_USDCAM_CAM.rotation.T @ -np.array(sun.object.matrix_world)[:3, 2]
+    sun.remove()
+    bpy.data.objects.remove(parent)
+    np.testing.assert_allclose(shining, direction, atol=2e-7)
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ class LightRig:
 
     def _new(self, kind: str) -> Sun | Lamp | Tube:
         if kind == "SUN":
-            return Sun()
+            return Sun(self._parent)
         return Tube() if kind == "TUBE" else Lamp(kind, self._images)
 
     def _show(self, shown: Shown, light: DistantLight | AreaLight, view: View, groups: Mapping[int, Any]) -> None:

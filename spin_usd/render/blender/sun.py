@@ -1,19 +1,22 @@
 """Distant lights as Blender Suns. Energy is irradiance, W/m2: a white Lambertian that faces one has radiance E/pi."""
 
+from typing import Any
+
 import bpy
 import numpy as np
-from mathutils import Matrix  # type: ignore[import-not-found]
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.render.blender.place import Place
 from spin_usd.render.blender.settings import assign
 from spin_usd.scene.light import DistantLight
 
 
 class Sun:
-    """One Blender Sun."""
+    """One Blender Sun; `parent` is that of all lights."""
 
-    def __init__(self) -> None:
+    def __init__(self, parent: Any) -> None:
+        self._parent = parent
         self.object = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
 
     def show(self, light: DistantLight) -> None:
@@ -21,9 +24,8 @@ class Sun:
         energy = max(light.irradiance)
         color = tuple(value / energy for value in light.irradiance)
         assign(self.object.data, {"energy": energy, "color": color, "angle": light.angle})
-        rotation = np.eye(4)
-        rotation[:3, :3] = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
-        self.object.matrix_world = Matrix(rotation)
+        rotation = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
+        Place(rotation=rotation, location=np.zeros(3), parent=self._parent).move(self.object)
 
     def casts_shadows(self, shadows: bool) -> None:
         assign(self.object.data, {"use_shadow": shadows})
