@@ -195,7 +195,7 @@ def test_suns_shine_along_their_direction(direction):
 @pytest.mark.parametrize("tilt", [0.0, 1e-6, 1e-5, 1e-3])
 @pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, 1)])
 def test_blenders_suns_do_too_where_euler_angles_lock(blender, axis, tilt):
-    """To float32's rounding: through Euler angles it was up to 5e-4 rad."""
+    """To float32's rounding: through Euler angles these were up to 5e-5 rad off."""
     import bpy
 
     direction = np.asarray(axis) + tilt * np.array([0.3, 0.5, -0.7])
