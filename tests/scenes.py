@@ -6,8 +6,10 @@ from hypothesis import strategies as st
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import FrameId, Mesh, Part, Scene, Target
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.target import Part, Target
 
 SPEEDPLUS = Camera(
     width=1920,

@@ -18,8 +18,9 @@ from spin_usd.geometry.region import Region
 from spin_usd.render.preview_light import Beam, beam, mean_radiance
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
 from spin_usd.scene.lookup import material_values
-from spin_usd.scene.model import Scene, Target
+from spin_usd.scene.model import Scene
 from spin_usd.scene.surface import face_normals, shading_normals, surface_points, weights_at
+from spin_usd.scene.target import Target
 
 LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
 # Successive points of this step, modulo one, fill the unit square evenly: M. Roberts, "The unreasonable effectiveness

@@ -17,8 +17,10 @@ from spin_usd.arrays import Float
 from spin_usd.render import lambert
 from spin_usd.scene.light import Links
 from spin_usd.scene.lookup import is_there
-from spin_usd.scene.model import Mesh, Scene, Target
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
+from spin_usd.scene.target import Target
 
 Float32 = NDArray[np.float32]
 

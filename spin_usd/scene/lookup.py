@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh, Target
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.target import Target
 from spin_usd.scene.texture import OUTPUTS, Color, Coordinates, Primvar, Texture
 
 CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerate(OUTPUTS[1:])}}

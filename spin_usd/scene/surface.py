@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.model import Mesh, Scene
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility
 
 GRAZING = 1e-12  # cosine below which a ray runs within its triangle's plane

@@ -10,8 +10,9 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.model import FrameId, Scene, Target
+from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Optics, Sensor
+from spin_usd.scene.target import Target
 from spin_usd.stage import compose
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed

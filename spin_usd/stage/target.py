@@ -11,7 +11,8 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import MAX_FACES, Mesh, Part, Target
+from spin_usd.scene.mesh import MAX_FACES, Mesh
+from spin_usd.scene.target import Part, Target
 from spin_usd.stage import schema
 from spin_usd.stage.compose import MAX_PRIMS
 from spin_usd.stage.displacement import displaced

@@ -15,7 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.author import author_stage
 from spin_usd.scene.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.model import Mesh
+from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.texture import Color, Primvar, Texture
 from spin_usd.stage.check import check_stage
 from spin_usd.stage.read import StageReader

@@ -8,8 +8,10 @@ import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import FrameId, Mesh, Part, Scene, Target
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.target import Part, Target
 
 LAMBERT = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow=True)  # no specular at all
 # The SPEED+ camera at a tenth of its resolution.

@@ -9,7 +9,9 @@ from scenes import pose, scene, soup, target
 from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import FrameId, Mesh, Part
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import FrameId
+from spin_usd.scene.target import Part
 
 SETTINGS = RenderSettings(renderer="raycast", samples=4, seed=7)
 METAL = Material(path="/m", metallic=0.1)

@@ -10,7 +10,8 @@ from scenes import box, scene, soup, target
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh, Part
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.target import Part
 
 POINTS, FACES = box()
 GOOD = {

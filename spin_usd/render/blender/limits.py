@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.lookup import CHANNELS
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh
+from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.texture import Primvar, Texture
 
 ROUNDING = 1e-6  # of float32, which may take a share just above 1

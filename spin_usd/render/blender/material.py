@@ -11,7 +11,7 @@ from spin_usd.render.blender.reflection import principled_inputs, tilted
 from spin_usd.render.blender.see_through import absent, coverage, faded
 from spin_usd.render.blender.textures import ImageLibrary, attribute_name, node_value
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh
+from spin_usd.scene.mesh import Mesh
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing
 LABEL = "label"

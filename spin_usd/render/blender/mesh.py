@@ -14,7 +14,7 @@ from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
 from spin_usd.render.blender.textures import attribute_name
 from spin_usd.scene.material import Material
-from spin_usd.scene.model import Mesh
+from spin_usd.scene.mesh import Mesh
 
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores

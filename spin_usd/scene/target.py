@@ -1,0 +1,54 @@
+"""The spacecraft: its mesh, parts, materials and keypoints."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from spin_usd.arrays import Float, digest, finite
+from spin_usd.errors import GeometryError
+from spin_usd.scene.content import content
+from spin_usd.scene.material import Material
+from spin_usd.scene.mesh import Mesh
+
+MAX_PARTS = 2**16 - 1  # part ids are 16-bit in the segmentation label
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A piece of the target that the segmentation label tells apart. `id` counts from 1 in order of prim path."""
+
+    id: int
+    path: str
+    name: str
+    class_name: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Target:
+    """The spacecraft: mesh, parts, materials, named keypoints (K, 3) in body axes, metres."""
+
+    path: str
+    name: str
+    mesh: Mesh
+    parts: tuple[Part, ...]
+    materials: tuple[Material, ...]
+    keypoint_names: tuple[str, ...] = ()
+    keypoints: Float = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __post_init__(self) -> None:
+        if [p.id for p in self.parts] != list(range(1, len(self.parts) + 1)) or len(self.parts) > MAX_PARTS:
+            raise GeometryError(f"{self.path} has parts that are not numbered 1 to at most {MAX_PARTS}")
+        if int(self.mesh.face_part.max()) > len(self.parts) or int(self.mesh.face_part.min()) < 1:
+            raise GeometryError(f"{self.path} has faces of a part that it does not list")
+        if int(self.mesh.face_material.max()) >= len(self.materials) or int(self.mesh.face_material.min()) < 0:
+            raise GeometryError(f"{self.path} has faces of a material that it does not list")
+        object.__setattr__(self, "keypoints", finite(self.keypoints, (len(self.keypoint_names), 3), "keypoints"))
+
+    @cached_property
+    def cut_out_key(self) -> str:
+        """Digest of what decides where the surface is not there: "" where it is whole."""
+        if not any(material.cut_out for material in self.materials):
+            return ""
+        cuts = [[m.opacity, m.opacity_threshold] if m.cut_out else None for m in self.materials]
+        return digest(content(cuts), self.mesh.shading_key)
