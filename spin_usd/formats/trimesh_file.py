@@ -10,6 +10,7 @@ import trimesh
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.scene import srgb
 from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
@@ -60,7 +61,7 @@ def _part(name: str, mesh: trimesh.Trimesh) -> MeshPart:
 
 
 def _linear_colors(mesh: trimesh.Trimesh) -> Float | None:
-    """(C, 3) of the corners, made linear from sRGB (IEC 61966-2-1); None where the file has none."""
+    """(C, 3) of the corners, made linear from sRGB; None where the file has none."""
     visual = mesh.visual
     if not isinstance(visual, trimesh.visual.ColorVisuals) or visual.kind is None:
         return None
@@ -68,4 +69,4 @@ def _linear_colors(mesh: trimesh.Trimesh) -> Float | None:
         encoded = np.asarray(visual.vertex_colors)[mesh.faces.ravel(), :3] / 255
     else:
         encoded = np.repeat(np.asarray(visual.face_colors)[:, :3] / 255, 3, axis=0)
-    return np.asarray(np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4))
+    return srgb.decode(encoded)

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
+from spin_usd.scene import srgb
 from spin_usd.scene.sensor import LUMINANCE, Sensor
 
-# The sRGB curve: IEC 61966-2-1.
-SRGB_KNEE = 0.0031308
 MID_GREY = 0.18  # linear; what contrast turns about
 DTYPES: dict[int, type[np.uint8] | type[np.uint16]] = {8: np.uint8, 16: np.uint16}
 
@@ -57,4 +56,4 @@ def encode(signal: NDArray[Any], encoding: str, gamma: float = 2.2) -> NDArray[A
         return np.asarray(signal ** (1 / gamma))
     if encoding != "srgb":
         raise UnsupportedError(f"the sensor has the encoding {encoding!r}", do="choose linear, srgb or gamma")
-    return np.where(signal <= SRGB_KNEE, 12.92 * signal, 1.055 * np.maximum(signal, SRGB_KNEE) ** (1 / 2.4) - 0.055)
+    return srgb.encode(signal)

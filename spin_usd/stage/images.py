@@ -1,7 +1,7 @@
 """Image files that a stage names, decoded to linear or raw RGBA: what UsdUVTexture and dome lights look up.
 
-Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel, by
-IEC 61966-2-1, before any interpolation; alpha is never a colour, and never multiplied into one.
+Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel,
+before any interpolation; alpha is never a colour, and never multiplied into one.
 """
 
 import os
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd
 
 from spin_usd.errors import SpinError, StageError, UnsupportedError
+from spin_usd.scene import srgb
 from spin_usd.scene.texture import Image
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
@@ -117,12 +118,13 @@ def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded
     reason = source.geterror()
     source.close()
     if values is None or reason:
-        raise StageError(f"is cut short or damaged ({reason.splitlines()[-1] if reason else 'no reason given'})")
+        said = reason.splitlines()[-1] if reason else "no reason given"
+        raise StageError(f"is cut short or damaged ({said})", do="copy or make it again")
     pixels = _rgba(values.reshape(spec.height, spec.width, spec.nchannels), list(spec.channelnames))
     if not np.isfinite(pixels).all():
         raise StageError("holds NaN or infinity", do="mend it")
     if color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, data)):
-        pixels[..., :3] = linear_from_srgb(pixels[..., :3])
+        pixels[..., :3] = srgb.decode(pixels[..., :3])
     return Decoded(image=Image(name=name, pixels=pixels), wrap=_wrap(spec))
 
 
@@ -162,12 +164,6 @@ def _is_srgb(spec: Any, data: bytes) -> bool:
     if b"sRGB" in header or profile.startswith("sRGB") or spec.get_int_attribute("Exif:ColorSpace") == 1:
         return True
     return bool(spec.format.basetype == oiio.UINT8 and spec.nchannels in (3, 4))
-
-
-def linear_from_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The inverse of the sRGB transfer function. Source: IEC 61966-2-1:1999."""
-    toe = values <= 0.04045
-    return np.where(toe, values / 12.92, ((np.maximum(values, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def _wrap(spec: Any) -> tuple[str, str]:

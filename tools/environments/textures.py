@@ -8,6 +8,7 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 
 from environments.earth import albedo, clouds
 from environments.noise import Array
+from spin_usd.scene import srgb
 
 SIZE = (2048, 1024)
 
@@ -15,14 +16,9 @@ SIZE = (2048, 1024)
 def pictures() -> dict[str, Callable[[], Array]]:
     """What makes each file: (H, W, C) of the numbers in it, 0 to 1."""
     return {
-        "earth_albedo.jpg": lambda: srgb(albedo(*SIZE)),
+        "earth_albedo.jpg": lambda: srgb.encode(albedo(*SIZE)),
         "earth_clouds.jpg": lambda: clouds(*SIZE),
     }
-
-
-def srgb(linear: Array) -> Array:
-    """IEC 61966-2-1."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
 def write_textures(folder: Path) -> None:

@@ -12,6 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import Delaunay
 
+from spin_usd.scene import srgb
 from tango import dimensions as d
 from tango.shape import Array
 
@@ -58,7 +59,7 @@ def solar_cell() -> Array:
     tones = (0.7 + 0.6 * rng.random((*shape, 1))) * (0.9 + 0.2 * rng.random((*shape, 3)))
     shade = np.kron(tones, np.ones((CELL_PIXELS[1], CELL_PIXELS[0], 1))) * SILICON
     everywhere = np.tile(np.maximum(bars, 0.12 * fingers), d.CELL_TONES[::-1])[..., None]
-    return _srgb(shade + everywhere * (SILVER - shade))
+    return srgb.encode(shade + everywhere * (SILVER - shade))
 
 
 def solar_cell_metal() -> Array:
@@ -114,11 +115,6 @@ def _normals(slopes: Array) -> Array:
     # Rows run downwards, t upwards: the second slope changes its sign twice.
     normal = np.stack([-slopes[..., 0], slopes[..., 1], np.ones(slopes.shape[:2])], axis=-1)
     return (normal / np.linalg.norm(normal, axis=-1, keepdims=True) + 1) / 2
-
-
-def _srgb(linear: Array) -> Array:
-    """IEC 61966-2-1."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def _write(path: Path, image: Array) -> None:
