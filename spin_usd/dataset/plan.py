@@ -9,7 +9,7 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.errors import InputError
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
-from spin_usd.stage.compose import copy_stage
+from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
 PROGRESS_EVERY = 500

@@ -19,7 +19,7 @@ from spin_usd.render.preview_light import Beam, beam, mean_radiance
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
 from spin_usd.scene.lookup import material_values
 from spin_usd.scene.model import Scene
-from spin_usd.scene.surface import face_normals, shading_normals, surface_points, weights_at
+from spin_usd.scene.surface import geometric_normals, shading_normals, surface_points, weights_at
 from spin_usd.scene.target import Target
 
 LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
@@ -58,7 +58,7 @@ def _shade(scene: Scene, caster: Caster, face: NDArray[np.int32], body: Float) -
     colours = _matt_colours(target, face, weights)
     rgb = material_values(target, "emissive_color", face, weights)
     normals = shading_normals(scene, face, body)
-    lifted = body + LIFT * target.mesh.radius * face_normals(scene, face, body)
+    lifted = body + LIFT * target.mesh.radius * geometric_normals(scene, face, body)
     for light in scene.lights:
         if isinstance(light, DomeLight):
             rgb += mean_radiance(light) * colours

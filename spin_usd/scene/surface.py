@@ -99,7 +99,7 @@ def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
     return _barycentric(body, mesh.points[mesh.faces[face]])
 
 
-def face_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
+def geometric_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
     """Unit normals (N, 3) in body axes of the faces (N,) at their `body` points (N, 3), facing the camera."""
     mesh = scene.target.mesh
     faces, which = _distinct(face, len(mesh.faces))

@@ -10,19 +10,7 @@ from pxr import Tf, Usd, UsdUtils
 
 from spin_usd.errors import StageError
 from spin_usd.stage.assets import Files, files_of, parse_failure
-from spin_usd.stage.content import AUGMENTATION, NOMINAL, selected_variant, stage_hash, used_files
-from spin_usd.stage.copies import copy_stage
-
-__all__ = [
-    "NOMINAL",
-    "copy_stage",
-    "open_for_check",
-    "open_stage",
-    "selected_variant",
-    "stage_hash",
-    "used_files",
-    "variants",
-]
+from spin_usd.stage.content import AUGMENTATION, NOMINAL
 
 MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same

@@ -13,9 +13,10 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
-from spin_usd.stage import compose
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
+from spin_usd.stage.compose import open_stage, variants
+from spin_usd.stage.content import NOMINAL, stage_hash, used_files
 from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
 from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
@@ -36,10 +37,10 @@ class StageReader:
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
     """
 
-    def __init__(self, path: str | Path, *, variant: str = compose.NOMINAL):
-        self.stage: Usd.Stage = compose.open_stage(path, variant=variant)
+    def __init__(self, path: str | Path, *, variant: str = NOMINAL):
+        self.stage: Usd.Stage = open_stage(path, variant=variant)
         self.variant = variant
-        self.variants = compose.variants(self.stage)
+        self.variants = variants(self.stage)
         self.metres = _metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
@@ -60,12 +61,12 @@ class StageReader:
     @cached_property
     def stage_hash(self) -> str:
         """Digest of the composed content with its variant, wherever the stage lies."""
-        return compose.stage_hash(self.stage)
+        return stage_hash(self.stage)
 
     @cached_property
     def used_files(self) -> dict[str, str]:
         """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
-        return compose.used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+        return used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
 
     @cached_property
     def variant_selections(self) -> dict[str, str]:

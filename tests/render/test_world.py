@@ -7,7 +7,7 @@ import pytest
 import scenes
 
 from spin_usd.geometry.transform import Transform
-from spin_usd.render.background.latlong import look_up, planes
+from spin_usd.render.background.latlong import bilinear_latlong, planes
 from spin_usd.render.background.surroundings import Surroundings
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
@@ -107,7 +107,7 @@ def irradiance_of(image, rotation, normal):
     ).reshape(3, -1)
     cosine = np.maximum(np.asarray(normal) @ rotation @ own, 0)
     solid = np.cos(latitude).ravel() * (np.pi / height) ** 2
-    texels = look_up(planes(image)[:3], np.float32(longitude.ravel()), np.float32(latitude.ravel()))
+    texels = bilinear_latlong(planes(image)[:3], np.float32(longitude.ravel()), np.float32(latitude.ravel()))
     return np.array([(channel * cosine * solid).sum() for channel in texels])
 
 

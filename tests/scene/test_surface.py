@@ -10,7 +10,7 @@ from scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.scene.passes import Visibility
-from spin_usd.scene.surface import face_normals, shading_normals, visible_surface
+from spin_usd.scene.surface import geometric_normals, shading_normals, visible_surface
 
 RANGES = [1.0, 1e3, 1e5, 1e7]  # metres
 EPSILON = np.finfo(float).eps
@@ -130,7 +130,7 @@ def test_normals_face_the_camera_from_either_side():
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     towards = s.T_cam_body.inverse().translation - surface.body
     own = s.target.mesh.corner_normals[surface.face, 0]
-    for normals in (shading_normals(s, surface.face, surface.body), face_normals(s, surface.face, surface.body)):
+    for normals in (shading_normals(s, surface.face, surface.body), geometric_normals(s, surface.face, surface.body)):
         assert ((normals * towards).sum(1) >= 0).all()
         np.testing.assert_allclose(np.abs((normals * own).sum(1)), 1, rtol=0, atol=1e-6)
     assert ((own * towards).sum(1) < 0).any()

@@ -10,7 +10,9 @@ import pytest
 from pxr import Sdf, Usd
 
 from spin_usd.errors import OutputError, StageError
-from spin_usd.stage import compose
+from spin_usd.stage.compose import open_stage, variants
+from spin_usd.stage.content import selected_variant, stage_hash, used_files
+from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
 ROOT = """#usda 1.0
@@ -81,20 +83,20 @@ def size(stage):
 
 def test_nominal_is_the_stage_without_augmentation(make):
     path = make()
-    stage = compose.open_stage(path)
+    stage = open_stage(path)
     assert size(stage) == 3
-    assert compose.variants(stage) == ("nominal", "big", "small")
-    assert compose.selected_variant(stage) == "nominal"
+    assert variants(stage) == ("nominal", "big", "small")
+    assert selected_variant(stage) == "nominal"
 
 
 def test_nominal_clears_a_selection_that_the_stage_authors(make):
     """The cube's own size, and the same content as in a stage that authors no selection."""
     path = make("b", selection='variants = {\nstring augmentation = "big"\n}')
     assert size(Usd.Stage.Open(str(path))) == 5
-    stage = compose.open_stage(path)
-    assert (size(stage), compose.selected_variant(stage)) == (3, "nominal")
-    assert compose.stage_hash(stage) == compose.stage_hash(compose.open_stage(make("c")))
-    assert size(compose.open_stage(path, variant="big")) == 5
+    stage = open_stage(path)
+    assert (size(stage), selected_variant(stage)) == (3, "nominal")
+    assert stage_hash(stage) == stage_hash(open_stage(make("c")))
+    assert size(open_stage(path, variant="big")) == 5
 
 
 def test_a_selection_without_its_variant_set_is_no_variant(tmp_path):
@@ -102,20 +104,20 @@ def test_a_selection_without_its_variant_set_is_no_variant(tmp_path):
     path.write_text(
         '#usda 1.0\n(\ndefaultPrim = "A"\n)\ndef "A" (\nvariants = {\nstring augmentation = "x"\n}\n)\n{\n}\n'
     )
-    assert compose.selected_variant(compose.open_stage(path)) == "nominal"
+    assert selected_variant(open_stage(path)) == "nominal"
 
 
 @pytest.mark.parametrize("name", ["Tele", "tele-2"])
 def test_a_variant_that_cannot_name_a_folder_is_refused(make, name):
     with pytest.raises(StageError, match=f"has a variant named '{name}', which cannot name a folder"):
-        compose.open_stage(make(more=f'"{name}" {{\n}}'))
+        open_stage(make(more=f'"{name}" {{\n}}'))
 
 
 def test_a_variant_is_selected_without_touching_the_layers(make):
     path = make()
     before = path.read_bytes()
-    stage = compose.open_stage(path, variant="big")
-    assert (size(stage), compose.selected_variant(stage)) == (5, "big")
+    stage = open_stage(path, variant="big")
+    assert (size(stage), selected_variant(stage)) == (5, "big")
     assert not stage.GetRootLayer().dirty
     assert path.read_bytes() == before
 
@@ -125,14 +127,14 @@ def test_a_variant_called_nominal_is_selected(make):
         more='"nominal" {\nover "Model"\n{\ndouble size = 7\n}\n}',
         selection='variants = {\nstring augmentation = "big"\n}',
     )
-    stage = compose.open_stage(path)
+    stage = open_stage(path)
     assert size(stage) == 7
-    assert compose.variants(stage) == ("nominal", "big", "small")
+    assert variants(stage) == ("nominal", "big", "small")
 
 
 def test_an_unknown_variant_lists_the_known_ones(make):
     with pytest.raises(StageError, match="has no variant 'huge'; choose one of nominal, big, small"):
-        compose.open_stage(make(), variant="huge")
+        open_stage(make(), variant="huge")
 
 
 @pytest.mark.parametrize(
@@ -163,7 +165,7 @@ def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, n
     os.mkfifo(home / "pipe.usda")
     started = time.perf_counter()
     with pytest.raises(StageError, match=saying):
-        compose.open_stage(path)
+        open_stage(path)
     assert time.perf_counter() - started < 5  # USD hangs on a pipe
 
 
@@ -183,7 +185,7 @@ def test_stages_that_do_not_compose(tmp_path, text, saying):
     path = tmp_path / "root.usda"
     path.write_text(text)
     with pytest.raises(StageError, match=saying) as error:
-        compose.open_stage(path)
+        open_stage(path)
     assert "\n" not in str(error.value)
     assert "root.usda" in str(error.value)
 
@@ -193,67 +195,67 @@ def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets):
     path = tmp_path / "root.usda"
     path.write_text("#usda 1.0\n" + brackets[0] * 200_000 + brackets[1] * 200_000)
     with pytest.raises(StageError, match="nests brackets deeper than 256"):
-        compose.open_stage(path)
+        open_stage(path)
     path.write_text(f'#usda 1.0\n(\ndoc = """{brackets[0] * 300}"""\n)\n# {brackets[0] * 300}\n')
-    assert compose.open_stage(path)
+    assert open_stage(path)
 
 
 def test_files_that_are_no_stage(tmp_path):
     with pytest.raises(StageError, match="there is no such stage"):
-        compose.open_stage(tmp_path / "none.usda")
+        open_stage(tmp_path / "none.usda")
     (tmp_path / "model.obj").write_text("")
     with pytest.raises(StageError, match="is not a USD stage"):
-        compose.open_stage(tmp_path / "model.obj")
+        open_stage(tmp_path / "model.obj")
     (tmp_path / "folder.usda").mkdir()
     with pytest.raises(StageError, match="is not a regular file"):
-        compose.open_stage(tmp_path / "folder.usda")
+        open_stage(tmp_path / "folder.usda")
 
 
 def test_too_many_prims(tmp_path, monkeypatch):
     path = tmp_path / "root.usda"
     path.write_text("#usda 1.0\n" + "\n".join(f'def "P{i}"\n{{\n}}' for i in range(30)))
-    monkeypatch.setattr(compose, "MAX_PRIMS", 29)
+    monkeypatch.setattr("spin_usd.stage.compose.MAX_PRIMS", 29)
     with pytest.raises(StageError, match="more than 29 prims"):
-        compose.open_stage(path)
-    monkeypatch.setattr(compose, "MAX_PRIMS", 30)
-    assert compose.open_stage(path)
+        open_stage(path)
+    monkeypatch.setattr("spin_usd.stage.compose.MAX_PRIMS", 30)
+    assert open_stage(path)
 
 
 def test_the_hash_is_of_the_content_not_the_place(make, tmp_path):
     path = make()
     moved = tmp_path / "elsewhere" / "deeper"
     shutil.copytree(path.parent, moved)
-    assert compose.stage_hash(compose.open_stage(path)) == compose.stage_hash(compose.open_stage(moved / "root.usda"))
+    assert stage_hash(open_stage(path)) == stage_hash(open_stage(moved / "root.usda"))
 
 
 def test_the_hash_follows_content_assets_and_variant(make):
-    hashes = [compose.stage_hash(compose.open_stage(make("a")))]
-    hashes.append(compose.stage_hash(compose.open_stage(make("b"), variant="big")))
-    hashes.append(compose.stage_hash(compose.open_stage(make("c", model=MODEL.replace("size = 3", "size = 4")))))
+    hashes = [stage_hash(open_stage(make("a")))]
+    hashes.append(stage_hash(open_stage(make("b"), variant="big")))
+    hashes.append(stage_hash(open_stage(make("c", model=MODEL.replace("size = 3", "size = 4")))))
     path = make("d")
     (path.parent / "parts" / "textures" / "paint.png").write_bytes(b"another picture")
-    hashes.append(compose.stage_hash(compose.open_stage(path)))
+    hashes.append(stage_hash(open_stage(path)))
     assert len(set(hashes)) == 4
 
 
 def test_the_hash_tells_variants_of_equal_content_apart(make):
     path = make(more='"same" {\n}\n"alike" {\n}')
-    hashes = {compose.stage_hash(compose.open_stage(path, variant=v)) for v in ("nominal", "same", "alike")}
+    hashes = {stage_hash(open_stage(path, variant=v)) for v in ("nominal", "same", "alike")}
     assert len(hashes) == 3
 
 
 def test_the_hash_ignores_variants_that_are_not_selected(make):
-    plain = compose.stage_hash(compose.open_stage(make("a")))
-    assert plain == compose.stage_hash(compose.open_stage(make("b", more='"huge" {\n}')))
+    plain = stage_hash(open_stage(make("a")))
+    assert plain == stage_hash(open_stage(make("b", more='"huge" {\n}')))
 
 
 def test_used_files_are_those_of_this_composition(make):
     path = make(more='"t" {\ndef "X" (\nprepend payload = @./unused.usda@\n)\n{\n}\n}')
     (path.parent / "unused.usda").write_text(MODEL)
-    used = compose.used_files(compose.open_stage(path), path.parent)
+    used = used_files(open_stage(path), path.parent)
     assert list(used) == ["parts/model.usda", "parts/textures/paint.png", "root.usda"]
     assert all(len(sha) == 64 for sha in used.values())
-    with_variant = compose.used_files(compose.open_stage(path, variant="t"), path.parent)
+    with_variant = used_files(open_stage(path, variant="t"), path.parent)
     assert set(with_variant) - set(used) == {"unused.usda"}
 
 
@@ -263,21 +265,21 @@ def test_a_copy_keeps_bytes_and_hash_and_holds_all_variants(make, tmp_path):
     (path.parent / "other" / "unused.usda").write_text(MODEL)
     (path.parent / "other" / "textures" / "paint.png").write_bytes(b"x")
     (path.parent / "stray.txt").write_text("not part of the stage")
-    copy = compose.copy_stage(path, tmp_path / "copy")
+    copy = copy_stage(path, tmp_path / "copy")
     files = {p.relative_to(path.parent) for p in path.parent.rglob("*") if p.is_file()}
     copied = {p.relative_to(copy.parent) for p in copy.parent.rglob("*") if p.is_file()}
     assert {str(f) for f in files - copied} == {"stray.txt"}
     assert all((copy.parent / f).read_bytes() == (path.parent / f).read_bytes() for f in copied)
     for variant in ("nominal", "big", "t"):
-        a, b = (compose.open_stage(p, variant=variant) for p in (path, copy))
-        assert compose.stage_hash(a) == compose.stage_hash(b)
+        a, b = (open_stage(p, variant=variant) for p in (path, copy))
+        assert stage_hash(a) == stage_hash(b)
 
 
 def test_a_copy_that_cannot_be_written_is_one_sentence(make, tmp_path):
     """A limit on the size of a file stands for a full disk: both fail the write call."""
     path = make(model=MODEL + "#" * 4000)
     code = (
-        "import resource, signal; from spin_usd.stage.compose import copy_stage;"
+        "import resource, signal; from spin_usd.stage.copies import copy_stage;"
         "from spin_usd.errors import OutputError; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
         f"try: copy_stage({str(path)!r}, {str(tmp_path / 'copy')!r})\n"
@@ -290,19 +292,19 @@ def test_a_copy_that_cannot_be_written_is_one_sentence(make, tmp_path):
     assert done.stdout.count("\n") == 1
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="could not be written"):
-        compose.copy_stage(path, tmp_path / "file")
+        copy_stage(path, tmp_path / "file")
 
 
 def test_a_copy_is_whole_or_not_at_all(make, tmp_path):
     path = make()
     (path.parent / "parts" / "textures" / "paint.png").unlink()
     with pytest.raises(StageError, match=r"@./textures/paint.png@ named by .*model.usda is missing"):
-        compose.copy_stage(path, tmp_path / "copy")
+        copy_stage(path, tmp_path / "copy")
     assert not (tmp_path / "copy").exists()
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").write_text("")
     with pytest.raises(OutputError, match="not empty"):
-        compose.copy_stage(make("b"), tmp_path / "full")
+        copy_stage(make("b"), tmp_path / "full")
 
 
 def test_a_package_may_not_name_what_lies_outside(tmp_path):
@@ -314,15 +316,15 @@ def test_a_package_may_not_name_what_lies_outside(tmp_path):
     writer.AddFile(str(inside), "inner.usda")
     assert writer.Save()
     with pytest.raises(StageError, match="outside its package"):
-        compose.open_stage(package)
+        open_stage(package)
     good = tmp_path / "good.usdz"
     (tmp_path / "plain.usda").write_text(MODEL)
     writer = Sdf.ZipFileWriter.CreateNew(str(good))
     writer.AddFile(str(tmp_path / "plain.usda"), "plain.usda")
     assert writer.Save()
-    stage = compose.open_stage(good)
+    stage = open_stage(good)
     assert stage.GetPrimAtPath("/Model")
-    assert list(compose.used_files(stage, tmp_path)) == ["good.usdz"]
+    assert list(used_files(stage, tmp_path)) == ["good.usdz"]
 
 
 def test_no_target_and_two_targets(make_stage):

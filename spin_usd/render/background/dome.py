@@ -4,7 +4,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.render.background.globe import Rays
-from spin_usd.render.background.latlong import Float32, look_up, planes
+from spin_usd.render.background.latlong import Float32, bilinear_latlong, planes
 from spin_usd.scene.light import DomeLight
 
 
@@ -13,7 +13,7 @@ def dome_radiance(dome: DomeLight, rays: Rays) -> list[Float32]:
     if dome.image is None:
         return [np.full_like(rays.length, channel) for channel in dome.radiance]
     longitude, latitude = _places(dome.T_cam_dome.rotation.T, rays)
-    found = look_up(planes(dome.image)[:3], longitude, latitude)
+    found = bilinear_latlong(planes(dome.image)[:3], longitude, latitude)
     return [channel * np.float32(scale) for channel, scale in zip(found, dome.radiance, strict=True)]
 
 

@@ -24,7 +24,7 @@ def repeated(tables: Float32) -> Float32:
     return np.ascontiguousarray(np.concatenate([wide, wide[:, -1:]], axis=1))
 
 
-def look_up(tables: Float32, longitude: Float32, latitude: Float32) -> list[Float32]:
+def bilinear_latlong(tables: Float32, longitude: Float32, latitude: Float32) -> list[Float32]:
     """(N,) of each of the repeated `tables` at longitudes and latitudes (N,), radians; longitude 0 is their middle."""
     height, width = tables.shape[1] - 1, tables.shape[2] - 1
     x = longitude * (width / TAU) + np.float32(width / 2 - 0.5)

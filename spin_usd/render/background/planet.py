@@ -8,7 +8,7 @@ import numpy as np
 from spin_usd.render.background.atmosphere import Air, rayleigh
 from spin_usd.render.background.detail import detail
 from spin_usd.render.background.globe import Globe, Meeting, Rays
-from spin_usd.render.background.latlong import Float32, look_up, planes
+from spin_usd.render.background.latlong import Float32, bilinear_latlong, planes
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light
 from spin_usd.scene.texture import Image
@@ -123,13 +123,13 @@ def _albedo(planet: Planet, meeting: Meeting, fine: bool) -> list[Float32]:
         longitude = longitude + warp / np.maximum(np.sqrt(x * x + y * y), np.float32(0.05))
     ground: list[Float32]
     if isinstance(planet.albedo, Image):
-        ground = look_up(planes(planet.albedo)[:3], longitude, latitude)
+        ground = bilinear_latlong(planes(planet.albedo)[:3], longitude, latitude)
     else:
         ground = [np.full_like(noise, channel) for channel in planet.albedo]
     relief = 1 + np.float32(RELIEF) * noise
     if planet.clouds is None:
         return [channel * relief for channel in ground]
-    logit, *white = look_up(_cloud_tables(planet.clouds), longitude, latitude)
+    logit, *white = bilinear_latlong(_cloud_tables(planet.clouds), longitude, latitude)
     opacity = _opacity(logit, noise, resolved)
     albedo = white or list(planet.clouds.pixels[0, 0, :3])
     return [(g + opacity * (w - g)) * relief for g, w in zip(ground, albedo, strict=True)]
