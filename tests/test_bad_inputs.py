@@ -191,6 +191,15 @@ def stage(*content, head=HEAD):
 BAD_STAGES = {
     "not USD": ("hello", "stage.usda"),
     "empty file": ("", "stage.usda"),
+    "brackets that do not close": (
+        stage(CAMERA, TARGET.replace("[3]", "[3}")),
+        "cannot be understood, at '}'; mend the layer",
+    ),
+    "quotes that do not close": (
+        HEAD + 'def Xform "World\n',
+        "column 18: cannot be understood, at the end of the line;",
+    ),
+    "value of another type": (stage(CAMERA.replace("fx = 100", 'fx = "100"')), "line 12, column 31: Error parsing"),
     "no camera": (stage(TARGET), "camera"),
     "no target": (stage(CAMERA), "target"),
     "two targets": (stage(CAMERA, TARGET, TARGET.replace('"Target"', '"Other"')), "Other"),

@@ -16,12 +16,16 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import AreaLight
 from spin_usd.stage.images import Images
-from spin_usd.stage.light_emission import casts_shadows, emission, number
+from spin_usd.stage.light_emission import casts_shadows, emission
 from spin_usd.stage.light_shaping import read_shaping
 from spin_usd.stage.light_texture import read_texture
+from spin_usd.stage.ranges import AT_LEAST_0, value_in
 from spin_usd.stage.xforms import SHEAR_TOLERANCE, between
 
 Extent = tuple[float, ...]
+
+LEAST_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
+MOST_M = 1e15  # a tenth of a light year; at 1e17 m Cycles' float32 products of squares overflow, and all lights go out
 
 
 def read_area_light(
@@ -45,25 +49,42 @@ def read_area_light(
         image=read_texture(prim, time, images) if shape == "rect" else None,
         shadows=casts_shadows(prim, time),
     )
+    _check_reach(light)
     return _point(light, prim, time) if shape == "sphere" else light
+
+
+def _check_reach(light: AreaLight) -> None:
+    """Raise UnsupportedError for a size or a distance that float32 cannot carry."""
+    distance, size = float(np.linalg.norm(light.T_cam_light.translation)), max(light.size)
+    for name, value in (("distance from the camera", distance), ("size", size)):
+        if not value <= MOST_M:
+            found = f"its {name} is {value:g} m, more than {MOST_M:g} m"
+            raise UnsupportedError(found, where=light.path, do="use a DistantLight")
+    if 0 < min(light.size) < LEAST_SIZE_M:
+        found = f"its size is {min(light.size):g} m, less than {LEAST_SIZE_M:g} m"
+        raise UnsupportedError(found, where=light.path, do="make it larger, or a SphereLight of radius 0")
 
 
 def _shape(prim: Usd.Prim, time: Usd.TimeCode, scale: Float) -> tuple[str, Extent]:
     """The name of the shape and its size in stage units, scaled."""
     x, y, _ = scale
     if prim.IsA(UsdLux.RectLight):
-        shape, extent = "rect", (number(prim, "inputs:width", time) * x, number(prim, "inputs:height", time) * y)
+        shape, extent = "rect", (_length(prim, "inputs:width", time) * x, _length(prim, "inputs:height", time) * y)
     elif prim.IsA(UsdLux.DiskLight):
-        radius = number(prim, "inputs:radius", time)
+        radius = _length(prim, "inputs:radius", time)
         shape, extent = "disk", (radius * x, radius * y)
     elif prim.IsA(UsdLux.CylinderLight):
-        length, radius = number(prim, "inputs:length", time), number(prim, "inputs:radius", time)
+        length, radius = _length(prim, "inputs:length", time), _length(prim, "inputs:radius", time)
         shape, extent = "cylinder", (length * x, radius * _equal(scale[1:], prim))
     else:
-        return "sphere", (number(prim, "inputs:radius", time) * _equal(scale, prim),)
+        return "sphere", (_length(prim, "inputs:radius", time) * _equal(scale, prim),)
     if min(extent) == 0:
         raise StageError("has no surface that could emit", where=prim.GetPath(), do="give it a size above 0")
     return shape, extent
+
+
+def _length(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
+    return float(value_in(prim, name, AT_LEAST_0, time))
 
 
 def _area(shape: str, extent: Extent) -> float:

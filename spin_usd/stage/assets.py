@@ -14,6 +14,7 @@ import numpy as np
 from pxr import Sdf, Tf, UsdUtils
 
 from spin_usd.errors import StageError
+from spin_usd.stage.layer import reason
 
 LAYERS = (".usd", ".usda", ".usdc")
 EXTENSIONS = (*LAYERS, ".usdz")
@@ -73,11 +74,9 @@ def udim_files(path: Path) -> list[Path]:
     return sorted(path.parent.glob(path.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")))
 
 
-def parse_failure(error: Exception, where: object) -> StageError:
+def parse_failure(error: Tf.ErrorException, where: object) -> StageError:
     """A Tf exception as one sentence."""
-    reasons = re.findall(r" : '(.*?)'\s*(?=\n\tError|\Z)", str(error), re.DOTALL)
-    reason = (reasons[0] if reasons else str(error)).strip()
-    return StageError(f"USD cannot read it: {reason}", where=where, do="mend the layer")
+    return StageError(f"USD cannot read it: {reason(error)}", where=where, do="mend the layer")
 
 
 def _check_file(file: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.lookup import look_up, placed
 from spin_usd.scene.texture import Primvar, Scalar, Texture
 from spin_usd.stage.tessellate import tessellated, welded
@@ -22,13 +22,15 @@ from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 LONGEST = 1.5
 CHUNK = 2**18  # look-ups at a time
 STEPS = 4095  # normals closer than one step are of one smooth surface
+MOST = 100.0  # times the mesh's own extent: no relief of a surface any more, but a mesh thrown out of sight
 OPPOSED = 1e-6  # of the summed weights: below this the normals at a point cancel
 
 
 def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: object) -> Triangles:
     """`triangles` (T) moved by amounts[of] (T,), with normals recomputed; the same object where all are 0.
 
-    Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back.
+    Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back;
+    StageError for a displacement of more than MOST times the extent of the mesh.
     """
     if not any(amounts[number] != 0 for number in np.unique(of)):
         return triangles
@@ -43,7 +45,16 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
     length = np.zeros((len(triangles.corners), 3))
     for number, amount in enumerate(amounts):
         length[of == number] = _lengths(amount, triangles.kept(of == number))
+    _check_length(triangles, length, where)
     return _moved(triangles, length, where).with_area()
+
+
+def _check_length(triangles: Triangles, length: Float, where: object) -> None:
+    corners = triangles.points[triangles.corners].reshape(-1, 3)
+    extent, most = float(np.linalg.norm(np.ptp(corners, axis=0))), float(np.abs(length).max(initial=0))
+    if not most <= MOST * extent:
+        found = f"is displaced by {most:g}, more than {MOST:g} times its own extent of {extent:g}"
+        raise StageError(found, where=where, do="make its material's inputs:displacement smaller")
 
 
 def _coordinates(texture: Texture, triangles: Triangles) -> Float:

@@ -5,14 +5,17 @@ or times 1 for an angle of 0. Source: UsdLux's schema text on LightAPI's normali
 """
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
-from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DistantLight
 from spin_usd.stage.light_emission import casts_shadows, emission
 from spin_usd.stage.light_shaping import refuse_shaping
+from spin_usd.stage.ranges import Range, value_in
+
+ANGLES = Range(0, 180)  # degrees
 
 
 def read_distant_light(
@@ -20,9 +23,7 @@ def read_distant_light(
 ) -> DistantLight:
     """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
     refuse_shaping(prim)
-    angle = float(UsdLux.DistantLight(prim).GetAngleAttr().Get(time))
-    if not 0 <= angle <= 180:
-        raise UnsupportedError(f"its angle is {angle:g} degrees", where=prim.GetPath(), do="keep it between 0 and 180")
+    angle = value_in(prim, "inputs:angle", ANGLES, time)
     half = np.radians(angle) / 2
     size = 1.0 if angle == 0 else float(np.pi * np.sin(half) ** 2)
     r, g, b = (value * size for value in emission(prim, time, size))

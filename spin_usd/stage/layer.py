@@ -1,5 +1,6 @@
 """Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,10 @@ type Layer = Sdf.Layer
 TIME_CODES_PER_SECOND = 24.0
 UP_AXIS = UsdGeom.Tokens.z
 METERS_PER_UNIT = 1.0
+
+SYNTAX_ERROR = re.compile(r".*?:(\d+):(\d+): (.*) at '(.*)' in <.*>", re.DOTALL)
+GRAMMAR = "parse error matching "  # what follows is a rule of USD's grammar, as C++ spells its type
+LONGEST_QUOTE = 60
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
@@ -64,5 +69,12 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def reason(error: Tf.ErrorException) -> str:
-    """The first thing USD says, without where in its source it says it."""
-    return str(getattr(error.args[0], "commentary", error)) if error.args else str(error)
+    """What USD says, without where in its source it says it: where in the layer, if it knows, else the first thing."""
+    said = [str(getattr(each, "commentary", each)).strip() for each in error.args] or [str(error)]
+    placed = [found for found in map(SYNTAX_ERROR.fullmatch, said) if found]
+    if not placed:
+        return said[0]
+    line, column, problem, text = placed[0].groups()
+    text = text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"
+    problem = "cannot be understood" if problem.startswith(GRAMMAR) else problem
+    return f"line {line}, column {column}: {problem}, at {repr(text) if text else 'the end of the line'}"

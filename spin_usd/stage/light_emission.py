@@ -13,29 +13,26 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.texture import Color
 from spin_usd.stage.drawn import ancestors
+from spin_usd.stage.ranges import Range, value_in
 from spin_usd.stage.xforms import check_chain
 
 REMOVED = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}
 """Inputs that are no physics, with the value that leaves them without effect."""
+EMISSIONS = Range(0, 1e15)  # the Sun's surface has 2e7 W/m2/sr, a laser 1e13; products of it are finite in float32
+TEMPERATURES = Range(1000, 10_000)  # UsdLux's; it clamps others silently
 
 
 def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
     """Radiance (of a distant light irradiance), W/m2/sr, of a light whose normalisation divides by `size`."""
     light = UsdLux.LightAPI(prim)
-    scale = light.GetIntensityAttr().Get(time) * 2.0 ** light.GetExposureAttr().Get(time)
-    rgb = scale / (size if light.GetNormalizeAttr().Get(time) else 1.0) * _color(light, time)
-    if not np.isfinite(rgb).all() or (rgb < 0).any():
-        raise StageError(f"its emission is {rgb}", where=prim.GetPath(), do="make it finite and not negative")
+    with np.errstate(over="ignore", invalid="ignore"):
+        scale = light.GetIntensityAttr().Get(time) * np.exp2(np.float64(light.GetExposureAttr().Get(time)))
+        rgb = scale / (size if light.GetNormalizeAttr().Get(time) else 1.0) * _color(light, time)
     r, g, b = (float(value) for value in rgb)
+    if not all(value in EMISSIONS for value in (r, g, b)):
+        do = f"choose an intensity, exposure and color that make it {EMISSIONS}"
+        raise StageError(f"its emission is ({r:g}, {g:g}, {b:g})", where=prim.GetPath(), do=do)
     return r, g, b
-
-
-def number(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
-    """A finite number that is not negative. Raises StageError."""
-    value = float(prim.GetAttribute(name).Get(time))
-    if not np.isfinite(value) or value < 0:
-        raise StageError(f"its {name} is {value:g}", where=prim.GetPath(), do="make it finite and not negative")
-    return value
 
 
 def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
@@ -44,7 +41,7 @@ def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     return not enable or enable.Get(time) is not False
 
 
-def check_light(prim: Usd.Prim) -> None:
+def refuse_undrawn(prim: Usd.Prim) -> None:
     """Refuse what no renderer here draws of any light, at any time."""
     where = prim.GetPath()
     check_chain(prim)
@@ -87,5 +84,6 @@ def _values(prim: Usd.Prim, name: str) -> set[Any]:
 def _color(light: UsdLux.LightAPI, time: Usd.TimeCode) -> Float:
     color = np.array(light.GetColorAttr().Get(time), np.float64)
     if light.GetEnableColorTemperatureAttr().Get(time):
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(light.GetColorTemperatureAttr().Get(time)))
+        kelvin = value_in(light.GetPrim(), "inputs:colorTemperature", TEMPERATURES, time)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
     return color

@@ -3,12 +3,15 @@
 import numpy as np
 from pxr import Usd
 
-from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.errors import UnsupportedError
 from spin_usd.scene.light import Shaping
-from spin_usd.stage.light_emission import number
+from spin_usd.stage.ranges import AT_LEAST_0, Range, value_in
 
 CONE, SOFTNESS = "inputs:shaping:cone:angle", "inputs:shaping:cone:softness"
 FOCUS, TINT = "inputs:shaping:focus", "inputs:shaping:focusTint"
+SOFTNESSES = Range(0, 100)
+FOCI = Range(-1e6, 1e6)  # the power of a cosine: a beam of a milliradian, and float32 knows no narrower one
+TINTS = Range(0, 1e6)
 
 
 def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
@@ -17,14 +20,10 @@ def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
     An input counts where it exists, by the applied schema or by being authored: so Hydra reads it. The cone's angle is
     measured from the axis, -z. A focus below 0 is ignored, as the schema's text says.
     """
-    cone = number(prim, CONE, time) if prim.GetAttribute(CONE) else 180.0
-    softness = number(prim, SOFTNESS, time) if prim.GetAttribute(SOFTNESS) else 0.0
-    focus = float(prim.GetAttribute(FOCUS).Get(time)) if prim.GetAttribute(FOCUS) else 0.0
-    tint = tuple(prim.GetAttribute(TINT).Get(time)) if prim.GetAttribute(TINT) else (0.0, 0.0, 0.0)
-    if not np.isfinite((focus, *tint)).all() or min(tint) < 0:
-        raise StageError(
-            f"its focus is {focus:g} and its focusTint {tint}", where=prim.GetPath(), do="make them finite"
-        )
+    cone = value_in(prim, CONE, AT_LEAST_0, time) if prim.GetAttribute(CONE) else 180.0
+    softness = value_in(prim, SOFTNESS, SOFTNESSES, time) if prim.GetAttribute(SOFTNESS) else 0.0
+    focus = value_in(prim, FOCUS, FOCI, time) if prim.GetAttribute(FOCUS) else 0.0
+    tint = value_in(prim, TINT, TINTS, time) if prim.GetAttribute(TINT) else (0.0, 0.0, 0.0)
     if (cone >= 180 and softness == 0) and focus <= 0:
         return None
     r, g, b = tint

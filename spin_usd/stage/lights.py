@@ -11,7 +11,7 @@ from spin_usd.stage.distant_light import read_distant_light
 from spin_usd.stage.dome_light import is_dome, read_dome_light
 from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
 from spin_usd.stage.images import Images
-from spin_usd.stage.light_emission import check_light
+from spin_usd.stage.light_emission import refuse_undrawn
 from spin_usd.stage.light_links import LightLinks, refuse_links
 
 AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
@@ -64,7 +64,7 @@ def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
         if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
             found_kind = f"is a {prim.GetTypeName()} that shines, which is not drawn"
             raise UnsupportedError(found_kind, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
-        check_light(prim)
+        refuse_undrawn(prim)
         if is_dome(prim):
             refuse_links(prim)
         found.append(prim)

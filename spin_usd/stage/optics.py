@@ -7,17 +7,17 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.sensor import Optics
 from spin_usd.scene.vignetting import least_gain
 from spin_usd.stage import schema
-from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, typed_value, value_in
+from spin_usd.stage.ranges import SHARE, Range, refuse_unapplied, typed_value, value_in
 
 RANGES = {
     "psf_sigma": Range(0, 100),
     "glare": SHARE,
-    "glare_core": ABOVE_0,
-    "glare_falloff": Range(2, float("inf"), open=True),
+    "glare_core": Range(0.01, 10_000),  # wider than a picture, nothing of the halo would be left in it
+    "glare_falloff": Range(2, 100, open=True),
     "bloom_intensity": SHARE,
     "bloom_scatter": SHARE,
-    "bloom_threshold": AT_LEAST_0,
-    "vignetting": FINITE,
+    "bloom_threshold": Range(0, 1e6),
+    "vignetting": Range(-100, 100),  # fits of real lenses alternate within 10
 }
 
 

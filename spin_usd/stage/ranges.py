@@ -13,13 +13,19 @@ INFINITY = float("inf")
 
 @dataclass(frozen=True)
 class Range:
-    """Finite numbers from `low` to `high`; without `low` itself where it is `open`."""
+    """Finite numbers from `low` to `high`, without `low` itself where it is `open`; and 0 where it means none (`or_0`).
+
+    A range ends where no real camera, lamp or surface lies any more, and well before float32 does.
+    """
 
     low: float = -INFINITY
     high: float = INFINITY
     open: bool = False
+    or_0: bool = False
 
     def __contains__(self, number: float) -> bool:
+        if self.or_0 and number == 0:
+            return True
         return bool(np.isfinite(number) and self.low <= number <= self.high and not (self.open and number == self.low))
 
     def __str__(self) -> str:
@@ -27,7 +33,10 @@ class Range:
             return "finite numbers"
         if self.high == INFINITY:
             return f"numbers above {self.low:g}" if self.open else f"numbers from {self.low:g} up"
-        return f"numbers from {self.low:g} to {self.high:g}"
+        numbers = f"numbers from {self.low:g} to {self.high:g}"
+        if self.open:
+            numbers = f"numbers above {self.low:g}, to {self.high:g}"
+        return f"0, or {numbers}" if self.or_0 else numbers
 
 
 FINITE, AT_LEAST_0, ABOVE_0, SHARE = Range(), Range(0), Range(0, open=True), Range(0, 1)

@@ -2,31 +2,34 @@
 
 from typing import Any
 
-import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage import schema
-from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, FINITE, SHARE, Range, refuse_unapplied, typed_value, value_in
+from spin_usd.stage.ranges import AT_LEAST_0, SHARE, Range, refuse_unapplied, typed_value, value_in
 
 ONE_OF = {"channels": ("mono", "rgb"), "encoding": ("srgb", "linear", "gamma"), "bit_depth": (8, 16)}
 RANGES = {
     "quantum_efficiency": SHARE,
-    "panchromatic": AT_LEAST_0,
-    "gain": AT_LEAST_0,
-    "full_well": AT_LEAST_0,
-    "read_noise": AT_LEAST_0,
-    "dark_current": AT_LEAST_0,
+    "panchromatic": Range(0, 1e6),
+    "gain": Range(1e-6, 1e6, or_0=True),  # from electron multipliers to infrared arrays: 1e-3 to 1e5
+    "full_well": Range(1, 1e9, or_0=True),  # from photon counters to infrared arrays
+    "read_noise": Range(0, 1e6),
+    "dark_current": Range(0, 1e12),  # of a warm infrared detector 1e10
     "prnu": SHARE,
     "pattern_seed": AT_LEAST_0,
     "adc_bits": Range(1, 16),
     "black_level": AT_LEAST_0,
-    "contrast": ABOVE_0,
-    "saturation": AT_LEAST_0,
-    "filter": AT_LEAST_0,
-    "gamma": ABOVE_0,
+    "contrast": Range(0.01, 100),  # beyond, all signals are one grey, or black and white
+    "saturation": Range(0, 100),
+    "filter": Range(0, 1e6),
+    "gamma": Range(0.1, 10),
 }
+EXPOSURES = Range(1e-20, 1e20)  # exposes all from a star's light to a laser's, and times any light is finite in float32
+LEVELS = Range(1e-6, 10)  # of a unit range of 16 bits, and far over-exposed
+STOPS = Range(-100, 100)
+LEAST_WEIGHT = 1e-6  # of all colours together
 OF_ELECTRONS = ("full_well", "read_noise", "dark_current", "prnu", "adc_bits", "black_level")
 """What means nothing without a gain."""
 
@@ -35,8 +38,9 @@ def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
     """The sensor of the camera `prim`. Raises StageError that names the attribute that is wrong."""
     camera = UsdGeom.Camera(prim)
     exposure = float(camera.ComputeLinearExposureScale(time))
-    if not np.isfinite(exposure) or exposure <= 0:
-        raise StageError(f"its exposure scale is {exposure}", where=prim.GetPath(), do="mend its exposure attributes")
+    if exposure not in EXPOSURES:
+        do = f"choose exposure attributes whose product is of {EXPOSURES}"
+        raise StageError(f"its exposure scale is {exposure:g}", where=prim.GetPath(), do=do)
     taking: dict[str, Any] = {
         "exposure": exposure,
         "time": float(camera.GetExposureTimeAttr().Get(time)),
@@ -60,8 +64,8 @@ def _one_of(prim: Usd.Prim, name: str, allowed: tuple[Any, ...], time: Usd.TimeC
 
 
 def _auto_exposure(prim: Usd.Prim, time: Usd.TimeCode) -> AutoExposure | None:
-    level = value_in(prim, schema.AUTO_EXPOSURE_LEVEL, ABOVE_0, time)
-    low, high = value_in(prim, schema.AUTO_EXPOSURE_STOPS, FINITE, time)
+    level = value_in(prim, schema.AUTO_EXPOSURE_LEVEL, LEVELS, time)
+    low, high = value_in(prim, schema.AUTO_EXPOSURE_STOPS, STOPS, time)
     if low > high:
         where = f"{prim.GetPath()}.{schema.AUTO_EXPOSURE_STOPS}"
         raise StageError(f"is ({low:g}, {high:g})", where=where, do="give the lesser first")
@@ -80,7 +84,7 @@ def _check_together(prim: Usd.Prim, sensor: Sensor) -> None:
     if sensor.black_level >= 2**sensor.adc_bits - 1:
         do = f"choose less than the {sensor.adc_bits} bits of the ADC hold"
         raise StageError(f"is {sensor.black_level:g}", where=_where(prim, "black_level"), do=do)
-    if not any(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)):
+    if sum(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)) < LEAST_WEIGHT:
         raise StageError("leaves no light", where=_where(prim, "panchromatic"), do="give some colour a weight")
     if sensor.channels == "mono" and len(set(sensor.filter)) > 1:
         do = "make its three numbers equal, or the channels rgb"

@@ -17,9 +17,13 @@ from spin_usd.geometry.blur import rotation_angle
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import Shutter
 from spin_usd.stage import schema
+from spin_usd.stage.ranges import Range, refuse_unapplied, value_in
 
+OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
 LEAST_POSES, MOST_POSES = 9, 129
 STEP_RAD = np.radians(5.0)  # in which a chord is off its arc by a thousandth of the radius
+TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
+READOUTS = Range(0, 1e6)  # seconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +38,9 @@ class Opening:
 
 def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
     """The exposure of the picture of `rows` rows at `time_code`. Raises StageError for times that are none."""
-    camera, time = UsdGeom.Camera(prim), Usd.TimeCode(time_code)
-    start, end = (float(a.Get(time)) for a in (camera.GetShutterOpenAttr(), camera.GetShutterCloseAttr()))
-    if not (np.isfinite([start, end]).all() and start <= end):
+    time = Usd.TimeCode(time_code)
+    start, end = (value_in(prim, name, TIMES, time) for name in (OPENS, CLOSES))
+    if start > end:
         found = f"its shutter opens at {start:g} and closes at {end:g}"
         raise StageError(found, where=prim.GetPath(), do="let shutter:close be no less than shutter:open")
     readout = _readout(prim, time) if rows > 1 else 0.0
@@ -67,9 +71,7 @@ def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where:
 def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:
     """The rolling shutter's readout, time codes."""
     if not prim.HasAPI(schema.SHUTTER_API):
+        refuse_unapplied(prim, "spin:shutter:", schema.SHUTTER_API)
         return 0.0
-    seconds = float(prim.GetAttribute(schema.SHUTTER_READOUT_TIME).Get(time))
-    if not 0 <= seconds < np.inf:
-        where = f"{prim.GetPath()}.{schema.SHUTTER_READOUT_TIME}"
-        raise StageError(f"is {seconds:g} s", where=where, do="make it positive, or zero for a global shutter")
+    seconds = float(value_in(prim, schema.SHUTTER_READOUT_TIME, READOUTS, time))
     return seconds * float(prim.GetStage().GetTimeCodesPerSecond())

@@ -1,12 +1,13 @@
 """The camera's aperture and focus, as USD gives them: depth of field."""
 
-import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import ThinLens
+from spin_usd.stage.ranges import ABOVE_0, Range, value_in
 
 FOCAL_UNITS = 0.1  # scene units in which USD gives a focal length
+F_STOPS = Range(0.1, 1e6, or_0=True)  # from beyond what glass can do (0.5) to pinholes
 
 
 def read_thin_lens(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> ThinLens | None:
@@ -16,16 +17,14 @@ def read_thin_lens(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> ThinLen
     fStop without an authored focal length, or without a focus distance.
     """
     camera = UsdGeom.Camera(prim)
-    f_stop = float(camera.GetFStopAttr().Get(time))
-    if not 0 <= f_stop < np.inf:
-        raise StageError(f"its fStop is {f_stop:g}", where=prim.GetPath(), do="make it positive, or zero for a pinhole")
+    f_stop = float(value_in(prim, "fStop", F_STOPS, time))
     if f_stop == 0:
         return None
     if not camera.GetFocalLengthAttr().HasAuthoredValue():
         do = "author its focalLength in tenths of a scene unit, or set fStop to 0"
         raise StageError("has an fStop but no focalLength, so its aperture is unknown", where=prim.GetPath(), do=do)
     focal, focus = (float(a.Get(time)) for a in (camera.GetFocalLengthAttr(), camera.GetFocusDistanceAttr()))
-    if not (0 < focus < np.inf and 0 < focal < np.inf):
+    if focus not in ABOVE_0 or focal not in ABOVE_0:
         found = f"has fStop {f_stop:g}, but focusDistance {focus:g} and focalLength {focal:g}"
         raise StageError(found, where=prim.GetPath(), do="make both positive, or set fStop to 0")
     return ThinLens(radius=focal * FOCAL_UNITS * metres / (2 * f_stop), focus=focus * metres)

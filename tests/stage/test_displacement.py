@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from PIL import Image as PillowImage
 
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Image, Texture
 from spin_usd.stage import tessellate
@@ -234,6 +234,15 @@ def test_too_fine_an_image_is_refused(monkeypatch):
     t = sphere_with_seam()
     with pytest.raises(UnsupportedError, match=r"^/Mesh: needs more than 1000 triangles to follow the texels"):
         displaced(t, np.zeros(len(t.corners), int), [noisy()], "/Mesh")
+
+
+@pytest.mark.parametrize("amount", [1e30, -150])
+def test_a_displacement_out_of_sight_is_refused(read_scene, amount):
+    text = GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=f"float inputs:displacement = {amount}")
+    with pytest.raises(
+        StageError, match=r"^/World/Target/Body: is displaced by (1e\+30|150), more than 100 times its own"
+    ):
+        read_scene(text)
 
 
 def test_sheets_back_to_back_are_refused(read_scene):

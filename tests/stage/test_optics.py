@@ -60,13 +60,17 @@ def test_the_schemas_fallbacks_are_the_words_defaults(camera):
     [
         ("psf_sigma", "-0.1", "psfSigma: is -0.1; choose numbers from 0 to 100"),
         ("glare", "1.2", "glare: is 1.2; choose numbers from 0 to 1"),
-        ("glare_core", "0", "glareCore: is 0.0; choose numbers above 0"),
-        ("glare_falloff", "2", "glareFalloff: is 2.0; choose numbers above 2"),
+        ("glare_core", "0", "glareCore: is 0.0; choose numbers from 0.01 to 10000"),
+        ("glare_falloff", "2", "glareFalloff: is 2.0; choose numbers above 2, to 100"),
         ("bloom_intensity", "-1", "bloomIntensity: is -1.0; choose"),
         ("bloom_scatter", "3", "bloomScatter: is 3.0; choose"),
+        ("glare_core", "1e9", "glareCore: is 1000000000.0; choose"),
+        ("glare_falloff", "1e9", "glareFalloff: is 1000000000.0; choose"),
+        ("vignetting", "(1e300, 0, 0)", "vignetting: is (1e300, 0, 0); choose"),
+        ("bloom_threshold", "1e30", "bloomThreshold: is 1e+30; choose"),
         ("bloom_threshold", "nan", "bloomThreshold: is nan; choose"),
         ("vignetting", "(-1.5, 0, 0)", "vignetting: makes light negative: its least gain is -0.5"),
-        ("vignetting", "(nan, 0, 0)", "vignetting: is (nan, 0, 0); choose finite numbers"),
+        ("vignetting", "(nan, 0, 0)", "vignetting: is (nan, 0, 0); choose numbers from -100 to 100"),
     ],
 )
 def test_optics_that_are_none_are_refused_by_name(camera, field, text, saying):

@@ -113,7 +113,10 @@ def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader):
     [
         (shutter_text(1.0, 0.0), "opens at 1 and closes at 0"),
         (shutter_text(0.0, 0.0, readout=-1.0), "readoutTime"),
-        ("float fStop = -1", "fStop is -1"),
+        (shutter_text(0.0, 0.0, readout=1e30), "readoutTime: is 1e[+]30; choose numbers from 0 to 1e[+]06"),
+        (shutter_text(0.0, 1e300), "shutter:close: is 1e[+]300; choose"),
+        ("float fStop = -1", "fStop: is -1.0; choose 0, or numbers from 0.1 to 1e[+]06"),
+        ("float fStop = 1e-30", "fStop: is"),
         ("float fStop = 2\nfloat focusDistance = 4", "no focalLength"),
         ("float fStop = 2\nfloat focalLength = 20", "focusDistance 0"),
     ],
@@ -124,6 +127,12 @@ def test_what_is_no_exposure_or_aperture_is_refused_by_name(reader, camera, mess
         at(opened, 0)
     assert "/World/Camera" in str(caught.value)
     assert [found.code for found in camera_findings(opened.stage) if found.code == "exposure"] == ["exposure"]
+
+
+def test_a_readout_without_its_api_is_not_ignored(make_stage):
+    opened = StageReader(make_stage(camera="double spin:shutter:readoutTime = 0.02"))
+    with pytest.raises(StageError, match="readoutTime: is authored, but SpinShutterAPI is not applied"):
+        at(opened, 0)
 
 
 @pytest.mark.parametrize("metres", [1.0, 0.01])

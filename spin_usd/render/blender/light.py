@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from spin_usd.render.blender.lamp import KINDS, Lamp
-from spin_usd.render.blender.light_check import check_light
+from spin_usd.render.blender.light_check import refuse_clamped
 from spin_usd.render.blender.light_links import LightLinking, chosen
 from spin_usd.render.blender.place import Place
 from spin_usd.render.blender.rays import View
@@ -44,7 +44,7 @@ class LightRig:
         """Make the scene's lights these, for a target whose face groups are these objects."""
         placed = [light for light in lights if isinstance(light, (DistantLight, AreaLight))]
         for light in placed:
-            check_light(light)
+            refuse_clamped(light)
         shining = [light for light in placed if _reaches(light, groups)]
         self._provide([_kind(light) for light in shining], [shown.as_pointer() for shown in groups.values()])
         for shown, light in zip(self._shown, shining, strict=True):

@@ -10,7 +10,7 @@ SIZES = {"point": 0, "sphere": 1, "disk": 2, "rect": 2, "cylinder": 2}
 """How many numbers the size of each shape has."""
 
 
-def check_light(light: DistantLight | AreaLight) -> None:
+def refuse_clamped(light: DistantLight | AreaLight) -> None:
     """Raise UnsupportedError, with the light's path, for what cannot be drawn as it is meant."""
     if isinstance(light, DistantLight):
         _check_color(light.irradiance, "irradiance", light.path)
@@ -22,20 +22,24 @@ def check_light(light: DistantLight | AreaLight) -> None:
 
 def _check_color(color: tuple[float, float, float], name: str, path: str) -> None:
     if not np.isfinite(color).all() or min(color) < 0:
-        raise UnsupportedError(f"{name} {color} is not finite and positive", where=path)
+        do = "make it finite and not negative"
+        raise UnsupportedError(f"its {name} is {color}", where=path, do=do)
 
 
 def _check_distant(light: DistantLight) -> None:
     if not 0 <= light.angle <= MAX_ANGLE:
-        raise UnsupportedError(f"angle is {light.angle} rad, expected 0 to {MAX_ANGLE}", where=light.path)
+        do = f"keep it between 0 and {np.degrees(MAX_ANGLE):.4g} degrees, or use a DomeLight"
+        raise UnsupportedError(f"its angle is {np.degrees(light.angle):.4g} degrees", where=light.path, do=do)
     if abs(float(np.linalg.norm(light.direction_cam)) - 1) > 1e-6:
-        raise UnsupportedError(f"direction {light.direction_cam} is not of unit length", where=light.path)
+        found = f"its direction {light.direction_cam} is not of unit length"
+        raise UnsupportedError(found, where=light.path, do="divide it by its length")
 
 
 def _check_area(light: AreaLight) -> None:
     if len(light.size) != SIZES.get(light.shape, -1):
-        raise UnsupportedError(f"is a {light.shape} with {len(light.size)} sizes", where=light.path)
+        do = f"make it one of {', '.join(f'a {shape} of {count}' for shape, count in SIZES.items())}"
+        raise UnsupportedError(f"is a {light.shape} of {len(light.size)} sizes", where=light.path, do=do)
     if not all(np.isfinite(size) and size > 0 for size in light.size):
-        raise UnsupportedError(f"size {light.size} is not finite and positive", where=light.path)
+        raise UnsupportedError(f"its size is {light.size}", where=light.path, do="make it finite and above 0")
     if light.image is not None and light.shape != "rect":
-        raise UnsupportedError(f"is a {light.shape} with an image", where=light.path)
+        raise UnsupportedError(f"is a {light.shape} with an image", where=light.path, do="make it a rect")
