@@ -2,41 +2,24 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
-from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.material import Material
-from spin_usd.scene.mesh import MAX_FACES, Mesh
-from spin_usd.scene.target import Part, Target
+from spin_usd.errors import StageError
+from spin_usd.scene.mesh import MAX_FACES
+from spin_usd.scene.target import Target
 from spin_usd.stage import schema
+from spin_usd.stage.assembly import assembled
 from spin_usd.stage.compose import MAX_PRIMS
-from spin_usd.stage.displacement import displaced
 from spin_usd.stage.drawn import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry, is_invisible, own_purpose
-from spin_usd.stage.gprims import read_gprim
 from spin_usd.stage.images import Images
 from spin_usd.stage.instances import read_instances
 from spin_usd.stage.keypoints import read_keypoints
-from spin_usd.stage.materials import Look, Looks, resolved
-from spin_usd.stage.meshes import read_mesh
 from spin_usd.stage.parts import Labels
-from spin_usd.stage.primvars import FoundPrimvar, find_primvar
-from spin_usd.stage.triangles import Int, Triangles
+from spin_usd.stage.pieces import Piece, PieceReader
 from spin_usd.stage.xforms import local_matrix
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
-    """Triangles of one gprim, with the number of the part and of the material of each, and of its group of links."""
-
-    triangles: Triangles
-    part: Int
-    material: Int
-    group: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,14 +51,10 @@ class TargetReader:
     group_of: Callable[[Usd.Prim], int]
     images: Images
     visited: list[Usd.Prim] = field(default_factory=list)
-    _labels: list[Labels] = field(default_factory=list)
-    _part_number: dict[str, int] = field(default_factory=dict)
-    _materials: dict[Material, int] = field(default_factory=dict)
-    _shapes: dict[Any, Triangles] = field(default_factory=dict)
     _faces: int = 0
 
     def __post_init__(self) -> None:
-        self._looks = Looks(time=self.time, images=self.images)
+        self._pieces = PieceReader(time=self.time, images=self.images, visited=self.visited)
 
     def read(self, metres: float) -> Target:
         """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
@@ -89,13 +68,13 @@ class TargetReader:
             do = "add visible gprims of purpose default or render below it"
             raise StageError("the target has no geometry that is drawn", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
-        mesh, parts = self._assembled(pieces, metres)
+        mesh, parts = assembled(pieces, self._pieces.labels, metres)
         return Target(
             path=str(self.prim.GetPath()),
             name=str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName()),
             mesh=mesh,
             parts=parts,
-            materials=tuple(self._materials),
+            materials=tuple(self._pieces.materials),
             keypoint_names=names,
             keypoints=keypoints * metres,
         )
@@ -130,7 +109,7 @@ class TargetReader:
         if prim.IsA(UsdGeom.PointInstancer):
             yield from self._instanced(prim, state)
         else:
-            piece = self._piece(prim, state.labels.of_gprim(prim))
+            piece = self._pieces.read(prim, state.labels.of_gprim(prim))
             moved = piece.triangles.transformed(state.matrix, prim.GetPath())
             yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
 
@@ -145,83 +124,6 @@ class TargetReader:
                     moved = piece.triangles.transformed(matrix @ state.matrix, prim.GetPath())
                     yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
 
-    def _piece(self, prim: Usd.Prim, labels: Labels) -> Piece:
-        subsets = UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim))
-        self.visited += [subset.GetPrim() for subset in subsets]
-        painted = [s for s in subsets if s.GetFamilyNameAttr().Get() == "materialBind"]
-        looks = [self._look(each) for each in (prim, *(s.GetPrim() for s in painted))]
-        primvars = self._primvars(prim, looks)
-        triangles = self._shape(prim, looks, painted, primvars)
-        part = np.full(len(triangles.corners), self._part(labels))
-        for subset in subsets:
-            own = labels.below(subset.GetPrim())
-            if own.part_path != labels.part_path:
-                part[self._chosen(subset, triangles, prim)] = self._part(own)
-        of = self._painted(painted, triangles, prim)
-        found = {primvar.name for primvar in primvars}
-        number = {look: self._number(looks[look].material(found)) for look in np.unique(of)}
-        return Piece(triangles=triangles, part=part, material=np.array([number[look] for look in of]))
-
-    def _painted(self, subsets: list[UsdGeom.Subset], triangles: Triangles, prim: Usd.Prim) -> Int:
-        """For each triangle (T,) the place, from 1, of the subset that gives it a material; 0 for the prim's own."""
-        of = np.zeros(len(triangles.source), np.int64)
-        for number, subset in enumerate(subsets, 1):
-            chosen = self._chosen(subset, triangles, prim)
-            if of[chosen].any():
-                found = "shares faces with another subset of family materialBind"
-                raise StageError(found, where=subset.GetPath(), do="give each face one material")
-            of[chosen] = number
-        return of
-
-    def _look(self, prim: Usd.Prim) -> Look:
-        look = self._looks.of(prim)
-        if look.prim and not look.prim.GetPath().HasPrefix(prim.GetPath()):
-            self.visited += Usd.PrimRange(look.prim, PROXIES)
-        return look
-
-    def _primvars(self, prim: Usd.Prim, looks: list[Look]) -> list[FoundPrimvar]:
-        """Those that the looks ask for and the prim has."""
-        asked = sorted({item for look in looks for item in look.wanted.items()})
-        found = [p for name, channels in asked if (p := find_primvar(prim, name, channels, self.time))]
-        self.visited += [primvar.prim for primvar in found if primvar.prim != prim]
-        return found
-
-    def _chosen(self, subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim) -> Any:
-        """Which triangles (T,) a subset of faces holds."""
-        if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
-            return np.zeros(len(triangles.source), bool)
-        indices = np.array(subset.GetIndicesAttr().Get(self.time) or [], np.int64)
-        counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time) if prim.IsA(UsdGeom.Mesh) else [0]
-        bad = (indices < 0) | (indices >= len(counts))
-        if bad.any():
-            found = f"indices[{int(np.argmax(bad))}] is {indices[np.argmax(bad)]}, but there are {len(counts)} faces"
-            raise StageError(found, where=subset.GetPath(), do="mend the subset")
-        return np.isin(triangles.source, indices)
-
-    def _shape(
-        self, prim: Usd.Prim, looks: list[Look], painted: list[UsdGeom.Subset], primvars: list[FoundPrimvar]
-    ) -> Triangles:
-        """The prim's triangles in its own axes, displaced; equal instances are read once."""
-        path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()
-        names = {primvar.name for primvar in primvars}
-        amounts = tuple(resolved(look.displacement, names) for look in looks)
-        key = (path, amounts, tuple(primvar.key for primvar in primvars))
-        if key not in self._shapes:
-            read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
-            triangles = read(prim, self.time, primvars)
-            of = self._painted(painted, triangles, prim)
-            self._shapes[key] = displaced(triangles, of, amounts, prim.GetPath())
-        return self._shapes[key]
-
-    def _part(self, labels: Labels) -> int:
-        number = self._part_number.setdefault(labels.part_path, len(self._labels))
-        if number == len(self._labels):
-            self._labels.append(labels)
-        return number
-
-    def _number(self, material: Material) -> int:
-        return self._materials.setdefault(material, len(self._materials))
-
     def _count(self, prim: Usd.Prim) -> None:
         self.visited.append(prim)
         if len(self.visited) > MAX_PRIMS:
@@ -234,43 +136,3 @@ class TargetReader:
                 f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
             )
         return piece
-
-    def _assembled(self, pieces: list[Piece], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
-        """One mesh, and its parts numbered from 1 in order of prim path; parts without a face are left out."""
-        part = np.concatenate([piece.part for piece in pieces])
-        used = sorted(np.unique(part), key=lambda number: self._labels[number].part_path)
-        ids = np.zeros(len(self._labels), np.int64)
-        ids[used] = np.arange(1, len(used) + 1)
-        first = np.cumsum([0, *(len(piece.triangles.points) for piece in pieces)])
-        mesh = Mesh(
-            points=np.concatenate([piece.triangles.points for piece in pieces]) * metres,
-            faces=np.concatenate([p.triangles.corners + n for p, n in zip(pieces, first, strict=False)]),
-            face_part=ids[part],
-            face_group=np.concatenate([np.full(len(piece.part), piece.group, np.uint16) for piece in pieces]),
-            face_material=np.concatenate([piece.material for piece in pieces]),
-            corner_normals=np.concatenate([piece.triangles.normals for piece in pieces]),
-            primvars=_primvars(pieces),
-        )
-        labels = [self._labels[number] for number in used]
-        return mesh, tuple(
-            Part(id=i, path=x.part_path, name=x.part_name, class_name=x.part_class) for i, x in enumerate(labels, 1)
-        )
-
-
-def _primvars(pieces: list[Piece]) -> dict[str, NDArray[np.float32]]:
-    """(F, 3, C) by name, 0 on the pieces that lack one. Raises UnsupportedError for one name of two types."""
-    channels: dict[str, int] = {}
-    for name, values in (item for piece in pieces for item in piece.triangles.primvars.items()):
-        if channels.setdefault(name, values.shape[2]) != values.shape[2]:
-            found = f"primvars:{name} has {values.shape[2]} numbers on some of its gprims, {channels[name]} on others"
-            raise UnsupportedError(found, do="give one of them another name")
-    empty = {name: np.zeros((1, 3, count)) for name, count in channels.items()}
-    return {
-        name: np.concatenate(
-            [
-                np.broadcast_to(p.triangles.primvars.get(name, none), (len(p.part), *none.shape[1:])).astype(np.float32)
-                for p in pieces
-            ]
-        )
-        for name, none in empty.items()
-    }
