@@ -1,4 +1,4 @@
-"""Findings on a stage: USD's own validators, then the rules that make a stage a dataset.
+"""Findings on a stage: USD's own validators, the rules that make a stage a dataset, then what a render would refuse.
 
 A stage that `spin-usd author` has just written has none.
 """
@@ -13,6 +13,8 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check_layers import layer_findings
 from spin_usd.stage.check_pictures import camera_findings, capture_findings, pose_findings
 from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
+from spin_usd.stage.check_properties import property_findings
+from spin_usd.stage.check_scenes import Progress, scene_findings
 from spin_usd.stage.check_variants import variant_findings
 from spin_usd.stage.compose import open_for_check
 
@@ -28,11 +30,12 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
     label_findings,
     light_findings,
     extent_findings,
+    property_findings,
     variant_findings,
 )
 
 
-def check_stage(path: str | Path) -> tuple[Finding, ...]:
+def check_stage(path: str | Path, *, progress: Progress = lambda done, total: None) -> tuple[Finding, ...]:
     """All findings on the stage whose root layer is at `path`, in the order of the rules.
 
     A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
@@ -48,6 +51,7 @@ def check_stage(path: str | Path) -> tuple[Finding, ...]:
     found = [*validator_findings(stage)]
     for rule in RULES:
         found += rule(stage)
+    found += scene_findings(path, stage, progress=progress)
     return tuple(found)
 
 

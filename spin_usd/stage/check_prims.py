@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
-from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage import schema
 
-LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # their fallbacks differ between light types and versions
+LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
 
 
 def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -38,14 +38,17 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Lights author what decides their power."""
+    """Lights author what decides their power. A dome's fallbacks are plain; a distant light's intensity, 50,000, is
+    not of the Sun, and never meant."""
     for prim in stage.Traverse():
-        if not prim.HasAPI(UsdLux.LightAPI):
+        if not prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
             continue
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
         if missing:
+            wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing
             message = f"the light does not author {' and '.join(missing)}"
-            yield Finding(code="light", where=str(prim.GetPath()), message=message)
+            severity = ERROR if wrong else WARNING
+            yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
 
 
 def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:

@@ -10,10 +10,9 @@ from pxr import Sdf, Usd
 
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.check_pictures import camera_findings
-from spin_usd.stage.compose import VARIANT_NAME, variants
+from spin_usd.stage.check_properties import property_findings
+from spin_usd.stage.check_scenes import MAX_VARIANTS
 from spin_usd.stage.content import AUGMENTATION
-
-MAX_VARIANTS = 200  # of one set; each is composed to be looked at
 
 
 def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -23,8 +22,7 @@ def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
         return
     trial = Usd.Stage.Open(stage.GetRootLayer(), Sdf.Layer.CreateAnonymous())
     trial.SetEditTarget(trial.GetSessionLayer())
-    yield from _name_findings(trial)
-    found = set(camera_findings(trial))
+    found = set(_of_content(trial))
     for path in paths:
         sets = trial.GetPrimAtPath(path).GetVariantSets()
         for name in sets.GetNames():
@@ -33,16 +31,15 @@ def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
                 sets.SetSelection(name, variant)
                 yield from _opinions(trial.GetPrimAtPath(path), name, variant)
                 if name == AUGMENTATION:
-                    new = [finding for finding in camera_findings(trial) if finding not in found]
+                    new = [finding for finding in _of_content(trial) if finding not in found]
                     yield from (replace(f, message=f"in variant {name}={variant}, {f.message}") for f in new)
             sets.SetSelection(name, before)
 
 
-def _name_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    for name in variants(stage):
-        if not VARIANT_NAME.fullmatch(name):
-            message = f"the variant {name!r} cannot name a folder: use small letters, digits and '_'"
-            yield Finding(code="variant-name", where=str(stage.GetDefaultPrim().GetPath()), message=message)
+def _of_content(stage: Usd.Stage) -> Iterator[Finding]:
+    """What a variant can do wrong beside what the reader refuses."""
+    yield from camera_findings(stage)
+    yield from property_findings(stage)
 
 
 def _opinions(prim: Usd.Prim, name: str, variant: str) -> Iterator[Finding]:

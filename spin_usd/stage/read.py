@@ -17,16 +17,16 @@ from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.compose import open_stage, variants
 from spin_usd.stage.content import NOMINAL, stage_hash, used_files
-from spin_usd.stage.drawn import ancestors, refuse_geometry_outside
+from spin_usd.stage.drawn import PROXIES, refuse_geometry_outside
 from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
-from spin_usd.stage.keypoints import find_keypoints
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.sensor import read_sensor
 from spin_usd.stage.shutter import read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
 from spin_usd.stage.thin_lens import read_thin_lens
+from spin_usd.stage.variation import target_varies, varies_beyond_pose
 from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
 
 
@@ -52,7 +52,7 @@ class StageReader:
         check_chain(self._target_prim)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage)
         self.seed = read_seed(self.stage)
-        self._camera_varies = _varies([self._camera_prim], "xformOp:")
+        self._camera_varies = varies_beyond_pose(self._camera_prim)
         self._camera: tuple[Camera, Sensor, Optics] | None = None
         self._target: Target | None = None
         self._target_scale = float("nan")
@@ -70,10 +70,14 @@ class StageReader:
 
     @cached_property
     def variant_selections(self) -> dict[str, str]:
-        """What is selected of each variant set of the default prim."""
-        prim = self.stage.GetDefaultPrim()
-        selections = prim.GetVariantSets().GetAllVariantSelections() if prim else {}
-        return {name: variant for name, variant in selections.items() if variant}
+        """What is selected of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""
+        default = self.stage.GetDefaultPrim()
+        selections: dict[str, str] = {}
+        for prim in Usd.PrimRange.Stage(self.stage, PROXIES):
+            for name, variant in prim.GetVariantSets().GetAllVariantSelections().items():
+                if variant:
+                    selections[name if prim == default else f"{prim.GetPath()}{{{name}}}"] = variant
+        return selections
 
     def scene(self, frame: FrameId) -> Scene:
         """Everything that the picture `frame` needs, as it is in the middle of its exposure. The target is the same
@@ -96,10 +100,10 @@ class StageReader:
             sensor=sensor,
             optics=optics,
             thin_lens=read_thin_lens(self._camera_prim, time, self.metres),
-            shutter=read_shutter(opening, self._pose_at, self._camera_prim.GetPath()),
+            shutter=read_shutter(opening, self.pose_at, self._camera_prim.GetPath()),
         )
 
-    def _pose_at(self, time_code: float) -> Transform:
+    def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
         world = UsdGeom.XformCache(Usd.TimeCode(time_code))
         usdcam = self._placement(world, self._camera_prim, "usdcam")
@@ -127,35 +131,11 @@ class StageReader:
         )
         target = reader.read(scale * self.metres)
         if self._target is None:
-            self._target_varies = _target_varies(self._target_prim, reader.visited)
-        if self._target is None or _content(target) != _content(self._target):
+            self._target_varies = target_varies(self._target_prim, reader.visited)
+        if self._target is None or target.key != self._target.key:
             self._target = target
         self._target_scale = scale
         return self._target
-
-
-def _content(target: Target) -> object:
-    """All that a picture of the target depends on, comparable."""
-    mesh, names = target.mesh, target.keypoint_names
-    return mesh.key, mesh.shading_key, target.parts, target.materials, names, target.keypoints.tobytes()
-
-
-def _target_varies(target: Usd.Prim, visited: list[Usd.Prim]) -> bool:
-    """Whether anything that the target's shape depends on can change in time. Its own pose is not of its shape."""
-    keypoints = find_keypoints(target)
-    shaping = [prim for prim in visited if prim != target]
-    shaping += (
-        [keypoints, *(p for p in ancestors(keypoints) if p.GetPath().HasPrefix(target.GetPath()))] if keypoints else []
-    )
-    above = [p.GetAttribute("visibility") for p in (*ancestors(target), target)]
-    own = [a for a in target.GetAuthoredAttributes() if not a.GetName().startswith("xformOp:")]
-    return any(a.ValueMightBeTimeVarying() for a in (*above, *own) if a) or _varies([p for p in shaping if p != target])
-
-
-def _varies(prims: list[Usd.Prim], ignore: str = "\0") -> bool:
-    """Whether an attribute of `prims`, but those whose names start with `ignore`, can change in time."""
-    attributes = (attribute for prim in prims for attribute in prim.GetAuthoredAttributes())
-    return any(a.ValueMightBeTimeVarying() for a in attributes if not a.GetName().startswith(ignore))
 
 
 def _metres_per_unit(stage: Usd.Stage) -> float:

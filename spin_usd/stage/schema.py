@@ -17,6 +17,18 @@ TARGET_API = "SpinTargetAPI"
 PLANET_API = "SpinPlanetAPI"
 STARS_API = "SpinStarsAPI"
 BACK_PLATE_API = "SpinBackPlateAPI"
+APIS = (
+    LENS_API,
+    SENSOR_API,
+    OPTICS_API,
+    SHUTTER_API,
+    CAPTURE_API,
+    TARGET_API,
+    PLANET_API,
+    STARS_API,
+    BACK_PLATE_API,
+)
+"""All of them."""
 
 LENS_MODEL = "spin:lens:model"
 LENS_IMAGE_SIZE = "spin:lens:imageSize"

@@ -31,9 +31,11 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
     factors or a mirror."""
     m = np.array(matrix)
     linear = m[:3, :3].T
+    if not np.isfinite(m).all():
+        raise StageError("its transform is not finite", where=where, do="mend the numbers of its xformOps")
     u, sizes, vt = np.linalg.svd(linear)
-    if not np.isfinite(m).all() or sizes[2] <= 0 or np.linalg.det(linear) <= 0:
-        raise StageError("its transform is mirrored, flat or not finite", where=where, do="give it a plain rotation")
+    if sizes[2] <= 0 or np.linalg.det(linear) <= 0:
+        raise StageError("its transform is mirrored or flat", where=where, do="give it a plain rotation")
     if sizes[0] - sizes[2] > SHEAR_TOLERANCE * sizes[0]:
         found = f"its transform shears or scales unequally (by {sizes[0] / sizes[2]:.6g})"
         raise StageError(found, where=where, do="scale the prims below it instead")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation
 
-from spin_usd.errors import InputError, StageError
+from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.poses import PoseList
@@ -66,9 +66,9 @@ def test_a_stage_just_authored_has_no_findings(authored: Path) -> None:
 
 
 def test_every_layer_of_it_can_be_checked_as_a_root(authored: Path) -> None:
-    """Only the rules on what makes a dataset fail there: a camera layer has no pictures and no target."""
+    """Only what makes a dataset fails there: a camera layer has no pictures and no target."""
     for path in sorted((authored.parent).rglob("*.usd*")):
-        assert codes(path) <= {"capture-none", "target-count", "camera-none"}, path
+        assert codes(path) <= {"scene"}, path
 
 
 def test_the_built_in_target_has_no_findings(tmp_path: Path) -> None:
@@ -159,8 +159,16 @@ def no_picture(stage: Usd.Stage) -> None:
     root.Save()
 
 
-def tele(name: str, values: dict[str, float]) -> Callable[[Usd.Stage], None]:
-    """Define an augmentation, not selected, that gives the camera other `values`."""
+def misspelt(stage: Usd.Stage) -> None:
+    """Author spin:sensor:gian on the camera."""
+    camera = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera))
+    camera.CreateAttribute("spin:sensor:gian", Sdf.ValueTypeNames.Double, custom=False).Set(4.0)
+
+
+def tele(
+    name: str, values: dict[str, object], change: Callable[[Usd.Stage], None] = lambda stage: None
+) -> Callable[[Usd.Stage], None]:
+    """Define an augmentation, not selected, that gives the camera other `values`, and `change`s the stage."""
 
     def define(stage: Usd.Stage) -> None:
         variants = stage.GetPrimAtPath("/World").GetVariantSets().AddVariantSet("augmentation")
@@ -169,6 +177,7 @@ def tele(name: str, values: dict[str, float]) -> Callable[[Usd.Stage], None]:
         with variants.GetVariantEditContext():
             for attribute, value in values.items():
                 stage.OverridePrim("/World/Camera").GetAttribute(attribute).Set(value)
+            change(stage)
         variants.ClearVariantSelection()
 
     return define
@@ -185,27 +194,29 @@ BREAKS = {
     "no end": (text(ROOT, "    endTimeCode = 2\n", ""), "layer-metadata"),
     "other clock": (edit(POSE, lambda stage: stage.SetTimeCodesPerSecond(1)), "layer-time"),
     "other units": (edit(GEOMETRY, scaled_units), "layer-units"),
-    "no picture": (edit(POSE, no_picture), "capture-none"),
-    "variant name": (edit(ROOT, tele("Tele", {})), "variant-name"),
+    "no picture": (edit(POSE, no_picture), "scene"),
+    "variant name": (edit(ROOT, tele("Tele", {})), "scene"),
     "variant's lens": (edit(ROOT, tele("tele", {"spin:lens:fx": 9000.0})), "lens-derived"),
-    "variant that folds": (edit(ROOT, tele("tele", {"spin:lens:k1": -9.0})), "lens"),
-    "bad name": (edit(POSE, attribute("/World.spin:capture:frame", "..", 1.0)), "capture-name"),
+    "variant that folds": (edit(ROOT, tele("tele", {"spin:lens:k1": -9.0})), "scene"),
+    "bad name": (edit(POSE, attribute("/World.spin:capture:frame", "..", 1.0)), "scene"),
     "range": (text(ROOT, "endTimeCode = 2", "endTimeCode = 9"), "capture-range"),
-    "two targets": (text(ROOT, '["SpinCaptureAPI"', '["SpinTargetAPI", "SpinCaptureAPI"'), "target-count"),
-    "nan": (edit(POSE, attribute("/World/Target.xformOp:translate", Gf.Vec3d(np.nan), 1.0)), "pose"),
-    "quaternion": (edit(POSE, attribute("/World/Target.xformOp:orient", Gf.Quatd(2), 1.0)), "pose"),
+    "two targets": (text(ROOT, '["SpinCaptureAPI"', '["SpinTargetAPI", "SpinCaptureAPI"'), "scene"),
+    "nan": (edit(POSE, attribute("/World/Target.xformOp:translate", Gf.Vec3d(np.nan), 1.0)), "scene"),
+    "quaternion": (edit(POSE, attribute("/World/Target.xformOp:orient", Gf.Quatd(2), 1.0)), "scene"),
     "single precision": (edit(POSE, float_orient), "pose-precision"),
     "matrices": (edit(POSE, matrices), "pose-matrix"),
     "aperture": (edit(CAMERA, attribute("/Camera.horizontalAperture", 0.2)), "lens-derived"),
     "interchange": (edit(CAMERA, attribute("/Camera.omni:lensdistortion:opencvPinhole:k1", 0.0)), "lens-derived"),
-    "focal length": (edit(CAMERA, attribute("/Camera.spin:lens:fx", -1.0)), "lens"),
-    "fold": (edit(CAMERA, attribute("/Camera.spin:lens:k1", -9.0)), "lens"),
+    "focal length": (edit(CAMERA, attribute("/Camera.spin:lens:fx", -1.0)), "scene"),
+    "fold": (edit(CAMERA, attribute("/Camera.spin:lens:k1", -9.0)), "scene"),
     "no lens": (text(CAMERA, '"SpinLensAPI", ', ""), "lens-none"),
-    "no camera": (text(ROOT, "./layers/camera.usda", "./layers/environment.usda"), "camera-none"),
-    "resolution": (text("layers/render.usda", "(1920, 1200)", "(640, 480)"), "resolution"),
+    "no camera": (text(ROOT, "./layers/camera.usda", "./layers/environment.usda"), "scene"),
+    "resolution": (text("layers/render.usda", "(1920, 1200)", "(640, 480)"), "scene"),
     "kind": (text(ROOT, 'kind = "assembly"', 'kind = "subcomponent"'), "kind-broken"),
     "no class": (text("targets/box/box.usda", 'token[] semantics:labels:class = ["spacecraft"]', ""), "label-none"),
     "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
+    "misspelt": (edit(CAMERA, misspelt), "property-unknown"),
+    "misspelt in a variant": (edit(ROOT, tele("tele", {}, misspelt)), "property-unknown"),
     "extent": (edit(GEOMETRY, without("/Box/Bus", "extent")), "extent-none"),
     "dead variant": (edit(ROOT, dead_variant), "variant-dead"),
     "fighting variants": (edit(ROOT, two_sets), "variant-overlap"),
@@ -243,7 +254,7 @@ def test_a_camera_without_a_lens_needs_a_resolution(copied: Path) -> None:
     reader = StageReader(copied)
     with pytest.raises(StageError, match="has no size in pixels"):
         reader.scene(reader.frames[0])
-    assert ("lens", "error") in findings(copied)
+    assert ("scene", "error") in findings(copied)
 
 
 def test_a_variant_that_comes_before_a_reference_is_alive(copied: Path) -> None:
@@ -297,3 +308,116 @@ def test_what_would_crash_or_hang_usd_is_one_finding(tmp_path: Path, text: str, 
     assert time.perf_counter() - started < SECONDS_TO_REFUSE
     assert (finding.code, finding.severity) == ("refused", "error")
     assert saying in finding.message
+
+
+def test_a_misspelt_property_is_told_with_the_one_that_was_meant(copied: Path) -> None:
+    edit(CAMERA, misspelt)(copied)
+    (finding,) = check_stage(copied)
+    assert (finding.code, finding.where, finding.severity) == ("property-unknown", "/World/Camera", "warning")
+    assert "spin:sensor:gian" in finding.message
+    assert "is spin:sensor:gain meant?" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("light", "severities"),
+    [
+        ('DomeLight "Sky"', []),
+        ('SphereLight "Lamp"', ["warning"]),
+        ('RectLight "Lamp"', ["warning"]),
+        ('DistantLight "Sun"', ["error"]),
+    ],
+)
+def test_a_plain_light_is_judged_by_its_fallbacks(
+    make_stage: Callable[..., Path], light: str, severities: list[str]
+) -> None:
+    found = check_stage(make_stage(world=f"def {light} {{}}"))
+    assert [finding.severity for finding in found if finding.code == "light"] == severities
+
+
+BAD_PICTURES = {
+    "light": 'def SphereLight "Lamp" {\n float inputs:intensity = nan\n bool inputs:normalize = 1\n}',
+    "light that is not drawn": 'def PortalLight "Lamp" {}',
+    "geometry outside": 'def Sphere "Moon" {}',
+    "planet": 'def Xform "Earth" (prepend apiSchemas = ["SpinPlanetAPI"]) {\n double3 spin:planet:radii = (0, 0, 0)\n}',
+    "stars": 'def Xform "Sky" (prepend apiSchemas = ["SpinStarsAPI"]) {\n double spin:stars:limitingMagnitude = nan\n}',
+    "image": 'def DomeLight "Sky" {\n asset inputs:texture:file = @./gone.png@\n}',
+}
+
+
+@pytest.mark.parametrize("name", BAD_PICTURES)
+def test_what_a_render_refuses_is_found(make_stage: Callable[..., Path], name: str) -> None:
+    """The reader itself is the authority: the same words at the same place."""
+    path = make_stage(world=BAD_PICTURES[name].replace(" {}", "\n{\n}").replace(" {\n", "\n{\n"))
+    with pytest.raises(SpinError) as refusal:
+        reader = StageReader(path)
+        reader.scene(reader.frames[0])
+    found = [finding for finding in check_stage(path) if finding.code == "scene"]
+    assert [(finding.where, finding.severity) for finding in found] == [(str(refusal.value.where), "error")]
+    assert refusal.value.found in found[0].message
+    assert "variant nominal" in found[0].message
+
+
+def test_what_is_wrong_in_a_later_picture_is_found_once_by_its_name(copied: Path) -> None:
+    edit(POSE, attribute("/World/Target.xformOp:translate", Gf.Vec3d(0, 0, np.nan), 1.0))(copied)
+    edit(ROOT, tele("other", {}))(copied)
+    (finding,) = check_stage(copied)
+    assert (finding.code, finding.where) == ("scene", "/World/Target")
+    assert "(picture b of variant nominal)" in finding.message
+
+
+def test_what_is_wrong_in_a_variant_alone_names_it(copied: Path) -> None:
+    edit(ROOT, tele("tele", {"spin:lens:k1": -9.0}))(copied)
+    (finding,) = [finding for finding in check_stage(copied) if finding.severity == "error"]
+    assert (finding.code, finding.where) == ("scene", "/World/Camera")
+    assert "(picture a of variant tele)" in finding.message
+
+
+def test_progress_is_told_over_all_variants(copied: Path) -> None:
+    edit(ROOT, tele("other", {}))(copied)
+    told: list[tuple[int, int]] = []
+    check_stage(copied, progress=lambda done, total: told.append((done, total)))
+    assert told == [(0, 6), (3, 6)]
+
+
+TURNING = """
+double3 xformOp:translate.timeSamples = {{ 0: (0, 0, -10), 1: ({way}, 0, -10) }}
+quatd xformOp:orient.timeSamples = {{ 0: (1, 0, 0, 0), 1: ({cosine}, {sine}, 0, 0) }}
+uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]
+"""
+CUBE_M = 2 * np.sqrt(3)  # from corner to corner of USD's fallback cube
+
+
+@pytest.mark.parametrize(
+    ("degrees", "way", "close", "blended"),
+    [(29, 0, 0.5, 0), (31, 0, 0.5, 1), (31, 0, 0, 0), (0, 0.99 * CUBE_M, 0.5, 0), (0, 1.01 * CUBE_M, 0.5, 1)],
+)
+def test_an_exposure_that_blends_unrelated_poses_is_told(
+    make_stage: Callable[..., Path], degrees: float, way: float, close: float, blended: int
+) -> None:
+    """Of the two pictures the second has the shutter open after the last sample, where the target rests."""
+    half = np.radians(degrees) / 2
+    path = make_stage(
+        camera=f"double shutter:open = 0\ndouble shutter:close = {close}",
+        metadata="metersPerUnit = 1\nstartTimeCode = 0\nendTimeCode = 1",
+        pose=TURNING.format(way=way, cosine=repr(float(np.cos(half))), sine=repr(float(np.sin(half)))),
+    )
+    found = [finding for finding in check_stage(path) if finding.code == "pose-blended"]
+    assert [(finding.where, finding.severity) for finding in found] == [("/World/Target", "warning")] * blended
+    assert all("exposures of 1 pictures" in finding.message for finding in found)
+
+
+def test_samples_between_the_pictures_show_the_motion(make_stage: Callable[..., Path]) -> None:
+    """40 degrees from picture to picture, but 20 from sample to sample."""
+    turn = {at: np.radians(10 * at) / 2 for at in (0, 2, 4, 6, 8)}
+    samples = ", ".join(f"{at}: ({float(np.cos(a))!r}, 0, {float(np.sin(a))!r}, 0)" for at, a in turn.items())
+    path = make_stage(
+        camera="double shutter:open = -1\ndouble shutter:close = 1",
+        world="",
+        pose=f"""double3 xformOp:translate = (0, 0, -10)
+        quatd xformOp:orient.timeSamples = {{ {samples} }}
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]""",
+    )
+    capture = 'def Xform "World" (prepend apiSchemas = ["SpinCaptureAPI"])\n{\n'
+    names = 'token spin:capture:frame.timeSamples = { 0: "a", 4: "b", 8: "c" }'
+    path.write_text(path.read_text().replace('def Xform "World"\n{', capture + names, 1))
+    assert not [finding for finding in check_stage(path) if finding.code in ("pose-blended", "scene")]

@@ -54,7 +54,8 @@ def test_the_pose_is_exact_far_from_the_stages_origin(read_scene):
     [
         ("float3 xformOp:scale = (1, 1, 2)", "shears or scales unequally"),
         ("float3 xformOp:scale = (-1, 1, 1)", "is mirrored"),
-        ("float3 xformOp:scale = (0, 1, 1)", "is mirrored, flat"),
+        ("float3 xformOp:scale = (0, 1, 1)", "is mirrored or flat"),
+        ("double3 xformOp:translate = (nan, 0, 0)", "is not finite"),
         ("quatd xformOp:orient = (1, 1, 0, 0)", "norm is off 1 by 0.414"),
         ("quath xformOp:orient = (1, 0, 0, 0)", "half-precision"),
         ("matrix4d xformOp:transform = ((1, 0, 0, 0), (0.5, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))", "shears"),

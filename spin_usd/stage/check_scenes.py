@@ -1,0 +1,68 @@
+"""Rules on what the pictures need: every picture of every variant is read as for a render."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from pxr import Usd
+
+from spin_usd.errors import SpinError
+from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.stage.check_blending import BlendedPoses
+from spin_usd.stage.compose import variants
+from spin_usd.stage.read import StageReader
+
+MAX_VARIANTS = 200  # of one set; each is composed and read
+PROGRESS_EVERY = 500
+
+Progress = Callable[[int, int], None]
+"""Told how many pictures were read and how many there are."""
+
+
+def scene_findings(path: str | Path, stage: Usd.Stage, *, progress: Progress) -> Iterator[Finding]:
+    """What a render of the stage at `path` would refuse: the first picture of each variant that cannot be read, in the
+    reader's own words. What variants share is told once, of the first.
+
+    `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
+    """
+    if stage.GetCompositionErrors():
+        return
+    names = variants(stage)
+    if len(names) > MAX_VARIANTS:
+        message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
+        yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
+    told: set[tuple[str, str]] = set()
+    for place, name in enumerate(names[:MAX_VARIANTS]):
+        yield from _VariantCheck(path, name, told).findings(place, min(len(names), MAX_VARIANTS), progress)
+
+
+class _VariantCheck:
+    """One variant's pictures. `told`: where and what was found already."""
+
+    def __init__(self, path: str | Path, variant: str, told: set[tuple[str, str]]) -> None:
+        self.path, self.variant, self.told = path, variant, told
+        self.picture = ""
+
+    def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
+        """`place` among `count` variants, for the progress."""
+        try:
+            reader = StageReader(self.path, variant=self.variant)
+            blended = BlendedPoses(reader)
+            for done, frame in enumerate(reader.frames):
+                if done % PROGRESS_EVERY == 0:
+                    progress(place * len(reader.frames) + done, count * len(reader.frames))
+                self.picture = frame.name
+                blended.add(reader.scene(frame))
+        except SpinError as error:
+            do = f"; {error.do}" if error.do else ""
+            yield from self._told_once("scene", error.where or self.path, error.found, do)
+            return
+        if blended.pictures:
+            self.picture = blended.pictures[0]
+            yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
+
+    def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
+        if (str(where), found) not in self.told:
+            self.told.add((str(where), found))
+            at = f"picture {self.picture} of variant" if self.picture else "variant"
+            message = f"{found}{do} ({at} {self.variant})"
+            yield Finding(code=code, where=str(where), message=message, severity=severity)
