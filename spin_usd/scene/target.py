@@ -46,6 +46,12 @@ class Target:
         object.__setattr__(self, "keypoints", finite(self.keypoints, (len(self.keypoint_names), 3), "keypoints"))
 
     @cached_property
+    def key(self) -> str:
+        """Digest of all that labels and pictures of the target depend on."""
+        rest = [self.parts, self.materials, self.keypoint_names, self.keypoints]
+        return digest(self.mesh.key, self.mesh.shading_key, content(rest))
+
+    @cached_property
     def cut_out_key(self) -> str:
         """Digest of what decides where the surface is not there: "" where it is whole."""
         if not any(material.cut_out for material in self.materials):
