@@ -1,0 +1,150 @@
+"""A composed stage at a time code, as a Scene."""
+
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.model import FrameId, Scene
+from spin_usd.scene.sensor import Optics, Sensor
+from spin_usd.scene.target import Target
+from spin_usd.stage.cameras import find_camera, read_camera
+from spin_usd.stage.captures import read_frames, read_seed
+from spin_usd.stage.compose import open_stage, variants
+from spin_usd.stage.content import NOMINAL, stage_hash, used_files
+from spin_usd.stage.drawn import PROXIES, refuse_geometry_outside
+from spin_usd.stage.environment import EnvironmentReader
+from spin_usd.stage.images import Images
+from spin_usd.stage.lights import LightReader
+from spin_usd.stage.optics import read_optics
+from spin_usd.stage.sensor import read_sensor
+from spin_usd.stage.shutter import read_opening, read_shutter
+from spin_usd.stage.target import TargetReader, find_target
+from spin_usd.stage.thin_lens import read_thin_lens
+from spin_usd.stage.variation import target_varies, varies_beyond_pose
+from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
+
+
+class StageReader:
+    """Turns an opened stage into one Scene per frame; what does not change is read once and shared.
+
+    frames: the stage's pictures · seed: the dataset's · variants: what it offers · variant: which is selected.
+    Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
+    """
+
+    def __init__(self, path: str | Path, *, variant: str = NOMINAL):
+        self.stage: Usd.Stage = open_stage(path, variant=variant)
+        self.variant = variant
+        self.variants = variants(self.stage)
+        self.metres = _metres_per_unit(self.stage)
+        self._camera_prim = find_camera(self.stage)
+        self._target_prim = find_target(self.stage)
+        refuse_geometry_outside(self._target_prim)
+        self._images = Images()
+        self._lights = LightReader(self.stage, self._images)
+        self._environment = EnvironmentReader(self.stage, self._images)
+        check_chain(self._camera_prim)
+        check_chain(self._target_prim)
+        self.frames: tuple[FrameId, ...] = read_frames(self.stage)
+        self.seed = read_seed(self.stage)
+        self._camera_varies = varies_beyond_pose(self._camera_prim)
+        self._camera: tuple[Camera, Sensor, Optics] | None = None
+        self._target: Target | None = None
+        self._target_scale = float("nan")
+        self._target_varies = True
+
+    @cached_property
+    def stage_hash(self) -> str:
+        """Digest of the composed content with its variant, wherever the stage lies."""
+        return stage_hash(self.stage)
+
+    @cached_property
+    def used_files(self) -> dict[str, str]:
+        """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
+        return used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+
+    @cached_property
+    def variant_selections(self) -> dict[str, str]:
+        """What is selected of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""
+        default = self.stage.GetDefaultPrim()
+        selections: dict[str, str] = {}
+        for prim in Usd.PrimRange.Stage(self.stage, PROXIES):
+            for name, variant in prim.GetVariantSets().GetAllVariantSelections().items():
+                if variant:
+                    selections[name if prim == default else f"{prim.GetPath()}{{{name}}}"] = variant
+        return selections
+
+    def scene(self, frame: FrameId) -> Scene:
+        """Everything that the picture `frame` needs, as it is in the middle of its exposure. The target is the same
+        object as long as it does not change."""
+        rows = self._camera_at(Usd.TimeCode(frame.time_code))[0].height
+        opening = read_opening(self._camera_prim, frame.time_code, rows=rows)
+        time = Usd.TimeCode(opening.middle)
+        world = UsdGeom.XformCache(time)
+        usdcam = self._placement(world, self._camera_prim, "usdcam")
+        body = self._placement(world, self._target_prim, "body")
+        T_cam_body = T_CAM_USDCAM @ between(usdcam.transform, body.transform)
+        camera, sensor, optics = self._camera_at(time)
+        return Scene(
+            frame=frame,
+            camera=camera,
+            T_cam_body=T_cam_body,
+            target=self._target_at(time, body.scale),
+            lights=self._lights.read(time, usdcam.transform, world, self.metres),
+            environment=self._environment.read(time, T_cam_body, usdcam.transform, world, self.metres),
+            sensor=sensor,
+            optics=optics,
+            thin_lens=read_thin_lens(self._camera_prim, time, self.metres),
+            shutter=read_shutter(opening, self.pose_at, self._camera_prim.GetPath()),
+        )
+
+    def pose_at(self, time_code: float) -> Transform:
+        """T_cam_body at a time code."""
+        world = UsdGeom.XformCache(Usd.TimeCode(time_code))
+        usdcam = self._placement(world, self._camera_prim, "usdcam")
+        body = self._placement(world, self._target_prim, "body")
+        return T_CAM_USDCAM @ between(usdcam.transform, body.transform)
+
+    def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
+        matrix = world.GetLocalToWorldTransform(prim)
+        return placement(matrix, frame=frame, metres=self.metres, where=prim.GetPath())
+
+    def _camera_at(self, time: Usd.TimeCode) -> tuple[Camera, Sensor, Optics]:
+        if self._camera is None or self._camera_varies:
+            prim = self._camera_prim
+            camera = read_camera(prim, time)
+            self._camera = camera, read_sensor(prim, time), read_optics(prim, camera, time)
+        return self._camera
+
+    def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:
+        """The target at `time`: the last one again where nothing below it can vary, or nothing did."""
+        same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
+        if self._target is not None and same_scale and not self._target_varies:
+            return self._target
+        reader = TargetReader(
+            prim=self._target_prim, time=time, group_of=self._lights.links.group_of, images=self._images
+        )
+        target = reader.read(scale * self.metres)
+        if self._target is None:
+            self._target_varies = target_varies(self._target_prim, reader.visited)
+        if self._target is None or target.key != self._target.key:
+            self._target = target
+        self._target_scale = scale
+        return self._target
+
+
+def _metres_per_unit(stage: Usd.Stage) -> float:
+    """Raises StageError for units or an up axis that are none."""
+    where = stage.GetRootLayer().realPath
+    metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+    if not np.isfinite(metres) or metres <= 0:
+        raise StageError(f"metersPerUnit is {metres:g}", where=where, do="make it positive")
+    up = str(UsdGeom.GetStageUpAxis(stage))
+    if up not in ("Y", "Z"):
+        raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")
+    return metres
