@@ -85,6 +85,16 @@ def look_up(texture: Texture, st: Float) -> Float:
     return np.asarray(scaled[:, CHANNELS[texture.output]])
 
 
+def extremes(texture: Texture) -> Float:
+    """(2, C) lowest and highest number of each channel of a texture; bilinear look-up goes no further."""
+    channels = CHANNELS[texture.output]
+    found = texture.image.extremes[:, channels].astype(np.float64)
+    if "black" in texture.wrap:
+        found = np.concatenate([found, np.zeros((1, found.shape[1]))])
+    scaled = found * np.array(texture.scale)[channels] + np.array(texture.bias)[channels]
+    return np.stack([scaled.min(0), scaled.max(0)])
+
+
 def _wrapped(index: Float, size: int, wrap: str) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Texel numbers (N,) within 0 to size - 1, and which of them lie outside a "black" image."""
     outside = np.zeros(len(index), bool)

@@ -7,7 +7,35 @@ from spin_usd.arrays import digest
 from spin_usd.scene.content import NAME, content
 from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture
 
+ROUNDING = 1e-6  # of float32, which may take a share just above 1
+INFINITY = float("inf")
 TRANSPARENT, PRESENCE = "transparent", "presence"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """An input's name in UsdPreviewSurface, how many numbers it has, and the lowest and highest that mean anything."""
+
+    name: str
+    size: int = 1
+    low: float = 0.0
+    high: float = 1 + ROUNDING
+
+
+LIMITS = {
+    "diffuse_color": Limits(name="diffuseColor", size=3),  # more would reflect more than arrives
+    "emissive_color": Limits(name="emissiveColor", size=3, high=1e15),  # as a lamp: far above any source
+    "specular_color": Limits(name="specularColor", size=3),
+    "metallic": Limits(name="metallic"),
+    "roughness": Limits(name="roughness"),
+    "clearcoat": Limits(name="clearcoat"),
+    "clearcoat_roughness": Limits(name="clearcoatRoughness"),
+    "opacity": Limits(name="opacity"),
+    "opacity_threshold": Limits(name="opacityThreshold"),
+    "ior": Limits(name="ior", low=1, high=1000),  # of a metal 10; as high as Blender's goes, a mirror
+    "normal": Limits(name="normal", size=3, low=-INFINITY, high=INFINITY),
+}
+"""Of each field of Material that holds numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,6 +41,12 @@ class Image:
     def key(self) -> str:
         return digest(self.pixels)
 
+    @cached_property
+    def extremes(self) -> NDArray[np.float32]:
+        """(2, 4) the lowest and the highest number of each channel."""
+        texels = self.pixels.reshape(-1, 4)
+        return frozen(np.stack([texels.min(0), texels.max(0)]), np.float32)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Image) and self.key == other.key
 

@@ -4,30 +4,39 @@ A material is read once; what its primvar readers find differs from gprim to gpr
 the primvars that it has, and the readers' fallbacks for those it has not.
 """
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
-from spin_usd.arrays import Float
-from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.material import PRESENCE, TRANSPARENT, Material
+from spin_usd.errors import UnsupportedError
+from spin_usd.scene.lookup import extremes
+from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
 from spin_usd.scene.texture import Primvar, Texture
+from spin_usd.stage.bindings import bound_material
+from spin_usd.stage.display_color import read_display_color
 from spin_usd.stage.images import Images
-from spin_usd.stage.primvars import find_primvar
-from spin_usd.stage.shaders import Output, input_path, node_id, numbers, read_input, read_numbers, read_token
+from spin_usd.stage.input_limits import refuse_outside
+from spin_usd.stage.primvars import FoundPrimvar
+from spin_usd.stage.shaders import (
+    Output,
+    input_path,
+    node_id,
+    numbers,
+    read_constant,
+    read_input,
+    read_numbers,
+    read_token,
+)
 from spin_usd.stage.textures import Nodes, Wanted
 
-COLORS = {"diffuseColor": "diffuse_color", "emissiveColor": "emissive_color", "specularColor": "specular_color"}
-FRACTIONS = {
-    "metallic": "metallic",
-    "roughness": "roughness",
-    "clearcoat": "clearcoat",
-    "clearcoatRoughness": "clearcoat_roughness",
-    "opacity": "opacity",
+NOT_DRAWN = {
+    "occlusion": Limits(name="occlusion"),  # must be sound; a path tracer computes it itself
+    "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
 }
+CONSTANT = ("opacityThreshold",)
 FACING = (0.0, 0.0, 1.0)
 
 
@@ -45,6 +54,13 @@ class Look:
     def wanted(self) -> dict[str, int]:
         """How many numbers of which primvars it asks for."""
         return {name: n for value in (*self.fields.values(), self.displacement) for name, n in _asked(value).items()}
+
+    def check_primvars(self, found: Sequence[FoundPrimvar]) -> None:
+        """Raise StageError where one of the gprim's primvars `found` gives an input what it cannot have."""
+        for of, value in self.fields.items():
+            for primvar in found:
+                if isinstance(value, Wanted) and value.name == primvar.name:
+                    refuse_outside(primvar.elements, LIMITS[of], self.path, primvar.where)
 
     def material(self, found: Set[str]) -> Material:
         """On a gprim that has the primvars `found`."""
@@ -91,37 +107,34 @@ class Looks:
 
         Raises StageError for a binding to nothing, UnsupportedError for what is not UsdPreviewSurface.
         """
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        material = bound_material(prim)
         if not material:
-            _refuse_dangling(prim)
-            return _display_look(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim, self.time)
+            return self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
         path = str(material.GetPath())
         if path not in self._read:
             self._read[path] = read_look(material, Nodes(time=self.time, images=self.images))
         return self._read[path]
+
+    def _displayed(self, prim: Usd.Prim) -> Look:
+        fields = read_display_color(prim, self.time)
+        if not fields:
+            return Look(prim=None, path="")  # the fallbacks: 18 % grey
+        return Look(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
 
 
 def read_look(material: UsdShade.Material, nodes: Nodes) -> Look:
     """A material's UsdPreviewSurface; USD's fallbacks for what is not authored. Inputs that the node does not define
     mean nothing, as everywhere in USD."""
     shader, time = _surface(material), nodes.time
-    fields: dict[str, Any] = {}
-    for name, of in (*COLORS.items(), *FRACTIONS.items(), ("ior", "ior"), ("normal", "normal")):
-        value = _value(shader, name, 3 if name in COLORS or name == "normal" else 1, nodes)
-        if value is not None:
-            fields[of] = value
-    fields["opacity_threshold"] = _checked(
-        read_numbers(shader, "opacityThreshold", time, (0,)), "opacityThreshold", shader
-    )
+    read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_DRAWN}.items()}
+    fields = {of: value for of, value in read.items() if of in LIMITS and value is not None}
     fields["opacity_mode"] = read_token(shader, "opacityMode", time, (TRANSPARENT, PRESENCE), TRANSPARENT)
     fields["use_specular_workflow"] = bool(read_numbers(shader, "useSpecularWorkflow", time, (0,))[0])
-    _value(shader, "occlusion", 1, nodes)  # must be sound; a path tracer computes it itself
-    displacement = _value(shader, "displacement", 1, nodes)
     return Look(
         prim=material.GetPrim(),
         path=str(material.GetPath()),
         fields=fields,
-        displacement=0.0 if displacement is None else displacement,
+        displacement=0.0 if read["displacement"] is None else read["displacement"],
     )
 
 
@@ -144,64 +157,20 @@ def _surface(material: UsdShade.Material) -> UsdShade.Shader:
     return shader
 
 
-def _value(shader: UsdShade.Shader, name: str, channels: int, nodes: Nodes) -> Any:
+def _value(shader: UsdShade.Shader, limits: Limits, nodes: Nodes) -> Any:
     """A number, a tuple of them, a Texture, a Wanted; None where nothing is authored."""
-    value = read_input(shader, name, nodes.time)
+    name, where = limits.name, shader.GetPath()
+    value = (read_constant if name in CONSTANT else read_input)(shader, name, nodes.time)
     if value is None:
         return None
     if isinstance(value, Output):
-        value = nodes.varying(value, channels)
-        if not isinstance(value, tuple):
-            return value
-    return _checked(numbers(value, (0.0,) * channels, input_path(shader, name)), name, shader)
-
-
-def _checked(values: Float, name: str, shader: UsdShade.Shader) -> Any:
-    """A number, or a tuple of them, within what the input means."""
-    low = -np.inf if name in ("normal", "displacement") else 0
-    high = 1 if name in (*FRACTIONS, "opacityThreshold", "occlusion") else np.inf
-    if (values < low).any() or (values > high).any():
-        wrong = values[(values < low) | (values > high)][0]
-        do = "keep it between 0 and 1" if high == 1 else "make it not negative"
-        raise StageError(f"its {name} is {wrong:g}", where=shader.GetPath(), do=do)
-    return float(values[0]) if len(values) == 1 else tuple(float(v) for v in values)
-
-
-def _display_look(prim: Usd.Prim, time: Usd.TimeCode) -> Look:
-    fields: dict[str, Any] = {}
-    for name, of, channels in (("displayColor", "diffuse_color", 3), ("displayOpacity", "opacity", 1)):
-        primvar = find_primvar(prim, name, channels, time)
-        if primvar is None:
-            continue
-        bad = (primvar.values < 0) | (primvar.values > (1 if name == "displayOpacity" else np.inf))
-        if bad.any():
-            do = "keep it between 0 and 1" if name == "displayOpacity" else "make it not negative"
-            raise StageError(f"its {name} is {primvar.values[bad][0]:g}", where=primvar.where, do=do)
-        one = primvar.one
-        first = tuple(float(v) for v in primvar.values[0])
-        fields[of] = Wanted(name=name, fallback=first) if not one else first if channels > 1 else first[0]
-    if not fields:
-        return Look(prim=None, path="")  # the fallbacks: 18 % grey
-    return Look(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
-
-
-def _refuse_dangling(prim: Usd.Prim) -> None:
-    """A binding, here or above, to a prim that is no material must not turn into grey."""
-    while prim and not prim.IsPseudoRoot():
-        for name in ("material:binding", "material:binding:full"):
-            relation = prim.GetRelationship(name)
-            lost = relation.GetTargets() or lost_targets(relation) if relation else []
-            if lost:
-                found = f"is bound to {lost[0]}, which is no material"
-                raise StageError(
-                    found, where=prim.GetPath(), do="bind a material that exists within what is referenced"
-                )
-        prim = prim.GetParent()
-
-
-def lost_targets(relation: Usd.Relationship) -> list[Any]:
-    """What the strongest opinion targets where USD, with a mere warning, finds no target: paths outside a reference."""
-    if relation.GetTargets():
-        return []
-    specs = [spec for spec in relation.GetPropertyStack(Usd.TimeCode.Default()) if spec.HasInfo("targetPaths")]
-    return list(specs[0].targetPathList.GetAddedOrExplicitItems()) if specs else []
+        value = nodes.varying(value, limits.size)
+    if isinstance(value, Texture):
+        refuse_outside(extremes(value), limits, where, value.path)
+        return value
+    if isinstance(value, Wanted):
+        refuse_outside(np.array(value.fallback), limits, where, f"the fallback of primvars:{value.name}")
+        return value
+    found = numbers(value, (0.0,) * limits.size, input_path(shader, name))
+    refuse_outside(found, limits, where)
+    return float(found[0]) if limits.size == 1 else tuple(float(v) for v in found)

@@ -74,6 +74,8 @@ class PieceReader:
         """Those that the looks ask for and the prim has."""
         asked = sorted({item for look in looks for item in look.wanted.items()})
         found = [p for name, channels in asked if (p := find_primvar(prim, name, channels, self.time))]
+        for look in looks:
+            look.check_primvars(found)
         self.visited += [primvar.prim for primvar in found if primvar.prim != prim]
         return found
 

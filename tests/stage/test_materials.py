@@ -103,6 +103,27 @@ def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen):
     [
         ("float inputs:roughness = 1.5", "", StageError, "Surface: its roughness is 1.5"),
         ("float inputs:metallic = -1", "", StageError, "Surface: its metallic is -1"),
+        (
+            "color3f inputs:diffuseColor = (2, 1, 1)",
+            "",
+            StageError,
+            "Surface: its diffuseColor is 2; keep it between 0",
+        ),
+        ("color3f inputs:emissiveColor = (1e30, 1, 1)", "", StageError, r"Surface: its emissiveColor is 1e\+30; keep"),
+        ("float inputs:ior = 0", "", StageError, "Surface: its ior is 0; keep it between 1 and 1000"),
+        ("float inputs:opacityThreshold = 2", "", StageError, "Surface: its opacityThreshold is 2; keep"),
+        ("float inputs:occlusion = -1", "", StageError, "Surface: its occlusion is -1; keep"),
+        (
+            "float inputs:ior.connect = </World/Target/Paint/Reader.outputs:result>",
+            """def Shader "Reader" {
+                uniform token info:id = "UsdPrimvarReader_float"
+                string inputs:varname = "glass"
+                float inputs:fallback = 0.5
+                float outputs:result
+            }""",
+            StageError,
+            "Surface: its ior is 0.5, by the fallback of primvars:glass; keep it",
+        ),
         ("color3f inputs:diffuseColor = (nan, 0, 0)", "", StageError, r"Surface.inputs:diffuseColor: is \(nan, 0, 0\)"),
         (
             'color3f inputs:diffuseColor = (1, 0, 0) (\ncolorSpace = "sRGB"\n)',
@@ -188,6 +209,36 @@ def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene):
         ((1, 1, 0), 0.5),
         (Material(path="").diffuse_color, 1),
     ]
+
+
+@pytest.mark.parametrize(
+    ("authored", "saying"),
+    [
+        (
+            "color3f[] primvars:displayColor = [(0, 2, 0)]",
+            "displayColor: its displayColor is 2; keep it between 0 and 1",
+        ),
+        ("float[] primvars:displayOpacity = [-1]", "displayOpacity: its displayOpacity is -1; keep it"),
+    ],
+)
+def test_a_display_color_that_is_none_is_refused(read_scene, authored, saying):
+    with pytest.raises(StageError, match=rf"^/World/Target/Box.primvars:{saying}"):
+        read_scene(f'def Cube "Box"\n{{\n{authored}\n}}')
+
+
+def test_primvars_are_held_to_what_the_input_can_be(read_scene):
+    reader = """def Shader "Reader" {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname = "tint"
+        float3 outputs:result
+    }"""
+    text = material("color3f inputs:diffuseColor.connect = </World/Target/Paint/Reader.outputs:result>", nodes=reader)
+    authored = "rel material:binding = </World/Target/Paint>\nfloat3[] primvars:tint = [({}, 0, 0)]"
+    bound = "rel material:binding = </World/Target/Paint>"
+    assert read_scene(text.replace(bound, authored.format(1))).target.materials
+    saying = r"^/World/Target/Paint: its diffuseColor is 3, by /World/Target/Box.primvars:tint; keep it between 0 and 1"
+    with pytest.raises(StageError, match=saying):
+        read_scene(text.replace(bound, authored.format(3)), name="b.usda")
 
 
 def test_a_display_color_that_varies_over_a_shape_is_refused(read_scene):

@@ -98,12 +98,20 @@ def test_scale_bias_and_single_outputs(read_target):
     target = read_target(
         """float inputs:opacity.connect = </World/Target/Paint/Texture.outputs:a>
         float inputs:roughness.connect = </World/Target/Paint/Texture.outputs:r>""",
-        texture="float4 inputs:scale = (0.5, 1, 1, 2)\nfloat4 inputs:bias = (0.25, 0, 0, -0.5)",
+        texture="float4 inputs:scale = (0.5, 1, 1, 0.5)\nfloat4 inputs:bias = (0.25, 0, 0, 0.25)",
     )
     material = target.materials[0]
     np.testing.assert_allclose(shown(target, material.roughness, [(0.25, 0.75), (0.75, 0.75)])[:, 0], [0.75, 0.25])
-    alpha = np.array([255, 128]) / 255 * 2 - 0.5
+    alpha = np.array([255, 128]) / 255 * 0.5 + 0.25
     np.testing.assert_allclose(shown(target, material.opacity, [(0.25, 0.75), (0.75, 0.75)])[:, 0], alpha, atol=FLOAT32)
+
+
+def test_a_texture_that_leaves_what_the_input_can_be_is_refused(read_target):
+    saying = (
+        r"^/World/Target/Paint/Surface: its diffuseColor is 2, by /World/Target/Paint/Texture; keep it between 0 and 1"
+    )
+    with pytest.raises(StageError, match=saying):
+        read_target(texture="float4 inputs:scale = (1, 2, 1, 1)")
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "mirror", "clamp", "black"])

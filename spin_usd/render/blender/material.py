@@ -5,12 +5,12 @@ from typing import Any
 
 import bpy
 
-from spin_usd.render.blender.limits import LIMITS, check_material, tangent_primvar
+from spin_usd.render.blender.limits import check_material, tangent_primvar
 from spin_usd.render.blender.nodes import Nodes, Value, varies
 from spin_usd.render.blender.reflection import principled_inputs, tilted
 from spin_usd.render.blender.see_through import absent, coverage, faded
 from spin_usd.render.blender.textures import ImageLibrary, attribute_name, node_value
-from spin_usd.scene.material import Material
+from spin_usd.scene.material import LIMITS, Material
 from spin_usd.scene.mesh import Mesh
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing

@@ -1,0 +1,29 @@
+"""displayColor and displayOpacity: what a gprim without a material is made of."""
+
+from typing import Any
+
+from pxr import Usd
+
+from spin_usd.scene.material import LIMITS, Limits
+from spin_usd.stage.input_limits import refuse_outside
+from spin_usd.stage.primvars import find_primvar
+from spin_usd.stage.textures import Wanted
+
+DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
+
+
+def read_display_color(prim: Usd.Prim, time: Usd.TimeCode) -> dict[str, Any]:
+    """Fields of Material, with Wanted where they vary over `prim`; none where nothing is authored.
+
+    Raises StageError for numbers that are no colour or no opacity.
+    """
+    fields: dict[str, Any] = {}
+    for name, of in DISPLAYED.items():
+        size = LIMITS[of].size
+        primvar = find_primvar(prim, name, size, time)
+        if primvar is None:
+            continue
+        refuse_outside(primvar.values, Limits(name=name, size=size), primvar.where)
+        first = tuple(float(v) for v in primvar.values[0])
+        fields[of] = Wanted(name=name, fallback=first) if not primvar.one else first if size > 1 else first[0]
+    return fields
