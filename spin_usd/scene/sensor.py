@@ -43,15 +43,29 @@ class AutoExposure:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """How radiance becomes numbers.
+    """How radiance becomes numbers. The unit range is that of the signal: its 1 is the ADC's full scale.
 
-    exposure scales radiance (W/m2/sr) to the unit range, whose 1 is the ADC's full scale; time is in seconds, iso in
-    ISO's numbers. channels is "mono" or "rgb"; quantum_efficiency weighs R, G, B; mono then adds them by
-    `panchromatic`. gain is in electrons per ADC step at ISO 100, 0 for a detector without noise or steps;
-    full_well and read_noise in electrons, 0 for none; dark_current in electrons/s; prnu the standard deviation of the
-    pixels' relative gain, a pattern that `pattern_seed` draws once for all pictures; black_level in ADC steps.
-    contrast (about mid-grey), saturation and filter adjust what is encoded ("linear", "srgb", or "gamma" by `gamma`)
-    and written with `bit_depth` 8 or 16.
+    exposure: factor from radiance (W/m2/sr) to the unit range.
+    time: seconds.
+    iso: in ISO's numbers.
+    auto_exposure: the metering; None for an exposure as it is given.
+    channels: "mono" or "rgb"; mono adds red, green and blue by `panchromatic`.
+    quantum_efficiency: shares of the red, green and blue light that are detected.
+    panchromatic: weights by which a mono sensor adds red, green and blue.
+    gain: electrons per step of the ADC at ISO 100; 0 for a detector without noise or steps.
+    full_well: electrons that a pixel holds at most; 0 for any number.
+    read_noise: its standard deviation, electrons; 0 for none.
+    dark_current: electrons per second.
+    prnu: standard deviation of the pixels' relative gain.
+    pattern_seed: of the pattern of those gains, which is drawn once for all pictures.
+    adc_bits: bits of the ADC.
+    black_level: steps of the ADC that are added to the signal.
+    contrast: exponent of the linear signal about mid-grey.
+    saturation: factor on each colour's distance from its luminance.
+    filter: factors on red, green and blue.
+    encoding: the transfer curve of the written numbers: "linear", "srgb", or "gamma".
+    gamma: what the encoding "gamma" takes the root of.
+    bit_depth: bits of the written numbers, 8 or 16.
     """
 
     exposure: float = 1.0
