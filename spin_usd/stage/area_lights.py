@@ -25,7 +25,7 @@ from spin_usd.stage.xforms import SHEAR_TOLERANCE, between
 Extent = tuple[float, ...]
 
 LEAST_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
-MOST_M = 1e15  # a tenth of a light year; at 1e17 m Cycles' float32 products of squares overflow, and all lights go out
+MOST_M = 1e15  # a tenth of a light year; distances squared overflow float32 at 2e19 m, and products with areas earlier
 
 
 def read_area_light(

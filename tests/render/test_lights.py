@@ -16,7 +16,9 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
+from spin_usd.stage.area_lights import LEAST_SIZE_M, MOST_M
 from spin_usd.stage.images import Images
+from spin_usd.stage.light_emission import EMISSIONS
 from spin_usd.stage.lights import LightReader
 
 SAMPLES = 4096
@@ -425,3 +427,15 @@ def test_lamps_that_cannot_be_are_named(blender, plane, values):
     (light,) = read(lux("SphereLight"))
     with pytest.raises(UnsupportedError, match=r"^/Light: .*; "):
         measured(blender, plane([replace(light, **values)]), samples=1)
+
+
+@pytest.mark.parametrize(
+    ("size_m", "distance_m"), [(MOST_M / 200, MOST_M / 2), (2 * LEAST_SIZE_M, 1.0)], ids=["farthest", "smallest"]
+)
+def test_a_sphere_at_the_end_of_what_is_accepted_shines(blender, plane, size_m, distance_m):
+    bright = EMISSIONS.high / L / 2 if size_m < 1 else 1
+    exposure = f"float inputs:exposure = {np.log2(bright)}"
+    lamp = read(lux("SphereLight", f"float inputs:radius = {size_m}", exposure, at=(0, 0, distance_m - 4)))
+    found = measured(blender, plane(lamp), samples=256)
+    wanted = by.sphere(L * bright, (0, 0, distance_m - 4), size_m, P, N)
+    assert found == pytest.approx(wanted, rel=RADIOMETRY)
