@@ -197,7 +197,7 @@ BAD_STAGES = {
     ),
     "quotes that do not close": (
         HEAD + 'def Xform "World\n',
-        "column 18: cannot be understood, at the end of the line;",
+        "line 7, column 17: cannot be understood, at the end of the line;",
     ),
     "value of another type": (stage(CAMERA.replace("fx = 100", 'fx = "100"')), "line 12, column 31: Error parsing"),
     "no camera": (stage(TARGET), "camera"),
@@ -295,6 +295,27 @@ def test_render_refuses_bad_options(good_stage, tmp_path, spin_usd, name):
     options, word = BAD_RENDERS[name]
     refused(spin_usd, ["render", good_stage, "--out", tmp_path / "data", *options], word)
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+
+
+SIXTEEN_BITS = CAMERA.replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinSensorAPI"]').replace(
+    "cy = 20", "cy = 20\nint spin:sensor:bitDepth = 16"
+)
+
+
+def test_images_that_their_format_cannot_hold_are_refused_before_anything_is_made(tmp_path, spin_usd):
+    (tmp_path / "stage.usda").write_text(stage(SIXTEEN_BITS, TARGET))
+    for command in (["render", "--out", tmp_path / "data"], ["plan"]):
+        options = ["--renderer", "raycast", "--image-format", "jpg"]
+        sentence = refused(spin_usd, [*command, tmp_path / "stage.usda", *options], "choose --image-format png")
+        assert "/World/Camera.spin:sensor:bitDepth: is 16" in sentence
+    assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+    spin_usd("plan", tmp_path / "stage.usda", *options, "--labels-only")
+
+
+@pytest.mark.parametrize("twice", [["--samples", "2", "--samples", "3"], ["--seed=1", "--seed", "1"]])
+def test_an_option_given_twice_is_wrong_usage(good_stage, spin_usd, twice):
+    assert f"'{twice[0][:6]}" in spin_usd("plan", good_stage, *twice, code=2).stderr
+    spin_usd("plan", good_stage, *twice[-2:], "--json", "--json")
 
 
 def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_usd):
