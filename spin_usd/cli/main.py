@@ -11,6 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import spin_usd
+from spin_usd.cli.command import Command
 from spin_usd.cli.progress import shown
 from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 
@@ -63,7 +64,7 @@ def common(
     context.obj = {"quiet": quiet}
 
 
-@app.command()
+@app.command(cls=Command)
 def demo(
     context: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
@@ -80,7 +81,7 @@ def demo(
     _exit_if_failed(made.report.failed)
 
 
-@app.command()
+@app.command(cls=Command)
 def author(
     poses: Annotated[Path, typer.Option(help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")],
     target: Annotated[str, typer.Option(help="A built-in target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.")],
@@ -127,7 +128,7 @@ def author(
     print(f"{report['root']}   ({report['frames']} pictures)")
 
 
-@app.command()
+@app.command(cls=Command)
 def plan(
     context: typer.Context,
     stage: Stage,
@@ -160,7 +161,7 @@ def plan(
     print(f"time              about {_duration(cost.core_seconds / workers)} with {workers} workers")
 
 
-@app.command()
+@app.command(cls=Command)
 def render(
     context: typer.Context,
     stage: Stage,
@@ -186,11 +187,13 @@ def render(
     if as_json:
         print(json.dumps(asdict(report)))
     else:
-        print(f"{out}   ({report.made} pictures made, {report.reused} already there, in {report.seconds:.1f} s)")
+        developed = f" ({report.from_radiance} of them from their radiance files)" if report.from_radiance else ""
+        made = f"{report.made} pictures made{developed}"
+        print(f"{out}   ({made}, {report.reused} already there, in {report.seconds:.1f} s)")
     _exit_if_failed(report.failed)
 
 
-@app.command()
+@app.command(cls=Command)
 def check(
     context: typer.Context,
     path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
@@ -212,7 +215,7 @@ def check(
         raise typer.Exit(FINDINGS)
 
 
-@app.command()
+@app.command(cls=Command)
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
     frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],
@@ -234,7 +237,7 @@ def reproduce(
         raise typer.Exit(FINDINGS)
 
 
-@app.command()
+@app.command(cls=Command)
 def doctor(
     folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
     as_json: Json = False,

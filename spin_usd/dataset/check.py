@@ -19,18 +19,23 @@ def check(path: Path, *, progress: Progress) -> tuple[str, list[Finding]]:
     if path.is_dir() and (path / "dataset.json").is_file():
         return "dataset", list(dataset_findings(path.absolute(), progress=progress))
     if path.is_file():
-        return "stage", stage_findings(path)
+        return "stage", stage_findings(path, progress=progress)
     if (path / "dataset.usda").is_file():
-        return "stage", stage_findings(path / "dataset.usda")
+        return "stage", stage_findings(path / "dataset.usda", progress=progress)
     do = "give a .usda file, or a folder with dataset.json"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
 
 
-def stage_findings(root: Path) -> list[Finding]:
+def stage_findings(root: Path, *, progress: Progress) -> list[Finding]:
     """Findings on the stage whose root layer is `root`."""
     try:
         with Child(memory=stage_memory()) as child:
-            found = child.call("check_stage", stage=str(root.absolute()), within_s=STAGE_PATIENCE_S)
+            found = child.call(
+                "check_stage",
+                stage=str(root.absolute()),
+                progress=lambda counts: progress("reading", *counts),
+                within_s=STAGE_PATIENCE_S,
+            )
     except ChildDiedError as died:
         return [Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")]
     return [Finding(**finding) for finding in found]
@@ -44,7 +49,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
     except InputError as e:
         yield Finding(code="description", where="dataset.json", message=e.found)
         return
-    yield from _stage_of(store, description)
+    yield from _stage_of(store, description, progress)
     records = list(store.records())
     if not records:
         yield Finding(code="empty", where="records", message="the dataset holds no picture")
@@ -56,13 +61,13 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
     yield from _strays(store, inventory.files)
 
 
-def _stage_of(store: Store, description: dict[str, Any]) -> Iterator[Finding]:
+def _stage_of(store: Store, description: dict[str, Any], progress: Progress) -> Iterator[Finding]:
     stage = store.root / description["stage"]["root"]
     if not stage.is_file():
         yield Finding(code="stage", where=description["stage"]["root"], message="the stage's root layer is missing")
         return
     try:
-        yield from stage_findings(stage)
+        yield from stage_findings(stage, progress=progress)
     except SpinError as e:
         yield Finding(code="stage", where=str(e.where or stage), message=e.found)
 

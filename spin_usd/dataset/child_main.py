@@ -49,7 +49,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
     def check_stage(**arguments: Any) -> Any:
         from spin_usd.dataset.check_stage import stage_findings
 
-        return stage_findings(**arguments)
+        return stage_findings(progress=progress, **arguments)
 
     def open_worker(**arguments: Any) -> Any:
         nonlocal worker

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
+from spin_usd.scene.model import Scene
+from spin_usd.stage import schema
 from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
@@ -23,13 +26,15 @@ def make_plan(
     renderer: str,
     samples: int,
     seed: int | None,
+    image_suffix: str | None,
     copy_to: str | None = None,
     progress: Callable[[Any], None],
 ) -> dict[str, Any]:
     """The plan of a run over `stage` as JSON: settings, the stage's provenance by variant, and the pictures.
 
     `variants` empty means nominal alone, ["all"] all of them. `copy_to`: first copy the stage into that folder and
-    plan from the copy, whose root layer is returned as "root".
+    plan from the copy, whose root layer is returned as "root". `image_suffix`: of the image files, None for none.
+    Raises UnsupportedError where they cannot hold what a sensor gives.
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
     first = StageReader(root)
@@ -44,7 +49,7 @@ def make_plan(
         reader = first if variant == first.variant else StageReader(root, variant=variant)
         stages[variant] = stage_provenance(reader)
         for index in chosen:
-            pictures.append(asdict(_planned(reader, index, settings)))
+            pictures.append(asdict(_planned(reader, index, settings, image_suffix)))
             if len(pictures) % PROGRESS_EVERY == 0:
                 progress([len(pictures), len(wanted) * len(chosen)])
     return {
@@ -73,9 +78,11 @@ def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(asked)) or [known[0]]
 
 
-def _planned(reader: StageReader, index: int, settings: RenderSettings) -> PlannedPicture:
+def _planned(reader: StageReader, index: int, settings: RenderSettings, image_suffix: str | None) -> PlannedPicture:
     frame = reader.frames[index]
     scene = reader.scene(frame)
+    if image_suffix:
+        _check_bit_depth(reader, scene, image_suffix)
     region = scene.picture_region
     return PlannedPicture(
         variant=reader.variant,
@@ -87,6 +94,15 @@ def _planned(reader: StageReader, index: int, settings: RenderSettings) -> Plann
         exposure=exposure_key(scene, settings),
         region=(region.x0, region.y0, region.x1, region.y1),
     )
+
+
+def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
+    """Raise UnsupportedError where image files of that kind cannot hold the sensor's numbers."""
+    bits = scene.sensor.bit_depth
+    if f"uint{bits}" not in image_file.KINDS[image_suffix]:
+        found = f"is {bits}, which {image_suffix} files cannot hold (picture {reader.variant}/{scene.frame.name})"
+        do = "choose --image-format png, or make it 8"
+        raise UnsupportedError(found, where=f"{reader.camera_path}.{schema.SENSOR['bit_depth']}", do=do)
 
 
 def _description(reader: StageReader) -> dict[str, Any]:

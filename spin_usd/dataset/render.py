@@ -67,10 +67,12 @@ class RenderRequest:
 
 @dataclass(kw_only=True)
 class RenderReport:
-    """What a run did. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers."""
+    """What a run did. `from_radiance`: how many of the pictures made came from their radiance files. `seconds`:
+    wall-clock; `work`: seconds by kind of work, over all workers."""
 
     pictures: int
     made: int = 0
+    from_radiance: int = 0
     reused: int = 0
     failed: list[tuple[str, str]] = field(default_factory=list)
     seconds: float = 0.0
@@ -126,6 +128,7 @@ class _Listener:
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
         self.report.made += 1
+        self.report.from_radiance += result["from_radiance"]
         for work, seconds in result["seconds"].items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds
         self._tell()
@@ -151,6 +154,7 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> M
                 renderer=request.renderer,
                 samples=request.samples,
                 seed=request.seed,
+                image_suffix=request.image_suffix if request.image else None,
                 copy_to=str(copy_to) if copy_to else None,
                 progress=lambda counts: progress("planning", *counts),
                 within_s=STAGE_PATIENCE_S,

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.schema import read_json
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import InputError, OutputError, SpinError
 
 WORK = ".work"
 LOCK = ".lock"
@@ -121,7 +121,7 @@ class Store:
 def write_atomically(path: Path, write: Callable[[Path], None]) -> str:
     """Let `write` fill a temporary file beside `path`, force it to disk, rename it, and return its sha256 (hex).
 
-    `path` never holds half a file. Raises OutputError, leaving nothing.
+    `path` never holds half a file. Raises OutputError, or the SpinError that `write` raises, leaving nothing.
     """
     temporary = path.with_name(f"{path.stem}{TEMPORARY}{os.getpid()}{path.suffix}")
     try:
@@ -131,10 +131,11 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> str:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
             os.fsync(file.fileno())
         temporary.replace(path)
+    except SpinError as e:
+        temporary.unlink(missing_ok=True)
+        raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
         temporary.unlink(missing_ok=True)
-        if isinstance(e, OutputError):
-            raise OutputError(e.found, where=path, do=e.do) from e
         do = "free some space or choose another folder"
         raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do) from e
     return digest

@@ -2,8 +2,8 @@
 
 import os
 import sys
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,8 @@ class Worker:
         self._reader: StageReader | None = None
 
     def picture(self, *, variant: str, index: int, kinds: Sequence[str]) -> dict[str, Any]:
-        """Make picture `index` of `variant`; returns the seconds spent by kind of work and the memory now used."""
+        """Make picture `index` of `variant`; returns the seconds spent by kind of work, the memory now used, and
+        whether its radiance file served. One that fails leaves none of the files that it wrote."""
         watch = Stopwatch()
         with watch("stage"):
             reader = self.reader(variant)
@@ -55,21 +56,33 @@ class Worker:
             known = had.get(RADIANCE) if RADIANCE in kinds else None
             rendered = recorded_radiance(self.store, before, known, scene, self.job.settings, self.versions)
         files = {} if rendered is None else {RADIANCE: before["files"][RADIANCE]}
-        with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
-            writing = {
-                kind: writers.submit(self._write, kind, variant, scene.frame.name, array, channels)
-                for kind, array, channels in make_picture(
-                    scene, self.renderer, self.job.settings, kinds, watch, notes, rendered=rendered
-                )
-            }
-            with watch("files"):
-                files |= {kind: written.result() for kind, written in writing.items()}
+        made = make_picture(scene, self.renderer, self.job.settings, kinds, watch, notes, rendered=rendered)
+        files |= self._write_all(variant, scene.frame.name, made, watch)
         with watch("files"):
             record = make_record(reader, scene, self.job, files, self.versions, notes)
             write_json(self.store.record(variant, scene.frame.name), record)
             for stale in set(had.values()) - {entry["path"] for entry in files.values()}:
                 (self.store.root / stale).unlink(missing_ok=True)
-        return {"seconds": watch.seconds, "memory": psutil.Process().memory_info().rss}
+        memory = psutil.Process().memory_info().rss
+        return {"seconds": watch.seconds, "memory": memory, "from_radiance": rendered is not None}
+
+    def _write_all(
+        self, variant: str, frame: str, made: Iterable[tuple[str, NDArray[Any], tuple[str, ...]]], watch: Stopwatch
+    ) -> dict[str, dict[str, str]]:
+        """Write each file as soon as it is `made`; returns their entries in the record. Where one fails none stays:
+        without a record they would be nobody's."""
+        writing: dict[str, Future[dict[str, str]]] = {}
+        try:
+            with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
+                for kind, array, channels in made:
+                    writing[kind] = writers.submit(self._write, kind, variant, frame, array, channels)
+                with watch("files"):
+                    return {kind: written.result() for kind, written in writing.items()}
+        except Exception:
+            for written in writing.values():
+                if written.exception() is None:
+                    (self.store.root / written.result()["path"]).unlink(missing_ok=True)
+            raise
 
     def _write(
         self, kind: str, variant: str, frame: str, array: NDArray[Any], channels: tuple[str, ...]

@@ -68,6 +68,11 @@ class StageReader:
         """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
         return used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
 
+    @property
+    def camera_path(self) -> str:
+        """Where the camera is in the stage."""
+        return str(self._camera_prim.GetPath())
+
     @cached_property
     def variant_selections(self) -> dict[str, str]:
         """What is selected of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""

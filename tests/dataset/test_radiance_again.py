@@ -74,12 +74,20 @@ def dataset(plain, tmp_path):
 def test_a_changed_sensor_needs_no_render(noisy_stage, fresh, dataset):
     before = digests(dataset)
     report = make(noisy_stage, dataset)
-    assert (report.made, report.failed) == (1, [])
+    assert (report.made, report.from_radiance, report.failed) == (1, 1, [])
     assert "sensor" in report.work
     assert "beauty pass" not in report.work
     assert digests(dataset) == digests(fresh)
     changed = {path.split("/")[0] for path, digest in digests(dataset).items() if before[path] != digest}
     assert changed == {"image"}
+
+
+def test_a_run_says_how_many_pictures_came_from_their_radiance_files(noisy_stage, dataset, spin_usd):
+    command = ["render", noisy_stage, "--out", dataset, "--samples", 2, "--renderer", "raycast", "--radiance"]
+    line = spin_usd(*command, "--frames", "0:2").stdout
+    assert "(2 pictures made (1 of them from their radiance files), 0 already there" in line
+    report = json.loads(spin_usd(*command, "--frames", "0:2", "--json").stdout)
+    assert (report["made"], report["from_radiance"], report["reused"]) == (0, 0, 2)
 
 
 def test_what_auto_exposure_chose_is_recorded(fresh, dataset):
@@ -130,6 +138,7 @@ def test_a_file_that_does_not_hold_is_rendered_again(noisy_stage, fresh, dataset
     spoil(dataset)
     report = make(noisy_stage, dataset)
     assert "beauty pass" in report.work
+    assert report.from_radiance == 0
     assert digests(dataset) == digests(fresh)
 
 

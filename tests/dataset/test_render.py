@@ -12,10 +12,13 @@ import psutil
 import pytest
 from conftest import REPOSITORY
 
+from spin_usd.dataset.job import Job
 from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
-from spin_usd.errors import InputError
+from spin_usd.dataset.worker import Worker
+from spin_usd.errors import InputError, RenderError
+from spin_usd.scene.keys import RenderSettings
 
 SAMPLES = 2
 
@@ -143,6 +146,26 @@ def test_check_finds_labels_that_lie(dataset, spin_usd):
     path.write_text(json.dumps(record))
     found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
     assert [f["code"] for f in found] == ["reprojection"]
+
+
+def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, monkeypatch):
+    """Its labels are made before its image fails; the pictures beside it keep all that they have."""
+    settings = RenderSettings(renderer="raycast", samples=SAMPLES + 1, seed=0)
+    job = Job(root=str(dataset), stage="stage/dataset.usda", image_suffix=".png", settings=settings)
+    worker = Worker(job=job.as_json())
+
+    def fail(*_, **__):
+        raise RenderError("no light")
+
+    monkeypatch.setattr(worker.renderer, "radiance", fail)
+    before = digests(dataset)
+    with pytest.raises(RenderError, match="no light"):
+        worker.picture(variant="nominal", index=1, kinds=("image", "depth", "segmentation"))
+    kept = {path: digest for path, digest in before.items() if "img000002" not in path}
+    assert digests(dataset) == kept
+    assert all((dataset / path).is_file() for path in kept)
+    assert not (dataset / "depth" / "nominal" / "img000002.exr").exists()
+    assert not list((dataset / "segmentation").rglob("img000002*"))
 
 
 def start_render(stage, out, *options):

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from spin_usd.dataset.store import Store, sha256_of, write_atomically, write_json
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import InputError, OutputError, UnsupportedError
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path):
@@ -20,6 +20,16 @@ def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path):
         write_atomically(path, fails)
     assert path.read_text() == '{\n "kept": 1\n}\n'
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path):
+    def refuses(temporary):
+        temporary.write_text("half")
+        raise UnsupportedError("cannot hold this", where=temporary)
+
+    with pytest.raises(UnsupportedError, match="^" + str(tmp_path / "a.jpg") + ": cannot hold this$"):
+        write_atomically(tmp_path / "a.jpg", refuses)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_digest_is_that_of_the_file(tmp_path):

@@ -334,6 +334,11 @@ def test_a_plain_light_is_judged_by_its_fallbacks(
     assert [finding.severity for finding in found if finding.code == "light"] == severities
 
 
+def read_first(path: Path) -> None:
+    reader = StageReader(path)
+    reader.scene(reader.frames[0])
+
+
 BAD_PICTURES = {
     "light": 'def SphereLight "Lamp" {\n float inputs:intensity = nan\n bool inputs:normalize = 1\n}',
     "light that is not drawn": 'def PortalLight "Lamp" {}',
@@ -349,8 +354,7 @@ def test_what_a_render_refuses_is_found(make_stage: Callable[..., Path], name: s
     """The reader itself is the authority: the same words at the same place."""
     path = make_stage(world=BAD_PICTURES[name].replace(" {}", "\n{\n}").replace(" {\n", "\n{\n"))
     with pytest.raises(SpinError) as refusal:
-        reader = StageReader(path)
-        reader.scene(reader.frames[0])
+        read_first(path)
     found = [finding for finding in check_stage(path) if finding.code == "scene"]
     assert [(finding.where, finding.severity) for finding in found] == [(str(refusal.value.where), "error")]
     assert refusal.value.found in found[0].message

@@ -130,6 +130,29 @@ def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage,
     assert reader.variant_selections == ({} if variant == "nominal" else {"augmentation": "tele"})
 
 
+def test_the_selections_of_every_prim_are_told(make_stage):
+    """By the set's name for the default prim, by path and set for what lies below it, instances too; none where nothing
+    is selected."""
+    path = make_stage()
+    stage = Usd.Stage.Open(str(path))
+    stage.DefinePrim("/Panel/Cell").GetVariantSets().AddVariantSet("age").AddVariant("new")
+    stage.GetPrimAtPath("/Panel/Cell").GetVariantSet("age").SetVariantSelection("new")
+    stage.DefinePrim("/World/Target/Panel").GetReferences().AddInternalReference("/Panel")
+    stage.GetPrimAtPath("/World/Target/Panel").SetInstanceable(True)
+    for prim, name, selected in (("/World", "light", True), ("/World/Target", "paint", True), ("/World", "off", False)):
+        variants = stage.GetPrimAtPath(prim).GetVariantSets().AddVariantSet(name)
+        variants.AddVariant("one")
+        if selected:
+            variants.SetVariantSelection("one")
+    stage.Save()
+    assert StageReader(path).variant_selections == {
+        "light": "one",
+        "/World/Target{paint}": "one",
+        "/World/Target/Panel/Cell{age}": "new",
+        "/Panel/Cell{age}": "new",
+    }
+
+
 def test_names_are_unique(make_stage):
     with pytest.raises(StageError, match="'same' names two pictures"):
         StageReader(with_frames(make_stage(), ["same", "other", "same"]))
