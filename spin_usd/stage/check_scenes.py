@@ -52,6 +52,7 @@ class _VariantCheck:
                     progress(place * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 blended.add(reader.scene(frame))
+            progress((place + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
             do = f"; {error.do}" if error.do else ""
             yield from self._told_once("scene", error.where or self.path, error.found, do)

@@ -159,6 +159,10 @@ def no_picture(stage: Usd.Stage) -> None:
     root.Save()
 
 
+def shutter_backwards(stage: Usd.Stage) -> None:
+    UsdGeom.Camera(stage.GetPrimAtPath("/Camera")).CreateShutterCloseAttr(-1.0)
+
+
 def misspelt(stage: Usd.Stage) -> None:
     """Author spin:sensor:gian on the camera."""
     camera = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera))
@@ -215,6 +219,7 @@ BREAKS = {
     "kind": (text(ROOT, 'kind = "assembly"', 'kind = "subcomponent"'), "kind-broken"),
     "no class": (text("targets/box/box.usda", 'token[] semantics:labels:class = ["spacecraft"]', ""), "label-none"),
     "light": (text(LIGHTS, "bool inputs:normalize = 1", ""), "light"),
+    "shutter": (edit(CAMERA, shutter_backwards), "scene"),
     "misspelt": (edit(CAMERA, misspelt), "property-unknown"),
     "misspelt in a variant": (edit(ROOT, tele("tele", {}, misspelt)), "property-unknown"),
     "extent": (edit(GEOMETRY, without("/Box/Bus", "extent")), "extent-none"),
@@ -380,7 +385,7 @@ def test_progress_is_told_over_all_variants(copied: Path) -> None:
     edit(ROOT, tele("other", {}))(copied)
     told: list[tuple[int, int]] = []
     check_stage(copied, progress=lambda done, total: told.append((done, total)))
-    assert told == [(0, 6), (3, 6)]
+    assert told == [(0, 6), (3, 6), (3, 6), (6, 6)]
 
 
 TURNING = """
