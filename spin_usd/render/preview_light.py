@@ -31,7 +31,7 @@ def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) ->
     """What arrives at the `body` points (N, 3)."""
     T_body_cam = T_cam_body.inverse()
     if isinstance(light, DistantLight):
-        return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.irradiance))
+        return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.at_target))
     away = T_body_cam.points(light.T_cam_light.translation) - body
     distance = np.maximum(np.linalg.norm(away, axis=1), np.sqrt(TINY))
     to_light = away / distance[:, None]

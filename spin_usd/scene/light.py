@@ -16,16 +16,24 @@ Links = frozenset[int] | None
 
 @dataclass(frozen=True, kw_only=True)
 class DistantLight:
-    """A Sun. `direction_cam` (unit) is where its light travels *to*; `irradiance` is that of a plane that faces it;
-    `angle` is its angular diameter in radians. `lights` and `shadowed_by` are light links."""
+    """A Sun. `direction_cam` (unit) is where its light travels *to*; `irradiance` is that of a plane that faces all of
+    it, as on planets; `obscuration` is the share of it that planets keep away from the target; `angle` is its angular
+    diameter in radians. `lights` and `shadowed_by` are light links."""
 
     path: str = field(compare=False, metadata=NAME)
     direction_cam: tuple[float, float, float]
     irradiance: Color
     angle: float = 0.0
+    obscuration: float = 0.0
     shadows: bool = True
     lights: Links = None
     shadowed_by: Links = None
+
+    @property
+    def at_target(self) -> Color:
+        """The irradiance of a plane at the target that faces the light: none in a total eclipse."""
+        r, g, b = (value * (1 - self.obscuration) for value in self.irradiance)
+        return r, g, b
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,10 @@ from spin_usd.errors import StageError
 from spin_usd.scene.environment import BackPlate
 from spin_usd.stage import schema
 from spin_usd.stage.images import Images
-from spin_usd.stage.ranges import AT_LEAST_0, FINITE, SHARE, value_in
+from spin_usd.stage.light_emission import EMISSIONS
+from spin_usd.stage.ranges import SHARE, Range, value_in
+
+ROLLS = Range(-360, 360)  # degrees: a whole turn either way
 
 
 def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackPlate:
@@ -17,14 +20,14 @@ def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackP
     if not files:
         where = f"{prim.GetPath()}.{schema.BACK_PLATE_FILES}"
         raise StageError("names no image", where=where, do="name one or more")
-    least, most = value_in(prim, schema.BACK_PLATE_ROLL, FINITE, time)
+    least, most = value_in(prim, schema.BACK_PLATE_ROLL, ROLLS, time)
     if least > most:
         where = f"{prim.GetPath()}.{schema.BACK_PLATE_ROLL}"
         raise StageError(f"goes from {least:g} down to {most:g}", where=where, do="give the smaller angle first")
     return BackPlate(
         path=str(prim.GetPath()),
         images=tuple(images.read(file, "auto", prim).image for file in files),
-        radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, AT_LEAST_0, time),
+        radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, time),
         probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
         roll=(radians(least), radians(most)),
         mirror=value_in(prim, schema.BACK_PLATE_MIRROR, SHARE, time),

@@ -2,6 +2,7 @@
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
@@ -36,14 +37,16 @@ class EnvironmentReader:
     def read(
         self,
         time: Usd.TimeCode,
-        T_cam_body: Transform,
+        target_cam: Float,
+        target_radius: float,
         T_world_usdcam: Transform,
         world: UsdGeom.XformCache,
         metres: float,
     ) -> Environment:
-        """What is visible at `time`, behind a target at T_cam_body. `world` is of that time; a stage unit is `metres`.
+        """What is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam` (3,),
+        camera frame. `world` is of that time; a stage unit is `metres`.
 
-        Raises StageError, UnsupportedError for a planet that hides the target.
+        Raises StageError, UnsupportedError for a planet that is not behind the target.
         """
 
         def placed(prim: Usd.Prim) -> tuple[Transform, float]:
@@ -57,7 +60,7 @@ class EnvironmentReader:
 
         plates = visible([self._plate] if self._plate else [])
         planets = tuple(read_planet(prim, time, *placed(prim), self._images) for prim in visible(self._planets))
-        refuse_hidden_target(planets, T_cam_body.translation)
+        refuse_hidden_target(planets, target_cam, target_radius)
         return Environment(
             planets=planets,
             stars=tuple(read_stars(prim, time, placed(prim)[0]) for prim in visible(self._stars)),

@@ -1,51 +1,81 @@
 """A planet: SpinPlanetAPI."""
 
 from functools import lru_cache
+from math import hypot
 
 import numpy as np
 from pxr import Sdf, Usd
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.ellipsoid import meets_cone
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage import schema
 from spin_usd.stage.images import Images
-from spin_usd.stage.ranges import ABOVE_0, AT_LEAST_0, SHARE, value_in
+from spin_usd.stage.ranges import FINITE, SHARE, Range, value_in
 
+RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars ten times the Sun
+SCALE_HEIGHTS = Range(1e-3, 1e7, or_0=True)  # metres: as small as such a marble; the Sun's atmosphere has 1e5
+OPTICAL_DEPTHS = Range(0, 1000)  # a hundred times that of Venus's clouds, which let nothing through
+MOST_M = 1e15  # the camera's distance from the planet: a hundred times as far as the Sun's outermost planet
 CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is left
 
 
 def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metres: float, images: Images) -> Planet:
     """The planet at `time`; its unit is `metres`. Raises StageError, UnsupportedError with the planet's path."""
-    a, b, c = (metres * radius for radius in value_in(prim, schema.PLANET_RADII, ABOVE_0, time))
+    a, b, c = _radii(prim, time, metres)
     planet = Planet(
         path=str(prim.GetPath()),
         T_cam_planet=Transform(to="cam", of="planet", rotation=T_cam_prim.rotation, translation=T_cam_prim.translation),
         radii=(a, b, c),
         albedo=_albedo(prim, time, images),
         clouds=_clouds(prim, time, images),
-        atmosphere=metres * value_in(prim, schema.PLANET_SCALE_HEIGHT, AT_LEAST_0, time),
-        haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, AT_LEAST_0, time),
+        atmosphere=_lengths(prim, schema.PLANET_SCALE_HEIGHT, SCALE_HEIGHTS, time, metres)[0],
+        haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, OPTICAL_DEPTHS, time),
     )
     _check_place(planet)
     return planet
 
 
-def refuse_hidden_target(planets: tuple[Planet, ...], target_cam: Float) -> None:
-    """Raise UnsupportedError for a planet before the target's origin (3,), camera frame: pictures have it behind."""
+def refuse_hidden_target(planets: tuple[Planet, ...], target_cam: Float, radius: float) -> None:
+    """Raise UnsupportedError for a planet that may cover a part of the target, or cut into it: pictures have all of it
+    before planets. It lies in the sphere of `radius`, metres, around `target_cam` (3,), camera frame."""
     for planet in planets:
-        turn, radii = planet.T_cam_planet.rotation.T, np.array(planet.radii)
-        start, way = -(turn @ planet.T_cam_planet.translation) / radii, turn @ target_cam / radii
-        a, b, c = way @ way, start @ way, start @ start - 1
-        if b < 0 and b * b > a * c and c < -b + np.sqrt(b * b - a * c):
-            raise UnsupportedError("hides the target", where=planet.path, do="put the target before it")
+        T_planet_cam = planet.T_cam_planet.inverse()
+        apex, centre = T_planet_cam.points(np.array([np.zeros(3), target_cam]))
+        if meets_cone(np.array(planet.radii), apex, centre, radius):
+            found = f"hides or cuts the target: it meets the sphere of {radius:.6g} m around it, or the view of that"
+            raise UnsupportedError(found, where=planet.path, do="keep all of that sphere before the planet")
+
+
+def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, float, float]:
+    if prim.GetAttribute(schema.PLANET_RADII).Get(time) is None:
+        where = f"{prim.GetPath()}.{schema.PLANET_RADII}"
+        raise StageError("is not authored", where=where, do="give the planet its semi-axes along x, y and z")
+    a, b, c = _lengths(prim, schema.PLANET_RADII, RADII, time, metres)
+    return a, b, c
+
+
+def _lengths(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode, metres: float) -> tuple[float, ...]:
+    """One or more lengths in metres, of the prim's own units, of which one is `metres`. Raises StageError where one is
+    outside of `allowed`."""
+    value = value_in(prim, name, FINITE, time)
+    found = tuple(metres * length for length in (value if isinstance(value, tuple) else (value,)))
+    for length in found:
+        if length not in allowed:
+            raise StageError(f"is {length:g} m", where=f"{prim.GetPath()}.{name}", do=f"choose {allowed}, in metres")
+    return found
 
 
 def _check_place(planet: Planet) -> None:
-    """Raise UnsupportedError unless the camera is outside the planet and its air."""
+    """Raise UnsupportedError unless the camera is outside the planet and its air, and not farther than MOST_M."""
     centre = planet.T_cam_planet.inverse().translation
+    far = hypot(*centre)
+    if not far <= MOST_M:
+        found = f"is {far:g} m from the camera, more than {MOST_M:g} m"
+        raise UnsupportedError(found, where=planet.path, do="leave it out, or make it one of the stars")
     height = (np.linalg.norm(centre / planet.radii) - 1) * min(planet.radii)
     if height <= (CLEAR_AIR * planet.atmosphere if any(planet.haze) else 0):
         found = f"the camera is {height:.6g} m above it: inside it, or in its air"

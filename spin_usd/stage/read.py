@@ -10,6 +10,7 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.eclipse import eclipsed
 from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
@@ -95,13 +96,17 @@ class StageReader:
         body = self._placement(world, self._target_prim, "body")
         T_cam_body = T_CAM_USDCAM @ between(usdcam.transform, body.transform)
         camera, sensor, optics = self._camera_at(time)
+        target = self._target_at(time, body.scale)
+        centre = T_cam_body.points(target.mesh.centre)
+        lights = self._lights.read(time, usdcam.transform, world, self.metres)
+        environment = self._environment.read(time, centre, target.mesh.radius, usdcam.transform, world, self.metres)
         return Scene(
             frame=frame,
             camera=camera,
             T_cam_body=T_cam_body,
-            target=self._target_at(time, body.scale),
-            lights=self._lights.read(time, usdcam.transform, world, self.metres),
-            environment=self._environment.read(time, T_cam_body, usdcam.transform, world, self.metres),
+            target=target,
+            lights=eclipsed(lights, environment.planets, centre),
+            environment=environment,
             sensor=sensor,
             optics=optics,
             thin_lens=read_thin_lens(self._camera_prim, time, self.metres),

@@ -13,6 +13,8 @@ from spin_usd.stage.attributes import array
 from spin_usd.stage.ranges import Range, value_in
 
 LIMITS = Range(-30, 10)  # half a million stars; fainter ones are nothing beside a spacecraft
+MAGNITUDES = Range(-30, 40)  # the Sun has -26.8; the faintest that were ever seen have 31
+LENGTHS = Range(1e-100, 1e100)  # of directions, which count by nothing else: their squares are numbers
 TEMPERATURES = Range(1000, 100_000)  # from 10,000 K up UsdLux gives all the same blue, which is what they have
 
 
@@ -38,9 +40,9 @@ def _catalogue(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[Float, Float]:
     if len(directions) != len(magnitudes):
         found = f"lists {len(directions)} directions and {len(magnitudes)} magnitudes"
         raise StageError(found, where=prim.GetPath(), do="give each star both")
+    _refuse_outside(prim, schema.STARS_MAGNITUDES, magnitudes, MAGNITUDES)
     length = np.linalg.norm(directions, axis=1, keepdims=True)
-    if not (np.isfinite(length).all() and length.all() and np.isfinite(magnitudes).all()):
-        raise StageError("lists a star without direction or magnitude", where=prim.GetPath(), do="remove it")
+    _refuse_outside(prim, schema.STARS_DIRECTIONS, length[:, 0], LENGTHS, what="its length ")
     return directions / length, magnitudes
 
 
@@ -52,5 +54,12 @@ def _colors(prim: Usd.Prim, time: Usd.TimeCode, count: int) -> Float:
     if len(temperatures) != count:
         found = f"lists {len(temperatures)} temperatures for {count} stars"
         raise StageError(found, where=prim.GetPath(), do="list one for each star of a catalogue, or none")
-    value_in(prim, schema.STARS_TEMPERATURES, TEMPERATURES, time)
+    _refuse_outside(prim, schema.STARS_TEMPERATURES, temperatures, TEMPERATURES)
     return np.array([UsdLux.BlackbodyTemperatureAsRgb(float(kelvin)) for kelvin in temperatures])
+
+
+def _refuse_outside(prim: Usd.Prim, name: str, values: Float, allowed: Range, what: str = "") -> None:
+    """Raise StageError for the first of `values` (N,), one for each star, outside of `allowed`."""
+    for star in np.flatnonzero(~((values >= allowed.low) & (values <= allowed.high))):
+        found = f"{what}is {values[star]:g}"
+        raise StageError(found, where=f"{prim.GetPath()}.{name}[{star}]", do=f"choose {allowed}, or remove the star")

@@ -56,6 +56,7 @@ CHANGES = {
     "a normal": (lambda s: with_mesh(s, corner_normals=nudged(s.target.mesh.corner_normals, 1e-3)), PICTURE),
     "irradiance": (lambda s: replace(s, lights=(replace(LIGHT, irradiance=(1, 1, 1.001)),)), PICTURE),
     "light direction": (lambda s: replace(s, lights=(replace(LIGHT, direction_cam=(0, 1, 0)),)), PICTURE),
+    "an eclipse": (lambda s: replace(s, lights=(replace(LIGHT, obscuration=0.001),)), PICTURE),
     "light angle": (lambda s: replace(s, lights=(replace(LIGHT, angle=0.01),)), PICTURE),
     "a second light": (lambda s: replace(s, lights=(LIGHT, LIGHT)), PICTURE),
     "a point, by one rounding": (lambda s: with_mesh(s, points=nudged(s.target.mesh.points, 1e-15)), ALL),

@@ -151,13 +151,37 @@ def test_back_plate(tmp_path, read_scene):
     assert len(found.images) == 2
     assert (found.radiance, found.probability, found.mirror) == ((10, 20, 30), 0.25, 0.5)
     assert found.roll == pytest.approx((-np.pi / 2, np.pi))
+    for name, ours, wrong in (("radiance", "(10, 20, 30)", "(10, 1e300, 30)"), ("roll", "(-90, 180)", "(-90, 1e300)")):
+        with pytest.raises(StageError, match=f"^/World/Plate.spin:backPlate:{name}: is .*; choose numbers from"):
+            read_scene(world=prim("plate", plate.replace(ours, wrong)), name=f"{name}.usda")
 
 
 @pytest.mark.parametrize(
     ("world", "error", "saying"),
     [
-        (prim("planet", AWAY), StageError, "Planet.spin:planet:radii: is None"),
+        (prim("planet", AWAY), StageError, "Planet.spin:planet:radii: is not authored; give the planet its semi-axes"),
         (prim("planet", f"double3 spin:planet:radii = (1, 0, 1)\n{AWAY}"), StageError, "Planet.spin:planet:radii: is"),
+        (
+            prim("planet", f"double3 spin:planet:radii = (1, 1e-300, 1)\n{AWAY}"),
+            StageError,
+            "Planet.spin:planet:radii: is",
+        ),
+        (
+            prim("planet", f"double3 spin:planet:radii = (1, 1e300, 1)\n{AWAY}"),
+            StageError,
+            "Planet.spin:planet:radii: is",
+        ),
+        (
+            earth("double spin:planet:atmosphere:scaleHeight = 1e-300"),
+            StageError,
+            "Planet.spin:planet:atmosphere:scaleHeight: is 1e-300 m; choose 0, or numbers from 0.001 to",
+        ),
+        (
+            earth("double3 spin:planet:atmosphere:opticalDepth = (1, 1e300, 1)"),
+            StageError,
+            "Planet.spin:planet:atmosphere:opticalDepth: is",
+        ),
+        (earth(place=AWAY.replace("-7078137", "-1e200")), UnsupportedError, "Planet: is 1e.200 m from the camera"),
         (earth("color3f spin:planet:albedo = (1, 1, 2)"), StageError, "Planet.spin:planet:albedo: is"),
         (earth("asset spin:planet:clouds:file = @./none.png@"), StageError, "Planet: its image @./none.png@ does not"),
         (earth(place=""), UnsupportedError, "Planet: the camera is -.* m above it"),
@@ -172,7 +196,7 @@ def test_back_plate(tmp_path, read_scene):
         (
             earth(place=AWAY.replace("-7078137", "-6356757.3142")),
             UnsupportedError,
-            "Planet: hides the target",  # which stands 10 m away, and this ground 5 m
+            "Planet: hides or cuts the target: it meets",  # which stands 10 m away, and this ground 5 m
         ),
         (prim("stars", "double spin:stars:limitingMagnitude = 30"), StageError, "Stars.spin:stars:limitingMagnitude"),
         (prim("stars", "double[] spin:stars:magnitudes = [1]"), StageError, "Stars: lists 0 directions and 1"),
@@ -180,7 +204,12 @@ def test_back_plate(tmp_path, read_scene):
         (
             prim("stars", "double3[] spin:stars:directions = [(0, 0, 0)]\ndouble[] spin:stars:magnitudes = [1]"),
             StageError,
-            "Stars: lists a star without direction",
+            r"Stars.spin:stars:directions\[0\]: its length is 0; choose",
+        ),
+        (
+            prim("stars", "double3[] spin:stars:directions = [(0, 0, 1)]\ndouble[] spin:stars:magnitudes = [-1e9]"),
+            StageError,
+            r"Stars.spin:stars:magnitudes\[0\]: is -1e\+09; choose numbers from -30 to 40, or remove the star",
         ),
         (prim("plate"), StageError, "Plate.spin:backPlate:files: names no image"),
         (
@@ -194,6 +223,55 @@ def test_back_plate(tmp_path, read_scene):
 def test_what_makes_no_sense_is_refused(read_scene, world, error, saying):
     with pytest.raises(error, match=f"^/World/{saying}"):
         read_scene(world=world)
+
+
+SPHERE = "double3 spin:planet:radii = (2, 2, 2)\ndouble3 xformOp:translate = ({x}, 0, {z})\n" + AWAY.splitlines()[1]
+BOX_RADIUS = np.sqrt(3)  # of the sphere around the target, a cube of 2 m, 10 m away
+
+
+@pytest.mark.parametrize(
+    ("z", "touching"),
+    [
+        (-12, np.sqrt((2 + BOX_RADIUS) ** 2 - 2**2)),  # the sphere around the target, 2 m behind its middle
+        (-6, (2 + 6 * BOX_RADIUS / 10) / np.sqrt(1 - (BOX_RADIUS / 10) ** 2)),  # the side of the cone around it
+    ],
+    ids=["beside", "before"],
+)
+def test_a_planet_may_come_as_near_the_view_of_the_target_as_it_does_not_touch_it(read_scene, z, touching):
+    assert read_scene(world=prim("planet", SPHERE.format(x=touching + 1e-6, z=z))).environment.planets
+    with pytest.raises(UnsupportedError, match=r"^/World/Planet: hides or cuts the target"):
+        read_scene(world=prim("planet", SPHERE.format(x=touching - 1e-6, z=z)), name="b.usda")
+
+
+ANGLE = 0.53
+SUN = f"""
+def DistantLight "Sun"
+{{
+    float inputs:angle = {ANGLE}
+    float inputs:intensity = 1361
+    bool inputs:normalize = 1
+}}"""
+
+
+def test_a_planet_eclipses_the_sun_frame_by_frame(make_stage):
+    """The Sun stands behind the camera, and a planet of a few Suns' size beyond it crosses its disc: the target, a cube
+    of 2 m around its origin, is lit, half lit, dark, and lit again. The Sun of the planet stays whole."""
+    half = np.tan(np.radians(ANGLE / 2))
+    distance, radius = 1e9, 1e9 * np.sin(np.arctan(3 * half))
+    places = {0: 9 * half, 1: 3 * half, 2: 0, 3: -9 * half}
+    samples = ", ".join(f"{t}: ({distance * x}, 0, {distance - 10})" for t, x in places.items())
+    body = f"""double3 spin:planet:radii = ({radius}, {radius}, {radius})
+        double3 xformOp:translate.timeSamples = {{ {samples} }}
+        {AWAY.splitlines()[1]}"""
+    world = prim("planet", body) + SUN
+    metadata = "metersPerUnit = 1\nstartTimeCode = 0\nendTimeCode = 3"
+    reader = StageReader(make_stage(world=world, metadata=metadata))
+    suns = [reader.scene(frame).lights[0] for frame in reader.frames]
+    assert [light.obscuration for light in suns] == pytest.approx([0, 0.5, 1, 0], abs=0.08)  # its limb is no line
+    assert (suns[0].at_target, suns[2].at_target) == ((1361,) * 3, (0,) * 3)
+    assert {light.irradiance for light in suns} == {(1361.0,) * 3}
+    bare = StageReader(make_stage(world=SUN, name="bare.usda"))
+    assert bare.scene(bare.frames[0]).lights == (suns[0],) == (suns[3],)
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (stages() / "environments").glob("*.usda")))

@@ -106,5 +106,5 @@ def _kind(light: DistantLight | AreaLight) -> str:
 
 def _reaches(light: DistantLight | AreaLight, groups: Mapping[int, Any]) -> bool:
     """Whether the light shines on anything."""
-    emission = light.irradiance if isinstance(light, DistantLight) else light.emission
+    emission = light.at_target if isinstance(light, DistantLight) else light.emission
     return any(emission) and chosen(light.lights, groups) != []

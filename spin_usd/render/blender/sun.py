@@ -21,8 +21,8 @@ class Sun:
 
     def show(self, light: DistantLight) -> None:
         """Make it `light`."""
-        energy = max(light.irradiance)
-        color = tuple(value / energy for value in light.irradiance)
+        energy = max(light.at_target)
+        color = tuple(value / energy for value in light.at_target)
         assign(self.object.data, {"energy": energy, "color": color, "angle": light.angle})
         rotation = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
         Place(rotation=rotation, location=np.zeros(3), parent=self._parent).move(self.object)
