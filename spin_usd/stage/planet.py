@@ -16,10 +16,12 @@ from spin_usd.stage import schema
 from spin_usd.stage.images import Images
 from spin_usd.stage.ranges import FINITE, SHARE, Range, value_in
 
-RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars ten times the Sun
-SCALE_HEIGHTS = Range(1e-3, 1e7, or_0=True)  # metres: as small as such a marble; the Sun's atmosphere has 1e5
-OPTICAL_DEPTHS = Range(0, 1000)  # a hundred times that of Venus's clouds, which let nothing through
-MOST_M = 1e15  # the camera's distance from the planet: a hundred times as far as the Sun's outermost planet
+RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars of some ten times the Sun's radius
+LONGEST = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
+SCALE_HEIGHTS = Range(1e-6, 1e9, or_0=True)  # metres: as thin as a coat on such a marble, to the air of such stars
+DEEPEST = 0.1  # of its shortest semi-axis, a scale height: air masses are those of a shallow layer; Pluto has 0.05
+OPTICAL_DEPTHS = Range(0, 1000)  # thirty times that of Venus's clouds, through which nothing is seen
+MOST_M = 1e15  # the camera's distance from the planet: two hundred times as far as Neptune from the Sun
 CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is left
 
 
@@ -35,6 +37,9 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
         atmosphere=_lengths(prim, schema.PLANET_SCALE_HEIGHT, SCALE_HEIGHTS, time, metres)[0],
         haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, OPTICAL_DEPTHS, time),
     )
+    if planet.atmosphere > DEEPEST * min(planet.radii):
+        found = f"is {planet.atmosphere:g} m, more than {DEEPEST:g} of the shortest semi-axis"
+        raise StageError(found, where=f"{prim.GetPath()}.{schema.PLANET_SCALE_HEIGHT}", do="make it shallower")
     _check_place(planet)
     return planet
 
@@ -55,6 +60,9 @@ def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, fl
         where = f"{prim.GetPath()}.{schema.PLANET_RADII}"
         raise StageError("is not authored", where=where, do="give the planet its semi-axes along x, y and z")
     a, b, c = _lengths(prim, schema.PLANET_RADII, RADII, time, metres)
+    if max(a, b, c) > LONGEST * min(a, b, c):
+        found = f"is ({a:g}, {b:g}, {c:g}) m, of which one is more than {LONGEST} times another"
+        raise StageError(found, where=f"{prim.GetPath()}.{schema.PLANET_RADII}", do="make it rounder")
     return a, b, c
 
 

@@ -313,6 +313,26 @@ def test_the_atmosphere_glows_above_the_limb_and_dims_stars_there():
     assert through < 0.9 * free
 
 
+def test_a_planet_of_an_eclipsed_sun_is_as_bright_as_ever():
+    lights = [sun((0.5, 0, 1)), replace(sun((0.5, 0, 1)), obscuration=1.0)]
+    one, other = (sky(behind(planets=[planet((0, 0, 2e7))], lights=[light]), seed=0) for light in lights)
+    np.testing.assert_array_equal(one, other)
+    assert one.any()
+
+
+@pytest.mark.parametrize("radii", [(1e-3,) * 3, (1e10,) * 3, (1e8, 1e10, 1e10), (0.1, 1e-3, 1e-3)])
+@pytest.mark.parametrize("air", [(0.0, 0.0), (1e-6, 1e-30), (1e-6, 1000.0), (None, 1000.0)])
+@pytest.mark.filterwarnings("error")
+def test_planets_at_the_ends_of_what_is_read_are_numbers(radii, air):
+    """Sizes, shapes, atmospheres and distances: in float32 nothing overflows, and nothing is lost or made up."""
+    height, haze = air[0] if air[0] is not None else 0.1 * min(radii), air[1]
+    texture = image(np.random.default_rng(0).random((8, 16, 3)))
+    for distance in (1.001 * max(radii) + 5 * height, 1e4 * max(radii) + 5 * height, 1e15):
+        globe = planet((0, 0, distance), radii=radii, albedo=texture, atmosphere=height, haze=(haze, haze, 0.0))
+        frame = sky(behind(planets=[globe], lights=[sun((0.5, 0, 1))]), seed=0)
+        assert frame is None or (np.isfinite(frame).all() and frame.min() >= 0)
+
+
 # Domes and back plates.
 
 

@@ -115,6 +115,14 @@ def test_linked_lights_reach_their_groups_only():
         assert middle([sun], face_group=np.full(2, group)).any() == lit
 
 
+def test_an_eclipse_dims_the_sun():
+    sun = DistantLight(path="/s", direction_cam=(0.0, 0.0, 1.0), irradiance=(np.pi,) * 3)
+    whole = middle([sun])
+    assert middle([replace(sun, obscuration=0.25)]) == pytest.approx(0.75 * whole)
+    assert whole.any()
+    assert not middle([replace(sun, obscuration=1.0)]).any()
+
+
 def test_the_preview_shows_textures():
     image = Image(name="i", pixels=np.random.default_rng(0).random((4, 4, 4), np.float32))
     st = ((POINTS[:, :2] + 1) / 2)[FACES]

@@ -235,3 +235,26 @@ def test_reflections_show_the_world(blender, facing):
     image = Image(name="halves", pixels=pixels)
     got = seen(blender, facing(lights=[dome(image=image)], materials=[mirror]), samples=64)
     np.testing.assert_allclose(got, 0.25, rtol=PRECISION)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_an_eclipse_dims_the_sun_on_the_target_but_not_on_planets(blender, facing, share):
+    """The light of a planet behind the camera stays, that of the Sun is what the planets leave of it."""
+    light = replace(sun((0, 0, 1)), obscuration=share)
+    np.testing.assert_allclose(seen(blender, facing(lights=[light]), 64), (1 - share) * SUN / np.pi, rtol=PRECISION)
+    scene, wanted = far_planet(facing, 30, 2.0)
+    (whole,) = scene.lights
+    dim = replace(scene, lights=(replace(whole, obscuration=share),))
+    assert Surroundings.of(dim).key == Surroundings.of(scene).key
+    np.testing.assert_array_equal(Surroundings.of(dim).pixels, Surroundings.of(scene).pixels)
+    assert wanted > 0
+
+
+def test_a_planet_hides_a_dome_without_a_sun_too(facing):
+    """A black ball that fills the directions within 30 degrees of an axis: of a dome's light all else is left."""
+    dark = planet((0, 0, -2e6), 1e6, (0.0,) * 3)
+    pixels = Surroundings.of(facing(lights=[dome()], planets=[dark])).pixels
+    edges = np.sin(np.linspace(0.5, -0.5, len(pixels) + 1) * np.pi)
+    solid = (edges[:-1] - edges[1:]) * np.pi / len(pixels)
+    left = (pixels.sum(1) * solid[:, None]).sum(0)
+    np.testing.assert_allclose(left, 4 * np.pi - 2 * np.pi * (1 - np.cos(np.radians(30))), rtol=PRECISION)

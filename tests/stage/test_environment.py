@@ -172,9 +172,19 @@ def test_back_plate(tmp_path, read_scene):
             "Planet.spin:planet:radii: is",
         ),
         (
+            prim("planet", f"double3 spin:planet:radii = (1, 101, 1)\n{AWAY}"),
+            StageError,
+            "Planet.spin:planet:radii: is",
+        ),
+        (
             earth("double spin:planet:atmosphere:scaleHeight = 1e-300"),
             StageError,
-            "Planet.spin:planet:atmosphere:scaleHeight: is 1e-300 m; choose 0, or numbers from 0.001 to",
+            "Planet.spin:planet:atmosphere:scaleHeight: is 1e-300 m; choose 0, or numbers from 1e-06 to",
+        ),
+        (
+            earth("double spin:planet:atmosphere:scaleHeight = 7e5"),
+            StageError,
+            "Planet.spin:planet:atmosphere:scaleHeight: is 700000 m, more than 0.1 of the shortest semi-axis",
         ),
         (
             earth("double3 spin:planet:atmosphere:opticalDepth = (1, 1e300, 1)"),

@@ -37,7 +37,7 @@ class Surroundings:
         """Those of `scene`, None where all is dark."""
         domes = tuple(light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance))
         suns = suns_of(scene.lights)
-        globes = tuple(_seen_from_target(scene)) if suns else ()
+        globes = tuple(_seen_from_target(scene)) if suns or domes else ()
         if not domes and not globes:
             return None
         axes = [dome.T_cam_dome for dome in domes if dome.image] + [globe.planet.T_cam_planet for globe in globes]
