@@ -44,7 +44,10 @@ def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """
     if sensor.gain == 0:
-        image = written(np.clip(light.astype(np.float64) * sensor.exposure, 0, 1), sensor)
+        lit = light.any(-1)  # black stays black: most of a frame is empty sky
+        numbers = written(np.clip(light[lit].astype(np.float64) * sensor.exposure, 0, 1), sensor)
+        image = np.zeros(light.shape, numbers.dtype)
+        image[lit] = numbers
     else:
         image = _written_steps(digitised(light, sensor, seed=seed), sensor)
     return image[..., 0] if sensor.channels == "mono" else image
