@@ -43,13 +43,11 @@ def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """
-    if sensor.gain == 0:
-        lit = light.any(-1)  # black stays black: most of a frame is empty sky
-        numbers = written(np.clip(light[lit].astype(np.float64) * sensor.exposure, 0, 1), sensor)
-        image = np.zeros(light.shape, numbers.dtype)
-        image[lit] = numbers
-    else:
-        image = _written_steps(digitised(light, sensor, seed=seed), sensor)
+    image = (
+        _written_ideally(light, sensor)
+        if sensor.gain == 0
+        else _written_steps(digitised(light, sensor, seed=seed), sensor)
+    )
     return image[..., 0] if sensor.channels == "mono" else image
 
 
@@ -76,6 +74,16 @@ def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArr
         electrons += np.float32(sensor.black_level)
         steps[band] = np.clip(np.rint(electrons), 0, full_scale)
     return steps
+
+
+def _written_ideally(light: NDArray[np.float32], sensor: Sensor) -> NDArray[Any]:
+    """Numbers (H, W, C) without noise or ADC. Black stays black: most of a frame is often empty sky."""
+    image = np.zeros(light.shape, written(np.zeros((0, light.shape[-1])), sensor).dtype)
+    for band in _bands(light.shape):
+        lit = light[band].any(-1)
+        signal = light[band][lit].astype(np.float64) * sensor.exposure
+        image[band][lit] = written(np.clip(signal, 0, 1), sensor)
+    return image
 
 
 def _written_steps(steps: NDArray[np.uint16], sensor: Sensor) -> NDArray[Any]:
