@@ -2,6 +2,8 @@
 
 import pytest
 
+from spin_usd.stage.cameras import find_camera
+from spin_usd.stage.compose import open_stage
 from spin_usd.stage.read import StageReader
 
 STAGE = """#usda 1.0
@@ -14,7 +16,7 @@ STAGE = """#usda 1.0
 def Xform "World"
 {{
     def Camera "Camera" (
-        prepend apiSchemas = ["SpinLensAPI"]
+        prepend apiSchemas = [{apis}]
     )
     {{
         int2 spin:lens:imageSize = (200, 120)
@@ -40,19 +42,22 @@ def Xform "World"
 
 @pytest.fixture
 def make_stage(tmp_path):
-    """Write a stage; the target, 10 m before the camera, holds `geometry`. Returns the path of its root layer."""
+    """Write a stage; the target, 10 m before the camera, holds `geometry`; the camera has `apis` and the attributes
+    `camera`. Returns the path of its root layer."""
 
     def make(
         geometry='def Cube "Box" {}',
         *,
         metadata="metersPerUnit = 1",
         camera="",
+        apis=("SpinLensAPI",),
         pose='double3 xformOp:translate = (0, 0, -10)\nuniform token[] xformOpOrder = ["xformOp:translate"]',
         world="",
         name="stage.usda",
     ):
         path = tmp_path / name
-        text = STAGE.format(metadata=metadata, camera=camera, pose=pose, geometry=geometry, world=world)
+        applied = ", ".join(f'"{api}"' for api in apis)
+        text = STAGE.format(metadata=metadata, camera=camera, apis=applied, pose=pose, geometry=geometry, world=world)
         path.write_text(text.replace(" {}", "\n{\n}"))
         return path
 
@@ -68,3 +73,17 @@ def read_scene(make_stage):
         return reader.scene(reader.frames[0])
 
     return read
+
+
+@pytest.fixture
+def open_camera(make_stage):
+    """The camera prim of a stage whose camera has these attributes and, unless told otherwise, the API `api`."""
+    open_stages = []  # a prim dies with its stage
+
+    def camera(text, api, *, applied=True):
+        apis = ("SpinLensAPI", api) if applied else ("SpinLensAPI",)
+        path = make_stage(camera=text, apis=apis, name=f"{len(open_stages)}.usda")  # USD caches layers by name
+        open_stages.append(open_stage(path))
+        return find_camera(open_stages[-1])
+
+    return camera

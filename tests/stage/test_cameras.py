@@ -35,12 +35,6 @@ def camera_of(path, time=0):
     return read_camera(find_camera(stage), Usd.TimeCode(time))
 
 
-def plain(path):
-    """The same stage without SpinLensAPI on its camera."""
-    path.write_text(path.read_text().replace('prepend apiSchemas = ["SpinLensAPI"]', ""))
-    return path
-
-
 def test_the_lens_is_read_to_the_last_bit(make_stage):
     found = camera_of(make_stage(camera="double spin:lens:k1 = -0.22383016606510672\ndouble spin:lens:k3 = 0.1"))
     assert (found.width, found.height, found.fx, found.fy, found.cx, found.cy) == (200, 120, 250, 240, 100, 60)
@@ -48,7 +42,7 @@ def test_the_lens_is_read_to_the_last_bit(make_stage):
 
 
 def test_apertures_project_as_usds_own_frustum(make_stage):
-    path = plain(make_stage(camera=APERTURES, metadata=NAMED, world=settings("int2 resolution = (600, 400)")))
+    path = make_stage(camera=APERTURES, apis=(), metadata=NAMED, world=settings("int2 resolution = (600, 400)"))
     found = camera_of(path)
     stage = Usd.Stage.Open(str(path))
     frustum = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera")).GetCamera(Usd.TimeCode(0)).frustum
@@ -71,7 +65,7 @@ def test_apertures_project_as_usds_own_frustum(make_stage):
 )
 def test_conform_policies(make_stage, policy, across, down):
     extra = f'int2 resolution = (600, 200)\nuniform token aspectRatioConformPolicy = "{policy}"'
-    found = camera_of(plain(make_stage(camera=APERTURES, metadata=NAMED, world=settings(extra))))
+    found = camera_of(make_stage(camera=APERTURES, apis=(), metadata=NAMED, world=settings(extra)))
     np.testing.assert_allclose([found.fx, found.fy], [35 * across, 35 * down], rtol=FLOAT32)
 
 
@@ -128,7 +122,7 @@ def test_lenses_that_are_none(make_stage, old, new, saying):
 
 def test_a_plain_camera_needs_a_resolution(make_stage):
     with pytest.raises(StageError, match=r"^/World/Camera: has no size in pixels"):
-        camera_of(plain(make_stage()))
+        camera_of(make_stage(apis=()))
 
 
 def test_no_camera_at_all(make_stage):

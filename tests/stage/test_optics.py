@@ -1,13 +1,14 @@
 """The optics as USD says it."""
 
+from functools import partial
+
 import pytest
 from pxr import Usd
 
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import Optics
 from spin_usd.stage import schema
-from spin_usd.stage.cameras import find_camera, read_camera
-from spin_usd.stage.compose import open_stage
+from spin_usd.stage.cameras import read_camera
 from spin_usd.stage.optics import read_optics
 
 TEXTS = {
@@ -24,17 +25,8 @@ TEXTS = {
 
 
 @pytest.fixture
-def camera(make_stage):
-    open_stages = []  # a prim dies with its stage
-
-    def make(text, *, applied=True):
-        path = make_stage(camera=text, name=f"{len(open_stages)}.usda")  # USD caches layers by name
-        if applied:
-            path.write_text(path.read_text().replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinOpticsAPI"]'))
-        open_stages.append(open_stage(path))
-        return find_camera(open_stages[-1])
-
-    return make
+def camera(open_camera):
+    return partial(open_camera, api="SpinOpticsAPI")
 
 
 def optics_of(prim):

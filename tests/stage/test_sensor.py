@@ -1,13 +1,13 @@
 """The sensor as USD says it: each attribute reaches its field, each bad number is refused by name."""
 
+from functools import partial
+
 import pytest
 from pxr import Usd
 
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage import schema
-from spin_usd.stage.cameras import find_camera
-from spin_usd.stage.compose import open_stage
 from spin_usd.stage.sensor import read_sensor
 
 EXPOSURE = """
@@ -39,19 +39,8 @@ TEXTS = {
 
 
 @pytest.fixture
-def camera(make_stage):
-    """Open a stage whose camera has `text` and, unless told otherwise, SpinSensorAPI."""
-
-    open_stages = []  # a prim dies with its stage
-
-    def make(text, *, applied=True):
-        path = make_stage(camera=text, name=f"{len(open_stages)}.usda")  # USD caches layers by name
-        if applied:
-            path.write_text(path.read_text().replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinSensorAPI"]'))
-        open_stages.append(open_stage(path))
-        return find_camera(open_stages[-1])
-
-    return make
+def camera(open_camera):
+    return partial(open_camera, api="SpinSensorAPI")
 
 
 def sensor_of(prim):

@@ -17,7 +17,7 @@ quatd xformOp:orient.timeSamples = {{ 0: (1, 0, 0, 0), 8: ({COSINE!r}, 0, 0, {SI
 uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient"]
 """
 RANGE = "metersPerUnit = 1\nstartTimeCode = 0\nendTimeCode = 8"
-ROLLING = 'prepend apiSchemas = ["SpinLensAPI", "SpinShutterAPI"]'
+APIS = ("SpinLensAPI", "SpinShutterAPI")
 
 
 @pytest.fixture
@@ -25,9 +25,7 @@ def reader(make_stage):
     """A reader of a stage with the `camera`'s attributes, moving at 0.5 m and 5 degrees per time code."""
 
     def read(camera="", metadata=RANGE, pose=MOVING, **options):
-        path = make_stage(camera=camera, metadata=metadata, pose=pose, **options)
-        path.write_text(path.read_text().replace('prepend apiSchemas = ["SpinLensAPI"]', ROLLING))
-        return StageReader(path)
+        return StageReader(make_stage(camera=camera, apis=APIS, metadata=metadata, pose=pose, **options))
 
     return read
 
