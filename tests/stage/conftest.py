@@ -16,7 +16,7 @@ STAGE = """#usda 1.0
 def Xform "World"
 {{
     def Camera "Camera" (
-        prepend apiSchemas = [{apis}]
+        {apis}
     )
     {{
         int2 spin:lens:imageSize = (200, 120)
@@ -56,7 +56,8 @@ def make_stage(tmp_path):
         name="stage.usda",
     ):
         path = tmp_path / name
-        applied = ", ".join(f'"{api}"' for api in apis)
+        names = ", ".join(f'"{api}"' for api in apis)
+        applied = f"prepend apiSchemas = [{names}]" if apis else ""  # USD refuses an empty list to prepend
         text = STAGE.format(metadata=metadata, camera=camera, apis=applied, pose=pose, geometry=geometry, world=world)
         path.write_text(text.replace(" {}", "\n{\n}"))
         return path
