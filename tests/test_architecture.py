@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parent.parent / "spin_usd"
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py") if "data" not in path.relative_to(ROOT).parts)
 
 CORE = {"errors", "arrays", "geometry", "scene"}
-SIBLINGS = {"stage", "render", "sensor", "labels", "formats"}
+SIBLINGS = {"stage", "render", "sensor", "labels", "formats", "sampling"}
 # What each part of spin_usd may import of spin_usd, besides itself. The siblings meet in scene and in dataset.
 MAY_IMPORT = {
     "__init__": set(),
@@ -24,6 +24,7 @@ MAY_IMPORT = {
     "render": CORE,
     "sensor": CORE,
     "labels": CORE,
+    "sampling": CORE,
     "formats": CORE | {"resources"},
     "stage": CORE | {"resources", "plugin_path"},
     "dataset": CORE | SIBLINGS | {"resources", "plugin_path"},
@@ -59,7 +60,17 @@ FILE_METHODS = {
 }
 # fmt: on
 # Formulas read no clock and no hidden chance: times and generators are arguments.
-PURE = ("errors.py", "arrays.py", "geometry", "scene", "sensor", "labels", "render/raycast.py", "render/lambert.py")
+PURE = (
+    "errors.py",
+    "arrays.py",
+    "geometry",
+    "scene",
+    "sensor",
+    "labels",
+    "sampling",
+    "render/raycast.py",
+    "render/lambert.py",
+)
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 
 

@@ -12,6 +12,20 @@ import typer
 
 import spin_usd
 from spin_usd.cli.command import Command
+from spin_usd.cli.options import (
+    Frames,
+    ImageFormat,
+    Json,
+    Labels,
+    LabelsOnly,
+    RadianceOption,
+    RendererName,
+    Samples,
+    Seed,
+    Stage,
+    Variants,
+    Workers,
+)
 from spin_usd.cli.progress import shown
 from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 
@@ -27,23 +41,6 @@ app = typer.Typer(
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
-Stage = Annotated[Path, typer.Argument(help="A stage's root layer, such as DIR/dataset.usda.")]
-Frames = Annotated[
-    str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
-]
-Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
-Samples = Annotated[int, typer.Option(metavar="N", help="Light samples per pixel.")]
-Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
-Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]
-LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
-RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
-RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
-ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
-Workers = Annotated[
-    int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")
-]
 
 
 def _print_version(asked: bool) -> None:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
 from spin_usd.render.renderer import Renderer
-from spin_usd.scene.keys import RenderSettings, frame_seed
+from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed
+from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.surface import visible_surface
@@ -65,11 +66,13 @@ def make_picture(
                 array = label.make(surface, shape)
             yield label.name, array, label.channels
     if IMAGE in kinds or RADIANCE in kinds:
-        seed = frame_seed(scene, settings)
+        seed, unit = picture_seed(scene, settings), in_unit_light(scene)
         radiance = rendered
         if radiance is None:
             with watch("beauty pass"):
-                radiance = renderer.radiance(scene, samples=settings.samples, seed=seed)
+                rays = render_seed(scene, settings)
+                rendered_now = renderer.radiance(unit.scene, samples=settings.samples, seed=rays)
+                radiance = rendered_now.relit(unit.gains)
         if IMAGE in kinds:
             with watch("background"):
                 behind = sky(scene, seed=seed)

@@ -41,4 +41,4 @@ def recorded_radiance(
     if channels != RADIANCE_CHANNELS or rgba.shape[:2] != scene.camera.frame.shape or rgba.dtype != np.float32:
         return None
     region = scene.picture_region
-    return Radiance(region=region, rgba=np.ascontiguousarray(rgba[region.slices]))
+    return Radiance.of(region, np.ascontiguousarray(rgba[region.slices]))

@@ -23,7 +23,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
-from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
+from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, picture_seed, radiance_key, render_seed
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read import StageReader
 
@@ -166,7 +166,11 @@ def make_record(
                 "region": [region.x0, region.y0, region.x1, region.y1],
             },
             "time_code": scene.frame.time_code,
-            "seed": {"dataset": job.settings.seed, "picture": frame_seed(scene, job.settings)},
+            "seed": {
+                "dataset": job.settings.seed,
+                "render": render_seed(scene, job.settings),
+                "picture": picture_seed(scene, job.settings),
+            },
             "versions": versions,
             **notes,
         },

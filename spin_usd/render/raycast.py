@@ -57,7 +57,7 @@ class RaycastRenderer:
             for uv in lambert.sample_positions(band, samples, rng):
                 total += lambert.radiance(scene, self, scene.camera.normalised(uv))
             rgba[band.y0 - region.y0 : band.y1 - region.y0] = (total / samples).reshape(*band.shape, 4)
-        return Radiance(region=region, rgba=rgba)
+        return Radiance.of(region, rgba)
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """The first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""

@@ -4,6 +4,7 @@ Frozen and numpy only. `Scene.target` is the static part (the same object from f
 does not change shape); everything else is of one frame.
 """
 
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,14 +22,19 @@ from spin_usd.scene.light import Light
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
 
+NOMINAL = "nominal"
+"""The variant that is the stage without any augmentation."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrameId:
-    """Which picture this is: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's."""
+    """Which picture this is: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's, `variant`
+    the augmentation's name."""
 
     index: int
     name: str
     time_code: float
+    variant: str = NOMINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +106,12 @@ class Scene:
             return self.region
         places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
         return region_of_interest(self.camera, places, reach=self.reach(places))
+
+    def lit_by(self, lights: tuple[Light, ...]) -> "Scene":
+        """The same scene with other lights; what was worked out of its geometry stays."""
+        other = copy(self)
+        object.__setattr__(other, "lights", lights)
+        return other
 
     @property
     def poses(self) -> tuple[Transform, ...]:

@@ -1,12 +1,17 @@
 """What a renderer hands back."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.region import Region
+from spin_usd.scene.texture import Color
+
+Float32 = NDArray[np.float32]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,20 +29,43 @@ class Visibility:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Radiance:
-    """rgba (rows, columns, 4) float32 of the pixels of `region`: linear radiance of the target in W/m2/sr, and in alpha
-    the share of each pixel that it covers. The radiance is that of the whole pixel (premultiplied): what lies behind
-    adds (1 - alpha) times its own. Outside the region the target is nowhere."""
+    """The target's linear radiance in W/m2/sr over the pixels of `region`, apart by where its light came from.
+
+    groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.light_groups) makes of the
+    target; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that the target covers.
+    The radiance is that of the whole pixel (premultiplied): what lies behind adds (1 - coverage) times its own. Outside
+    the region the target is nowhere.
+    """
 
     region: Region
-    rgba: NDArray[np.float32]
+    groups: Float32
+    coverage: Float32
 
     def __post_init__(self) -> None:
-        if self.rgba.shape != (*self.region.shape, 4) or self.rgba.dtype != np.float32:
-            found = f"radiance is {self.rgba.dtype}{self.rgba.shape}"
-            found = f"radiance is {self.rgba.dtype}{self.rgba.shape}"
-            raise GeometryError(f"{found}, expected float32{self.region.shape}x4")
+        groups, coverage, shape = self.groups, self.coverage, self.region.shape
+        if groups.ndim != 4 or groups.shape[1:] != (*shape, 3) or groups.dtype != np.float32:
+            raise GeometryError(f"radiance is {groups.dtype}{groups.shape}, expected float32(groups, *{shape}, 3)")
+        if coverage.shape != shape or coverage.dtype != np.float32:
+            raise GeometryError(f"coverage is {coverage.dtype}{coverage.shape}, expected float32{shape}")
+
+    @classmethod
+    def of(cls, region: Region, rgba: Float32) -> "Radiance":
+        """That of one group: rgba (rows, columns, 4), with the coverage in alpha."""
+        return cls(region=region, groups=rgba[None, ..., :3], coverage=rgba[..., 3])
+
+    @cached_property
+    def rgba(self) -> Float32:
+        """(rows, columns, 4): the radiance, and in alpha the coverage."""
+        return np.concatenate([self.groups.sum(0, dtype=np.float32), self.coverage[..., None]], -1)
 
     @property
-    def rgb(self) -> NDArray[np.float32]:
+    def rgb(self) -> Float32:
         """(rows, columns, 3) without the coverage."""
         return self.rgba[..., :3]
+
+    def relit(self, gains: Sequence[Color]) -> "Radiance":
+        """The same with each group's light made so much stronger in red, green and blue."""
+        if len(gains) != len(self.groups):
+            raise GeometryError(f"{len(gains)} gains are given for {len(self.groups)} groups of lights")
+        lit = self.groups * np.array(gains, np.float32).reshape(-1, 1, 1, 3)
+        return Radiance(region=self.region, groups=lit.sum(0, keepdims=True, dtype=np.float32), coverage=self.coverage)

@@ -11,7 +11,7 @@ from spin_usd.stage import schema
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
 
-def read_frames(stage: Usd.Stage) -> tuple[FrameId, ...]:
+def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
     """One per time sample of spin:capture:frame on the default prim; else one per whole step from startTimeCode to
     endTimeCode; else one at the stage's start.
 
@@ -25,7 +25,7 @@ def read_frames(stage: Usd.Stage) -> tuple[FrameId, ...]:
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
         named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
-    return tuple(FrameId(index=i, name=name, time_code=time) for i, (time, name) in enumerate(named))
+    return tuple(FrameId(index=i, name=name, time_code=time, variant=variant) for i, (time, name) in enumerate(named))
 
 
 def read_seed(stage: Usd.Stage) -> int:

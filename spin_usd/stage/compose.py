@@ -9,8 +9,9 @@ from pathlib import Path
 from pxr import Tf, Usd, UsdUtils
 
 from spin_usd.errors import StageError
+from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.assets import Files, files_of, parse_failure
-from spin_usd.stage.content import AUGMENTATION, NOMINAL
+from spin_usd.stage.content import AUGMENTATION
 
 MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same

@@ -6,10 +6,10 @@ from pathlib import Path
 from pxr import Ar, Usd, UsdUtils
 
 from spin_usd.arrays import digest
+from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.assets import udim_files
 
 AUGMENTATION = "augmentation"
-NOMINAL = "nominal"
 
 
 def selected_variant(stage: Usd.Stage) -> str:

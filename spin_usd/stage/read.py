@@ -11,13 +11,13 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.eclipse import eclipsed
-from spin_usd.scene.model import FrameId, Scene
+from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.compose import open_stage, variants
-from spin_usd.stage.content import NOMINAL, stage_hash, used_files
+from spin_usd.stage.content import stage_hash, used_files
 from spin_usd.stage.drawn import PROXIES, refuse_geometry_outside
 from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
@@ -51,7 +51,7 @@ class StageReader:
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
         check_chain(self._target_prim)
-        self.frames: tuple[FrameId, ...] = read_frames(self.stage)
+        self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._camera_varies = varies_beyond_pose(self._camera_prim)
         self._camera: tuple[Camera, Sensor, Optics] | None = None

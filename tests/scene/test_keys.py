@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import pose, scene, soup, target
 
-from spin_usd.scene.keys import RenderSettings, exposure_key, frame_seed, geometry_key, radiance_key
+from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, picture_seed, radiance_key, render_seed
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
@@ -51,12 +51,14 @@ CHANGES = {
     "channels": (lambda s: replace(s, sensor=replace(s.sensor, channels="rgb")), IMAGE),
     "bits": (lambda s: replace(s, sensor=replace(s.sensor, bit_depth=16)), IMAGE),
     "encoding": (lambda s: replace(s, sensor=replace(s.sensor, encoding="linear")), IMAGE),
+    "variant (its noise)": (lambda s: replace(s, frame=replace(s.frame, variant="dim")), IMAGE),
     "frame name (its seed)": (lambda s: replace(s, frame=FrameId(index=0, name="g", time_code=0.0)), PICTURE),
     "a colour": (lambda s: replace(s, target=replace(s.target, materials=(METAL,))), PICTURE),
     "a normal": (lambda s: with_mesh(s, corner_normals=nudged(s.target.mesh.corner_normals, 1e-3)), PICTURE),
-    "irradiance": (lambda s: replace(s, lights=(replace(LIGHT, irradiance=(1, 1, 1.001)),)), PICTURE),
+    "irradiance": (lambda s: replace(s, lights=(replace(LIGHT, irradiance=(1, 1, 1.001)),)), IMAGE),
     "light direction": (lambda s: replace(s, lights=(replace(LIGHT, direction_cam=(0, 1, 0)),)), PICTURE),
-    "an eclipse": (lambda s: replace(s, lights=(replace(LIGHT, obscuration=0.001),)), PICTURE),
+    "an eclipse": (lambda s: replace(s, lights=(replace(LIGHT, obscuration=0.001),)), IMAGE),
+    "a total eclipse": (lambda s: replace(s, lights=(replace(LIGHT, obscuration=1.0),)), PICTURE),
     "light angle": (lambda s: replace(s, lights=(replace(LIGHT, angle=0.01),)), PICTURE),
     "a second light": (lambda s: replace(s, lights=(LIGHT, LIGHT)), PICTURE),
     "a point, by one rounding": (lambda s: with_mesh(s, points=nudged(s.target.mesh.points, 1e-15)), ALL),
@@ -91,10 +93,13 @@ def test_settings(change, expected):
 
 
 def test_seeds_differ_by_name_and_dataset_and_fit_blender():
-    seeds = {
-        frame_seed(replace(base(), frame=FrameId(index=0, name=f"img{i:06}", time_code=0.0)), replace(SETTINGS, seed=j))
-        for i in range(40)
-        for j in range(5)
-    }
+    frames = [FrameId(index=0, name=f"img{i:06}", time_code=0.0) for i in range(40)]
+    seeds = {render_seed(replace(base(), frame=frame), replace(SETTINGS, seed=j)) for frame in frames for j in range(5)}
     assert len(seeds) == 200
     assert all(0 <= seed < 2**31 for seed in seeds)
+
+
+def test_variants_share_the_rays_but_not_the_noise():
+    nominal, dim = base(), replace(base(), frame=replace(base().frame, variant="dim"))
+    assert render_seed(nominal, SETTINGS) == render_seed(dim, SETTINGS)
+    assert picture_seed(nominal, SETTINGS) != picture_seed(dim, SETTINGS)

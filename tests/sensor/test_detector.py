@@ -19,7 +19,7 @@ REGION = Region(x0=1, y0=2, x1=4, y1=4)
 
 def shot(rgb, **sensor):
     pixels = np.broadcast_to(np.asarray([*rgb, 1], np.float32), (*REGION.shape, 4)).copy()
-    return develop(taken_by(Sensor(**sensor)), Radiance(region=REGION, rgba=pixels), None, seed=0)
+    return develop(taken_by(Sensor(**sensor)), Radiance.of(REGION, pixels), None, seed=0)
 
 
 def taken_by(sensor):
@@ -71,7 +71,7 @@ def test_the_frame_is_black_around_the_region(channels, shape, bits, kind):
 
 def test_an_empty_region_is_a_black_frame():
     nothing = Region(x0=0, y0=0, x1=0, y1=0)
-    image = develop(taken_by(Sensor()), Radiance(region=nothing, rgba=np.zeros((0, 0, 4), np.float32)), None, seed=0)
+    image = develop(taken_by(Sensor()), Radiance.of(nothing, np.zeros((0, 0, 4), np.float32)), None, seed=0)
     assert image.shape == SHAPE
     assert not image.any()
 

@@ -17,7 +17,7 @@ def radiance(values, alpha):
     """Premultiplied radiance of one row of pixels: grey `values` where covered, by the shares `alpha`."""
     rgba = np.repeat((np.array(values) * alpha)[None, :, None], 4, -1).astype(np.float32)
     rgba[..., 3] = alpha
-    return Radiance(region=Region(x0=3, y0=5, x1=3 + len(values), y1=6), rgba=rgba)
+    return Radiance.of(Region(x0=3, y0=5, x1=3 + len(values), y1=6), rgba)
 
 
 def test_the_targets_mean_comes_to_the_level():

@@ -28,7 +28,7 @@ def flat(sensor, level, seed):
     scene = scenes.scene(scenes.target(*scenes.box()), camera=camera, sensor=sensor)
     rgba = np.full((SIDE, SIDE, 4), level, np.float32)
     rgba[..., 3] = 1
-    return develop(scene, Radiance(region=Region.full(SIDE, SIDE), rgba=rgba), None, seed=seed)
+    return develop(scene, Radiance.of(Region.full(SIDE, SIDE), rgba), None, seed=seed)
 
 
 def recovered(sensor):

@@ -63,7 +63,7 @@ class BlenderRenderer:
         """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
         region = scene.picture_region
         if region.empty:
-            return Radiance(region=region, rgba=np.zeros((*region.shape, 4), np.float32))
+            return Radiance.of(region, np.zeros((*region.shape, 4), np.float32))
         view = View.blurred(scene)
         self._show(scene, view)
         self._motion.move(self._target.groups.values(), scene)
@@ -73,7 +73,7 @@ class BlenderRenderer:
         self._forget_samples(samples)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
-        return Radiance(region=region, rgba=self._render(picture_bands(scene, samples=samples), region))
+        return Radiance.of(region, self._render(picture_bands(scene, samples=samples), region))
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""

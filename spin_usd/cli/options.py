@@ -1,0 +1,23 @@
+"""The options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
+Stage = Annotated[Path, typer.Argument(help="A stage's root layer, such as DIR/dataset.usda.")]
+Frames = Annotated[
+    str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
+]
+Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
+Samples = Annotated[int, typer.Option(metavar="N", help="Light samples per pixel.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
+Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]
+LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
+RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
+RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
+ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
+Workers = Annotated[
+    int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")
+]

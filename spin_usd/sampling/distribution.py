@@ -1,0 +1,168 @@
+"""What a number, a direction or a choice is drawn from.
+
+Drawn numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
+same text everywhere, and a reader of a layer sees whole numbers.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from spin_usd.errors import InputError
+
+DIGITS = 9
+MOST_TRIES = 10_000  # of a truncated distribution
+
+Value = float | str | tuple[float, ...]
+
+
+class Distribution(Protocol):
+    """Where values come from. Its fields are checked when it is made: one without a possible value is an InputError."""
+
+    def draw(self, rng: np.random.Generator) -> Value: ...
+
+
+def rounded(value: float) -> float:
+    """`value` to DIGITS significant digits; no negative zero."""
+    return float(f"{value:.{DIGITS}g}") + 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed:
+    """Always the same value."""
+
+    value: Value
+
+    def draw(self, rng: np.random.Generator) -> Value:
+        return self.value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uniform:
+    """Every number from `low` to `high` alike."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_range(self.low, self.high)
+
+    def draw(self, rng: np.random.Generator) -> float:
+        return rounded(rng.uniform(self.low, self.high))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogUniform:
+    """Every ratio from `low` to `high` alike, both above zero."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_range(self.low, self.high)
+        if self.low <= 0:
+            raise InputError(f"low is {self.low:g}, which has no logarithm", do="make it positive, or draw uniformly")
+
+    def draw(self, rng: np.random.Generator) -> float:
+        return rounded(math.exp(rng.uniform(math.log(self.low), math.log(self.high))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Normal:
+    """A normal distribution, of whose draws only those from `low` to `high` count."""
+
+    mean: float
+    sigma: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mean) and 0 < self.sigma < math.inf):
+            found = f"mean is {self.mean:g} and sigma {self.sigma:g}"
+            raise InputError(found, do="make both finite, and sigma positive")
+        if not self.low < self.high:
+            raise InputError(f"no number lies between low {self.low:g} and high {self.high:g}", do="swap them")
+
+    def draw(self, rng: np.random.Generator) -> float:
+        for _ in range(MOST_TRIES):
+            value = rng.normal(self.mean, self.sigma)
+            if self.low <= value <= self.high:
+                return rounded(value)
+        found = (
+            f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} lies in {self.low:g} to {self.high:g}"
+        )
+        raise InputError(found, do="move the range to where the distribution is")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """One of `values`, each as often as its weight says."""
+
+    values: tuple[Value, ...]
+    weights: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.values:
+            raise InputError("there is nothing to choose from", do="list some values")
+        if self.weights and len(self.weights) != len(self.values):
+            found = f"{len(self.weights)} weights are given for {len(self.values)} values"
+            raise InputError(found, do="give one for each")
+        if self.weights and not (min(self.weights) >= 0 and 0 < sum(self.weights) < math.inf):
+            raise InputError(f"weights {list(self.weights)} leave nothing to choose", do="make some positive")
+
+    def draw(self, rng: np.random.Generator) -> Value:
+        shares = np.cumsum(self.weights or [1.0] * len(self.values))
+        return self.values[int(np.searchsorted(shares, rng.random() * shares[-1], side="right"))]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Directions:
+    """Unit vectors, every direction alike, at least `least` and at most `most` degrees from `axis`."""
+
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    least: float = 0.0
+    most: float = 180.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.least <= self.most <= 180 and 0 < np.linalg.norm(self.axis) < math.inf):
+            found = f"no direction lies {self.least:g} to {self.most:g} degrees from {list(self.axis)}"
+            raise InputError(found, do="give an axis, and angles from 0 to 180 with the lower first")
+
+    def draw(self, rng: np.random.Generator) -> tuple[float, float, float]:
+        """Of equal solid angles all alike: the cosine from the axis is uniform."""
+        z = rng.uniform(math.cos(math.radians(self.most)), math.cos(math.radians(self.least)))
+        turn, sine = rng.uniform(0, 2 * math.pi), math.sqrt(max(1 - z * z, 0.0))
+        across, up, axis = _frame(self.axis)
+        direction = sine * math.cos(turn) * across + sine * math.sin(turn) * up + z * axis
+        x, y, z = (rounded(round(float(value), DIGITS)) for value in direction)
+        return x, y, z
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attitudes:
+    """Rotations, every one alike, as unit quaternions (w, x, y, z) with w not below zero."""
+
+    def draw(self, rng: np.random.Generator) -> tuple[float, float, float, float]:
+        """Four normal numbers, normalised (Marsaglia 1972)."""
+        q = rng.normal(size=4)
+        q *= (1 if q[0] >= 0 else -1) / np.linalg.norm(q)
+        w, x, y, z = (rounded(round(float(value), DIGITS)) for value in q)
+        return w, x, y, z
+
+
+def _check_range(low: float, high: float) -> None:
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise InputError(
+            f"no number lies between low {low:g} and high {high:g}", do="make both finite, the lower first"
+        )
+
+
+def _frame(axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Three orthogonal unit vectors, the last along `axis`."""
+    z = np.array(axis, np.float64) / np.linalg.norm(axis)
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return x, np.cross(z, x), z

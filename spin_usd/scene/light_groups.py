@@ -1,0 +1,177 @@
+"""One render for every strength and colour of the lights: light is additive, and so is what a path tracer makes of it.
+
+A scene is rendered in unit light, each light in a group of its own; what the picture needs of it is the sum of the
+groups, each times its light's own red, green and blue. So strengths and colours decide nothing about a render but how
+rays are shared out among the lights, and for that the power of CLASS nearest to each light's share is near enough: to
+choose among lights as if all were equally strong would be noisy where one outshines the others.
+
+Groups, in this order: each light with a place or a direction that reaches the target, by its place in Scene.lights;
+then domes and planets together; then emissive materials. One that the scene lacks has no group.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Light
+from spin_usd.scene.model import Scene
+from spin_usd.scene.sensor import LUMINANCE
+from spin_usd.scene.texture import Color
+
+CLASS = 16.0
+WHITE: Color = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UnitLight:
+    """`scene`: as it is rendered, its lights of unit strength and white. `gains`: what each group of that render is to
+    be multiplied by, red, green and blue, for the picture."""
+
+    scene: Scene
+    gains: tuple[Color, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Groups:
+    """Which light groups a scene has. placed: indices into Scene.lights of those with a group each; whether domes and
+    planets light the target; whether its materials shine themselves."""
+
+    placed: tuple[int, ...]
+    surroundings: bool
+    emission: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Groups":
+        placed = tuple(i for i, light in enumerate(scene.lights) if _is_placed(light))
+        return cls(placed=placed, surroundings=bool(_around(scene)), emission=_shines(scene))
+
+    @property
+    def count(self) -> int:
+        return len(self.placed) + self.surroundings + self.emission
+
+
+def in_unit_light(scene: Scene) -> UnitLight:
+    """`scene` in unit light, and the gains that make it the picture's own."""
+    groups = Groups.of(scene)
+    reference, scale = _around_reference(scene), 1.0
+    strengths = [_irradiance(light, scene) * _luminance(_emission(light)) for light in scene.lights]
+    most = max(strengths, default=0.0)
+    base = _class(most) if groups.emission else 1.0  # what shines itself has no other measure than its own
+    tied = _around(scene) if scene.environment.planets else []
+    if tied:  # planets are lit by them all in proportion
+        scale = base
+        most = max(strengths[i] for i in tied)
+    elif groups.surroundings:
+        scale = base * _class(sum(strengths[i] for i in _around(scene)) / most) / math.pi
+    lights: list[Light] = []
+    for i, light in enumerate(scene.lights):
+        if isinstance(light, DomeLight) or i in tied:
+            unit = _times(_divided(_emission(light), reference), scale)
+        elif strengths[i]:
+            strength = base * _class(strengths[i] / most)
+            unit = _times(WHITE, strength / _irradiance(light, scene))
+        else:
+            unit = _emission(light)
+        lights.append(_emitting(light, unit))
+    gains = [_gain(scene.lights[i], lights[i]) for i in groups.placed]
+    gains += [_times(reference, 1 / scale)] * groups.surroundings + [WHITE] * groups.emission
+    return UnitLight(scene=scene.lit_by(tuple(lights)), gains=tuple(gains))
+
+
+def _is_placed(light: Light) -> bool:
+    if isinstance(light, DomeLight):
+        return False
+    return any(light.at_target if isinstance(light, DistantLight) else light.emission)
+
+
+def _around(scene: Scene) -> list[int]:
+    """Indices of the lights that make up what shines on the target from all around: domes, and what lights planets."""
+    planets = bool(scene.environment.planets)
+    return [
+        i
+        for i, light in enumerate(scene.lights)
+        if any(_emission(light)) and (isinstance(light, DomeLight) or (planets and _lights_planets(light)))
+    ]
+
+
+def _lights_planets(light: Light) -> bool:
+    return isinstance(light, DistantLight) and light.lights is None
+
+
+def _around_reference(scene: Scene) -> Color:
+    """The colour that all of what shines from around is proportional to: that of its first light."""
+    colours = [_emission(scene.lights[i]) for i in _around(scene)]
+    return next((colour for colour in colours if all(colour)), WHITE)
+
+
+def _shines(scene: Scene) -> bool:
+    return any(m.emissive_color != (0.0, 0.0, 0.0) for m in scene.target.materials)
+
+
+def _emission(light: Light) -> Color:
+    """What is proportional to its strength."""
+    if isinstance(light, DistantLight):
+        return light.irradiance
+    return light.radiance if isinstance(light, DomeLight) else light.emission
+
+
+def _emitting(light: Light, emission: Color) -> Light:
+    if isinstance(light, DistantLight):  # of one in total eclipse the target gets nothing, whatever its strength
+        return replace(light, irradiance=emission, obscuration=float(light.obscuration == 1))
+    if isinstance(light, DomeLight):
+        return replace(light, radiance=emission)
+    return replace(light, emission=emission)
+
+
+def _gain(light: Light, unit: Light) -> Color:
+    emission = light.at_target if isinstance(light, DistantLight) else _emission(light)
+    return _divided(emission, _emission(unit))
+
+
+def _irradiance(light: Light, scene: Scene) -> float:
+    """About the irradiance that the target gets from the light, over its emission: the solid angle of its source."""
+    if isinstance(light, DistantLight):
+        return 1.0
+    if isinstance(light, DomeLight):
+        return math.pi
+    place: Float = light.T_cam_light.translation - scene.T_cam_body.points(scene.target.mesh.centre)
+    distance = max(float(np.linalg.norm(place)), scene.target.mesh.radius)
+    return min(_area(light) / distance**2, math.pi)
+
+
+def _area(light: AreaLight) -> float:
+    """m2 that it shows to those it faces; 1 for a point, whose emission is an intensity."""
+    match light.shape, light.size:
+        case "sphere", (radius,):
+            return math.pi * radius**2
+        case "disk", (along, across):
+            return math.pi * along * across
+        case "rect", (width, height):
+            return width * height
+        case "cylinder", (length, radius):
+            return 2 * radius * length
+    return 1.0
+
+
+def _class(ratio: float) -> float:
+    """The power of CLASS that is nearest, by the logarithm."""
+    if not 0 < ratio < math.inf:
+        return 1.0
+    return float(CLASS ** math.floor(math.log(ratio, CLASS) + 0.5))
+
+
+def _luminance(colour: Sequence[float]) -> float:
+    return sum(weight * value for weight, value in zip(LUMINANCE, colour, strict=True))
+
+
+def _times(colour: Color, factor: float) -> Color:
+    r, g, b = (value * factor for value in colour)
+    return r, g, b
+
+
+def _divided(colour: Color, by: Color) -> Color:
+    r, g, b = (value / divisor for value, divisor in zip(colour, by, strict=True))
+    return r, g, b
