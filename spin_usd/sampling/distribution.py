@@ -92,7 +92,7 @@ class Normal:
             if self.low <= value <= self.high:
                 return rounded(value)
         found = (
-            f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} lies in {self.low:g} to {self.high:g}"
+            f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} none is {self.low:g} to {self.high:g}"
         )
         raise InputError(found, do="move the range to where the distribution is")
 
@@ -155,9 +155,8 @@ class Attitudes:
 
 def _check_range(low: float, high: float) -> None:
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise InputError(
-            f"no number lies between low {low:g} and high {high:g}", do="make both finite, the lower first"
-        )
+        do = "make both finite, the lower first"
+        raise InputError(f"no number lies between low {low:g} and high {high:g}", do=do)
 
 
 def _frame(axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
