@@ -1,10 +1,11 @@
 """Stages opened for reading: checked, composed without errors, one augmentation selected."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 
 from pxr import Tf, Usd, UsdUtils
 
@@ -17,17 +18,22 @@ MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
 
 
-def open_stage(path: str | Path, *, variant: str = NOMINAL) -> Usd.Stage:
-    """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`.
+def open_stage(
+    path: str | Path, *, variant: str = NOMINAL, selections: Mapping[str, str] = MappingProxyType({})
+) -> Usd.Stage:
+    """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`, and the
+    `selections` (set to variant) of its other sets, which beat those that the stage and its augmentation make.
 
     "nominal" is the stage without any augmentation, whatever it selects itself, when it has no variant of that name.
     Raises StageError for a file that USD must not open (see `assets`), any composition error, too many prims, a variant
-    whose name cannot name a folder, or an unknown variant.
+    whose name cannot name a folder, or an unknown variant or set.
     """
     files = files_of(path)
     with _silenced():
         stage = _opened(files, path)
         _select(stage, variant, path)
+        for name, chosen in selections.items():
+            _select_other(stage, name, chosen, path)
         _refuse_errors(stage, path)
         _refuse_excess(stage, files, path)
     return stage
@@ -70,6 +76,20 @@ def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
         elif augmentations.GetVariantSelection():
             # An empty selection is an opinion, and beats one that the stage's own layers author.
             augmentations.BlockVariantSelection()
+
+
+def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -> None:
+    sets = stage.GetDefaultPrim().GetVariantSets() if stage.GetDefaultPrim() else None
+    names = sorted(set(sets.GetNames()) - {AUGMENTATION}) if sets else []
+    if sets is None or name not in names:
+        do = f"choose one of {', '.join(names)}" if names else "name a variant of its augmentation"
+        raise StageError(f"has no variant set '{name}' on its default prim", where=path, do=do)
+    known = sets.GetVariantSet(name).GetVariantNames()
+    if variant not in known:
+        do = f"choose one of {', '.join(known)}"
+        raise StageError(f"has no variant '{variant}' in its set '{name}'", where=path, do=do)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        sets.SetSelection(name, variant)
 
 
 def _opened(files: Files, path: str | Path) -> Usd.Stage:

@@ -38,8 +38,9 @@ class StageReader:
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
     """
 
-    def __init__(self, path: str | Path, *, variant: str = NOMINAL):
-        self.stage: Usd.Stage = open_stage(path, variant=variant)
+    def __init__(self, path: str | Path, *, variant: str = NOMINAL, stage: Usd.Stage | None = None):
+        """`stage`: that at `path` in that variant where it is open already, perhaps with selections of its other sets."""
+        self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
         self.metres = _metres_per_unit(self.stage)

@@ -137,6 +137,42 @@ def test_an_unknown_variant_lists_the_known_ones(make):
         open_stage(make(), variant="huge")
 
 
+@pytest.fixture
+def grouped(make):
+    """A second set, "paint"; the augmentation "thick" selects thick paint."""
+    path = make(more='"thick" (\nvariants = {\nstring paint = "thick"\n}\n)\n{\n}\n')
+    thin, thick = (f'"{name}" {{\nover "Model" {{\ndouble coat = {coat}\n}}\n}}' for name, coat in PAINTS.items())
+    text = path.read_text().replace('= "augmentation"', '= ["augmentation", "paint"]')
+    path.write_text(text[: text.rindex("}")] + f'variantSet "paint" = {{\n{thin}\n{thick}\n}}\n}}\n')
+    return path
+
+
+PAINTS = {"thin": 1, "thick": 2}
+
+
+@pytest.mark.parametrize(
+    ("variant", "selections", "coat"),
+    [("nominal", {}, None), ("nominal", {"paint": "thin"}, 1), ("thick", {}, 2), ("thick", {"paint": "thin"}, 1)],
+)
+def test_another_set_can_be_selected_and_beats_what_an_augmentation_selects(grouped, variant, selections, coat):
+    stage = open_stage(grouped, variant=variant, selections=selections)
+    attribute = stage.GetPrimAtPath("/World/Model").GetAttribute("coat")
+    assert (attribute.Get() if attribute else None) == coat
+    assert not stage.GetRootLayer().dirty
+
+
+@pytest.mark.parametrize(
+    ("selections", "saying"),
+    [
+        ({"paint": "wet"}, "has no variant 'wet' in its set 'paint'; choose one of thick, thin"),
+        ({"colour": "red"}, "has no variant set 'colour' on its default prim; choose one of paint"),
+    ],
+)
+def test_an_unknown_set_or_variant_of_it_lists_the_known_ones(grouped, selections, saying):
+    with pytest.raises(StageError, match=saying):
+        open_stage(grouped, selections=selections)
+
+
 @pytest.mark.parametrize(
     ("named", "saying"),
     [
