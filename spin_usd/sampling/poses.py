@@ -1,0 +1,77 @@
+"""Poses drawn one by one: how far, where in the image, and which way round."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.rotation import matrix_from_quaternion
+from spin_usd.sampling.distribution import MOST_TRIES, Distribution
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where the body's origin is: `range` metres from the camera, `across` and `down` pixels from the principal point,
+    as a lens without distortion would show it."""
+
+    range: Distribution
+    across: Distribution
+    down: Distribution
+
+    def draw(self, rng: np.random.Generator, camera: Camera) -> Float:
+        """(3,) metres, camera frame."""
+        away, u, v = (number(law, rng) for law in (self.range, self.across, self.down))
+        ray = np.array([u / camera.fx, v / camera.fy, 1.0])
+        place: Float = away * ray / np.linalg.norm(ray)
+        return place
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseLaw:
+    """`attitude` gives q_cam_body. whole: all of the body is in the picture."""
+
+    place: Place
+    attitude: Distribution
+    whole: bool = False
+
+    def draw(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
+        """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame.
+
+        Raises InputError when none of MOST_TRIES draws has all of it in the picture.
+        """
+        for _ in range(MOST_TRIES):
+            q, t = quaternion(self.attitude, rng), self.place.draw(rng, camera)
+            if not self.whole or in_frame(camera, hull, q[None], t[None]):
+                return q, t
+        raise InputError(
+            f"none of {MOST_TRIES} poses has all of the target in the picture",
+            do="put it farther away or nearer to the middle, or leave out 'whole'",
+        )
+
+
+def in_frame(camera: Camera, hull: Float, q_cam_body: Float, t_cam_body: Float) -> bool:
+    """Whether the corners (N, 3), body frame, lie in the picture at all of the poses (M, 4), (M, 3)."""
+    rotations = np.array([matrix_from_quaternion(q) for q in q_cam_body])
+    uv = camera.project(np.einsum("mij,nj->mni", rotations, hull) + t_cam_body[:, None])
+    return bool(((uv >= 0) & (uv <= (camera.width, camera.height))).all())  # NaN is not
+
+
+def quaternion(law: Distribution, rng: np.random.Generator) -> Float:
+    """A draw of four numbers, normalised."""
+    q = np.array(law.draw(rng), np.float64)
+    if q.shape != (4,) or not np.linalg.norm(q) > 0:
+        raise InputError(
+            f"attitude {q.tolist()} is no quaternion", do="draw 'attitudes', or fix four numbers w, x, y, z"
+        )
+    unit: Float = q / np.linalg.norm(q)
+    return unit
+
+
+def number(law: Distribution, rng: np.random.Generator) -> float:
+    """A draw of one number."""
+    value = law.draw(rng)
+    if not isinstance(value, float | int):
+        raise InputError(f"{value!r} is no number", do="draw from a distribution of numbers")
+    return float(value)
