@@ -17,6 +17,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.render.preview_light import Beam, beam, mean_radiance
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
+from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.lookup import material_values
 from spin_usd.scene.model import Scene
 from spin_usd.scene.surface import geometric_normals, shading_normals, surface_points, weights_at
@@ -39,33 +40,36 @@ class Caster(Protocol):
     ) -> NDArray[np.bool_]: ...
 
 
-def radiance(scene: Scene, caster: Caster, xy: Float) -> Float:
-    """Linear radiance, W/m2/sr, and coverage (N, 4) along the camera's rays (x, y, 1) of `xy` (N, 2); 0 where they meet
-    nothing."""
-    rgba = np.zeros((len(xy), 4))
+def radiance(scene: Scene, caster: Caster, xy: Float) -> tuple[Float, Float]:
+    """Along the camera's rays (x, y, 1) of `xy` (N, 2), 0 where they meet nothing: linear radiance (G, N, 3) by the
+    scene's light groups, W/m2/sr, and coverage (N,)."""
+    groups = Groups.of(scene)
+    planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
     face = caster.cast(scene, xy)
     hit = np.flatnonzero(face >= 0)
     if len(hit):
         _, body = surface_points(scene, face[hit], xy[hit])
-        rgba[hit, :3] = _shade(scene, caster, face[hit], body)
-        rgba[hit, 3] = 1
-    return rgba
+        for plane, rgb in zip(planes, _shade(scene, groups, caster, face[hit], body), strict=True):
+            plane[hit] = rgb
+        coverage[hit] = 1
+    return planes, coverage
 
 
-def _shade(scene: Scene, caster: Caster, face: NDArray[np.int32], body: Float) -> Float:
+def _shade(scene: Scene, groups: Groups, caster: Caster, face: NDArray[np.int32], body: Float) -> Iterator[Float]:
+    """(N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
     target = scene.target
     weights = weights_at(target.mesh, face, body)
     colours = _matt_colours(target, face, weights)
-    rgb = material_values(target, "emissive_color", face, weights)
     normals = shading_normals(scene, face, body)
     lifted = body + LIFT * target.mesh.radius * geometric_normals(scene, face, body)
-    for light in scene.lights:
-        if isinstance(light, DomeLight):
-            rgb += mean_radiance(light) * colours
-        else:
-            arriving = beam(light, scene.T_cam_body, body)
-            rgb += _lambert(scene, caster, light, arriving, face, normals, lifted) * colours
-    return rgb
+    for light in (scene.lights[index] for index in groups.placed):
+        assert not isinstance(light, DomeLight)
+        arriving = beam(light, scene.T_cam_body, body)
+        yield _lambert(scene, caster, light, arriving, face, normals, lifted) * colours
+    if groups.surroundings:
+        yield colours * sum(mean_radiance(light) for light in scene.lights if isinstance(light, DomeLight))
+    if groups.emission:
+        yield material_values(target, "emissive_color", face, weights)
 
 
 def _lambert(

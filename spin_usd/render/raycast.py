@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.render import lambert
 from spin_usd.scene.light import Links
+from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.lookup import is_there
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
@@ -50,14 +51,18 @@ class RaycastRenderer:
         """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1. It ignores
         thin lens and shutter: it is sharp."""
         region = scene.picture_region
-        rgba = np.zeros((*region.shape, 4), np.float32)
+        picture = Radiance.dark(region, groups=Groups.of(scene).count)
         rng = np.random.default_rng(seed)
         for band in region.bands():
-            total = np.zeros((band.width * band.height, 4))
+            rows = slice(band.y0 - region.y0, band.y1 - region.y0)
+            groups, coverage = np.zeros((len(picture.groups), band.width * band.height, 3)), np.zeros(band.shape)
             for uv in lambert.sample_positions(band, samples, rng):
-                total += lambert.radiance(scene, self, scene.camera.normalised(uv))
-            rgba[band.y0 - region.y0 : band.y1 - region.y0] = (total / samples).reshape(*band.shape, 4)
-        return Radiance.of(region, rgba)
+                light, there = lambert.radiance(scene, self, scene.camera.normalised(uv))
+                groups += light
+                coverage += there.reshape(band.shape)
+            picture.groups[:, rows] = (groups / samples).reshape(len(groups), *band.shape, 3)
+            picture.coverage[rows] = coverage / samples
+        return picture
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """The first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""

@@ -20,7 +20,8 @@ class Renderer(Protocol):
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
         """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square by `samples`
-        rays. Nothing that lies behind the target is in it."""
+        rays. Nothing that lies behind the target is in it. It is given by light group: one plane for each of
+        scene.light_groups.Groups.of(scene), in that order, also for a group whose light does not reach the target."""
         ...
 
     def versions(self) -> dict[str, str]:

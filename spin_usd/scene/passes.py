@@ -53,6 +53,15 @@ class Radiance:
         """That of one group: rgba (rows, columns, 4), with the coverage in alpha."""
         return cls(region=region, groups=rgba[None, ..., :3], coverage=rgba[..., 3])
 
+    @classmethod
+    def dark(cls, region: Region, *, groups: int) -> "Radiance":
+        """Nothing anywhere, of so many groups."""
+        return cls(
+            region=region,
+            groups=np.zeros((groups, *region.shape, 3), np.float32),
+            coverage=np.zeros(region.shape, np.float32),
+        )
+
     @cached_property
     def rgba(self) -> Float32:
         """(rows, columns, 4): the radiance, and in alpha the coverage."""

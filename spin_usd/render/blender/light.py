@@ -8,6 +8,7 @@ import bpy
 
 from spin_usd.render.blender.lamp import KINDS, Lamp
 from spin_usd.render.blender.light_check import refuse_clamped
+from spin_usd.render.blender.light_groups import light_name
 from spin_usd.render.blender.light_links import LightLinking, chosen
 from spin_usd.render.blender.place import Place
 from spin_usd.render.blender.rays import View
@@ -42,14 +43,16 @@ class LightRig:
 
     def shine(self, lights: Sequence[Light], view: View, groups: Mapping[int, Any]) -> None:
         """Make the scene's lights these, for a target whose face groups are these objects."""
-        placed = [light for light in lights if isinstance(light, (DistantLight, AreaLight))]
-        for light in placed:
+        placed = {i: light for i, light in enumerate(lights) if isinstance(light, (DistantLight, AreaLight))}
+        for light in placed.values():
             refuse_clamped(light)
-        shining = [light for light in placed if _reaches(light, groups)]
-        self._provide([_kind(light) for light in shining], [shown.as_pointer() for shown in groups.values()])
-        for shown, light in zip(self._shown, shining, strict=True):
+        shining = {i: light for i, light in placed.items() if _reaches(light, groups)}
+        self._provide([_kind(light) for light in shining.values()], [shown.as_pointer() for shown in groups.values()])
+        for shown, (i, light) in zip(self._shown, shining.items(), strict=True):
             self._show(shown, light, view, groups)
-        self._images.keep_only({light.image.key for light in shining if isinstance(light, AreaLight) and light.image})
+            shown.source.object.lightgroup = light_name(i)
+        images = (light.image for light in shining.values() if isinstance(light, AreaLight))
+        self._images.keep_only({image.key for image in images if image})
 
     @property
     def needs_tree(self) -> bool:

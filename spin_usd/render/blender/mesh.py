@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.render.blender.light_groups import EMISSION
 from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
+from spin_usd.render.blender.settings import assign
 from spin_usd.render.blender.textures import attribute_name
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
@@ -128,9 +130,10 @@ class TargetObject:
                 before, self._objects[group].data = self._objects[group].data, data
                 bpy.data.meshes.remove(before)
             else:
-                self._objects[group] = bpy.data.objects.new("target", data)
-                self._objects[group].parent = self._axes
-                self._scene.collection.objects.link(self._objects[group])
+                shown = self._objects[group] = bpy.data.objects.new("target", data)
+                shown.parent = self._axes
+                assign(shown, {"lightgroup": EMISSION})
+                self._scene.collection.objects.link(shown)
 
 
 def _pieces(mesh: Mesh) -> dict[int, Faces]:

@@ -1,6 +1,7 @@
-"""Rendering one Blender scene into an array, through a float EXR in a temporary folder."""
+"""Rendering one Blender scene into arrays, through a float EXR in a temporary folder."""
 
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,10 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import RenderError
 from spin_usd.geometry.region import Region
+from spin_usd.render.blender.settings import IMAGE, LAYERS, assign
+from spin_usd.scene.passes import Radiance
+
+COMBINED = "Combined"
 
 
 def scratch_folder() -> tempfile.TemporaryDirectory[str]:
@@ -19,16 +24,33 @@ def scratch_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 class Readback:
-    """The way from Blender's picture to an array, through a file in the folder `scratch`."""
+    """The way from Blender's pictures to arrays, through a file in the folder `scratch`.
+
+    Raises RenderError when Blender fails or lies about it.
+    """
 
     def __init__(self, scratch: Path) -> None:
         self._file = scratch / "frame.exr"
 
-    def render(self, scene: Any, region: Region) -> NDArray[np.float32]:
-        """(rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha.
+    def picture(self, scene: Any, region: Region) -> NDArray[np.float32]:
+        """(rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha."""
+        assign(scene.render.image_settings, IMAGE)
+        self._render(scene)
+        return self._read(region, {"": 4})[""]
 
-        Raises RenderError when Blender fails or lies about it.
-        """
+    def radiance(self, scene: Any, region: Region, groups: Sequence[str]) -> Radiance:
+        """`region` by light group. One group, or none, is the picture itself; more are passes of the view layer."""
+        if len(groups) <= 1:
+            rgba = self.picture(scene, region)
+            return Radiance(region=region, groups=rgba[None, ..., :3][: len(groups)], coverage=rgba[..., 3])
+        assign(scene.render.image_settings, LAYERS)
+        self._render(scene)
+        names = [f"{COMBINED}_{group}" for group in groups]
+        passes = self._read(region, {COMBINED: 4, **dict.fromkeys(names, 3)})
+        planes = np.stack([passes[name] for name in names])
+        return Radiance(region=region, groups=planes, coverage=passes[COMBINED][..., 3])
+
+    def _render(self, scene: Any) -> None:
         self._file.unlink(missing_ok=True)
         scene.render.filepath = str(self._file)
         try:
@@ -37,18 +59,36 @@ class Readback:
             raise RenderError(f"Blender failed: {error}") from error
         if outcome != {"FINISHED"}:
             raise RenderError(f"Blender ended a render with {sorted(outcome)}")
-        return self._read(region)
 
-    def _read(self, region: Region) -> NDArray[np.float32]:
+    def _read(self, region: Region, wanted: Mapping[str, int]) -> dict[str, NDArray[np.float32]]:
+        """(rows, columns, channels) float32 of each pass that is `wanted`, with so many channels."""
         image = OpenImageIO.ImageInput.open(str(self._file))
-        pixels = image.read_image(0, 0, 0, 4, "float") if image else None
-        if image is None or pixels is None:
-            error = image.geterror() if image else OpenImageIO.geterror()
-            raise RenderError(f"Blender's picture cannot be read: {error}")
+        if image is None:
+            raise RenderError(f"Blender's picture cannot be read: {OpenImageIO.geterror()}")
+        found = {}
+        for part in range(image.spec().get_int_attribute("oiio:subimages", 1)):
+            image.seek_subimage(part, 0)
+            name = _pass_name(image.spec().channelnames[0])
+            if name in wanted:
+                found[name] = _pixels(image, part, (*region.shape, wanted[name]))
         image.close()
-        if pixels.shape != (*region.shape, 4):
-            raise RenderError(f"Blender rendered {pixels.shape[:2]} pixels where {region.shape} were wanted")
-        return np.ascontiguousarray(pixels, np.float32)
+        if missing := set(wanted) - set(found):
+            raise RenderError(f"Blender's picture lacks the passes {sorted(missing)}")
+        return found
+
+
+def _pixels(image: Any, part: int, shape: tuple[int, int, int]) -> NDArray[np.float32]:
+    pixels = image.read_image(part, 0, 0, shape[2], "float")
+    if pixels is None:
+        raise RenderError(f"Blender's picture cannot be read: {image.geterror()}")
+    if pixels.shape != shape:
+        raise RenderError(f"Blender rendered {pixels.shape[:2]} pixels where {shape[:2]} were wanted")
+    return np.ascontiguousarray(pixels, np.float32)
+
+
+def _pass_name(channel: str) -> str:
+    """That of the pass of a channel "layer.pass.R"; "" for a picture of one layer, whose channel is "R"."""
+    return channel.rpartition(".")[0].partition(".")[2]
 
 
 def face_indices(numbers: NDArray[np.float32], count: int) -> NDArray[np.int32]:

@@ -1,5 +1,6 @@
 """The Blender renderer: Cycles, held open from frame to frame."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from spin_usd.geometry.region import Region
 from spin_usd.render.blender.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.light import LightRig
+from spin_usd.render.blender.light_groups import group_names, keep_apart
 from spin_usd.render.blender.light_links import needs_groups
 from spin_usd.render.blender.material import label_material
 from spin_usd.render.blender.mesh import TargetObject
@@ -20,6 +22,7 @@ from spin_usd.render.blender.passes import Readback, face_indices, scratch_folde
 from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.settings import BEAUTY, LABEL, LABEL_LAYERS, TRANSPARENT_BOUNCES, assign, cycles_scene
 from spin_usd.render.blender.world import WorldRig
+from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
@@ -56,14 +59,14 @@ class BlenderRenderer:
         self._scene.view_layers[0].material_override = None if holes else self._label_material
         if holes:
             self._target.number(scene.target.materials)
-        numbers = self._render(label_bands(scene), region)[..., 0]
+        numbers = self._numbers(label_bands(scene), region)
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 
     def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
         """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
-        region = scene.picture_region
+        region, names = scene.picture_region, group_names(Groups.of(scene))
         if region.empty:
-            return Radiance.of(region, np.zeros((*region.shape, 4), np.float32))
+            return Radiance.dark(region, groups=len(names))
         view = View.blurred(scene)
         self._show(scene, view)
         self._motion.move(self._target.groups.values(), scene)
@@ -73,7 +76,8 @@ class BlenderRenderer:
         self._forget_samples(samples)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
-        return Radiance.of(region, self._render(picture_bands(scene, samples=samples), region))
+        keep_apart(self._scene.view_layers[0], names)
+        return self._light(picture_bands(scene, samples=samples), region, names)
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -93,15 +97,22 @@ class BlenderRenderer:
         self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location, split=split)
         self._camera.aim(view)
 
-    def _render(self, bands: list[Region], region: Region) -> NDArray[np.float32]:
-        """(rows, columns, 4) of `region`, rendered only in the `bands`, where the target can be; black and clear
-        elsewhere."""
-        pixels = np.zeros((*region.shape, 4), np.float32)
+    def _numbers(self, bands: list[Region], region: Region) -> NDArray[np.float32]:
+        """(rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
+        numbers = np.zeros(region.shape, np.float32)
         for band in bands:
             self._camera.crop(band)
-            rows, columns = band.y0 - region.y0, band.x0 - region.x0
-            pixels[rows : rows + band.height, columns : columns + band.width] = self._readback.render(self._scene, band)
-        return pixels
+            numbers[_inside(band, region)] = self._readback.picture(self._scene, band)[..., 0]
+        return numbers
+
+    def _light(self, bands: list[Region], region: Region, groups: Sequence[str]) -> Radiance:
+        """That of `region`, rendered only in the `bands`; black and clear elsewhere."""
+        whole = Radiance.dark(region, groups=len(groups))
+        for band in bands:
+            self._camera.crop(band)
+            part, inside = self._readback.radiance(self._scene, band, groups), _inside(band, region)
+            whole.groups[:, *inside], whole.coverage[inside] = part.groups, part.coverage
+        return whole
 
     def _forget_samples(self, samples: int) -> None:
         """Make Cycles lay out its samples anew where their number changed.
@@ -123,3 +134,9 @@ class BlenderRenderer:
             "use_light_tree": self._target.emissive or self._lights.needs_tree,  # one Sun needs no tree
             "transparent_max_bounces": TRANSPARENT_BOUNCES if clear else 0,
         }
+
+
+def _inside(band: Region, region: Region) -> tuple[slice, slice]:
+    """Index of the band in an array of the region."""
+    rows, columns = band.y0 - region.y0, band.x0 - region.x0
+    return slice(rows, rows + band.height), slice(columns, columns + band.width)

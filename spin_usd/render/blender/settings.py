@@ -63,12 +63,9 @@ RENDER: Mapping[str, Any] = {
     "dither_intensity": 0.0,
     "threads_mode": "AUTO",
 }
-IMAGE: Mapping[str, Any] = {
-    "file_format": "OPEN_EXR",
-    "color_mode": "RGBA",
-    "color_depth": "32",
-    "exr_codec": "NONE",
-}
+EXR: Mapping[str, Any] = {"color_mode": "RGBA", "color_depth": "32", "exr_codec": "NONE"}
+IMAGE: Mapping[str, Any] = {"media_type": "IMAGE", "file_format": "OPEN_EXR", **EXR}
+LAYERS: Mapping[str, Any] = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYER", **EXR}
 LABEL: Mapping[str, Any] = {  # one ray per pixel that stops where it lands; Cycles sends the first through the centre
     "samples": 1,
     "seed": 0,

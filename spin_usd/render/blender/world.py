@@ -9,6 +9,7 @@ from mathutils import Matrix  # type: ignore[import-not-found]
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.render.background.surroundings import Surroundings
+from spin_usd.render.blender.light_groups import SURROUNDINGS
 from spin_usd.render.blender.settings import assign
 from spin_usd.scene.model import Scene
 
@@ -51,6 +52,7 @@ class WorldRig:
         self._world = bpy.data.worlds.new("surroundings")
         self._show(self._world)  # before its settings, which look for it there
         assign(self._world.cycles_visibility, {"camera": False})
+        assign(self._world, {"lightgroup": SURROUNDINGS})
         nodes, link = self._world.node_tree.nodes, self._world.node_tree.links.new
         nodes.clear()
         direction = nodes.new("ShaderNodeTexCoord")

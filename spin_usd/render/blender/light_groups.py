@@ -1,0 +1,30 @@
+"""Light groups in Blender: each light's share of the picture in a pass of its own, by the name of its group."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from spin_usd.scene.light_groups import Groups
+
+SURROUNDINGS, EMISSION = "surroundings", "emission"
+
+
+def light_name(index: int) -> str:
+    """The group of the light at this place of Scene.lights."""
+    return f"light {index}"
+
+
+def group_names(groups: Groups) -> list[str]:
+    """The names of a scene's groups, in their order."""
+    placed = [light_name(index) for index in groups.placed]
+    return placed + [SURROUNDINGS] * groups.surroundings + [EMISSION] * groups.emission
+
+
+def keep_apart(layer: Any, names: Sequence[str]) -> None:
+    """Let the view layer render these groups apart: none where one picture has all the light there is."""
+    wanted = list(names) if len(names) > 1 else []
+    if [group.name for group in layer.lightgroups] == wanted:
+        return
+    while len(layer.lightgroups):
+        layer.lightgroups.remove(layer.lightgroups[0])
+    for name in wanted:
+        layer.lightgroups.add(name=name)
