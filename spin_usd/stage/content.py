@@ -24,7 +24,7 @@ def stage_hash(stage: Usd.Stage) -> str:
     It does not depend on where the stage lies or how it is split into layers, and ignores variants not selected.
     """
     flat = stage.Flatten(addSourceFileComment=False)
-    UsdUtils.ModifyAssetPaths(flat, lambda path: f"sha256:{_asset_sha256(path)}" if path else path)
+    UsdUtils.ModifyAssetPaths(flat, lambda path: f"sha256:{asset_sha256(path)}" if path else path)
     return digest([selected_variant(stage), flat.ExportToString()])
 
 
@@ -48,7 +48,8 @@ def _resolved(path: str) -> list[Path]:
     return [file for file in udim_files(outer) if file.is_file()]
 
 
-def _asset_sha256(path: str) -> str:
+def asset_sha256(path: str) -> str:
+    """Digest of the files that a resolved asset path stands for, wherever they lie; or that there are none."""
     inner = Ar.SplitPackageRelativePathOuter(path)[1]
     files = _resolved(path)
     return digest([[_sha256(file) for file in files], inner]) if files else f"missing {Path(path).name}"

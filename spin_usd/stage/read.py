@@ -39,7 +39,7 @@ class StageReader:
     """
 
     def __init__(self, path: str | Path, *, variant: str = NOMINAL, stage: Usd.Stage | None = None):
-        """`stage`: that at `path` in that variant where it is open already, perhaps with selections of its other sets."""
+        """`stage`: that at `path` in that variant where it is open already, perhaps with other sets' selections."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
