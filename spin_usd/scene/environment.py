@@ -13,7 +13,8 @@ from spin_usd.scene.texture import Color, Image
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Planet:
-    """An ellipsoid lit by the distant lights that light everything, which in turn lights the target.
+    """An ellipsoid lit by the distant lights that light everything, which in turn lights the target where it
+    `illuminates`; it is seen, and eclipses them, all the same.
 
     radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their
     albedo, and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column,
@@ -28,6 +29,7 @@ class Planet:
     clouds: Image | None = None
     atmosphere: float = 0.0
     haze: Color = (0.0, 0.0, 0.0)
+    illuminates: bool = True
 
     def __post_init__(self) -> None:
         if not all(0 < radius < np.inf for radius in self.radii):
@@ -72,3 +74,8 @@ class Environment:
     planets: tuple[Planet, ...] = ()
     stars: tuple[Stars, ...] = ()
     back_plate: BackPlate | None = None
+
+    @property
+    def illuminating(self) -> tuple[Planet, ...]:
+        """The planets that light the target."""
+        return tuple(planet for planet in self.planets if planet.illuminates)

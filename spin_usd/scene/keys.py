@@ -31,7 +31,7 @@ def radiance_key(scene: Scene, settings: RenderSettings) -> str:
     field, shutter, samples and seed; not how strong or of what colour the lights are."""
     materials = [material.key for material in scene.target.materials]
     lights = in_unit_light(scene).scene.lights
-    taking = content([lights, scene.environment.planets, scene.thin_lens, scene.shutter])
+    taking = content([lights, scene.environment.illuminating, scene.thin_lens, scene.shutter])
     return digest(
         geometry_key(scene, settings.renderer),
         scene.target.mesh.shading_key,

@@ -55,24 +55,24 @@ class Groups:
 
 def in_unit_light(scene: Scene) -> UnitLight:
     """`scene` in unit light, and the gains that make it the picture's own."""
-    groups = Groups.of(scene)
-    reference, scale = _around_reference(scene), 1.0
+    groups, around = Groups.of(scene), _around(scene)
     strengths = [_irradiance(light, scene) * _luminance(_emission(light)) for light in scene.lights]
-    most = max(strengths, default=0.0)
+    tied = around if scene.environment.illuminating else []  # planets are lit by them all in proportion
+    most = max((strengths[i] for i in tied or range(len(strengths))), default=0.0)
     base = _class(most) if groups.emission else 1.0  # what shines itself has no other measure than its own
-    tied = _around(scene) if scene.environment.planets else []
-    if tied:  # planets are lit by them all in proportion
-        scale = base
-        most = max(strengths[i] for i in tied)
-    elif groups.surroundings:
-        scale = base * _class(sum(strengths[i] for i in _around(scene)) / most) / math.pi
+    reference, scale = _around_reference(scene), 1.0
+    shares = {i: _divided(_emission(scene.lights[i]), reference) for i in around}
+    if around:
+        relative = [_irradiance(scene.lights[i], scene) * _luminance(share) for i, share in shares.items()]
+        scale = (
+            base / max(relative) if tied else base * _class(sum(strengths[i] for i in around) / most) / sum(relative)
+        )
     lights: list[Light] = []
     for i, light in enumerate(scene.lights):
-        if isinstance(light, DomeLight) or i in tied:
-            unit = _times(_divided(_emission(light), reference), scale)
+        if i in shares:
+            unit = _times(shares[i], scale)
         elif strengths[i]:
-            strength = base * _class(strengths[i] / most)
-            unit = _times(WHITE, strength / _irradiance(light, scene))
+            unit = _times(WHITE, base * _class(strengths[i] / most) / _irradiance(light, scene))
         else:
             unit = _emission(light)
         lights.append(_emitting(light, unit))
@@ -82,14 +82,12 @@ def in_unit_light(scene: Scene) -> UnitLight:
 
 
 def _is_placed(light: Light) -> bool:
-    if isinstance(light, DomeLight):
-        return False
-    return any(light.at_target if isinstance(light, DistantLight) else light.emission)
+    return not isinstance(light, DomeLight) and any(_reaching(light))
 
 
 def _around(scene: Scene) -> list[int]:
     """Indices of the lights that make up what shines on the target from all around: domes, and what lights planets."""
-    planets = bool(scene.environment.planets)
+    planets = bool(scene.environment.illuminating)
     return [
         i
         for i, light in enumerate(scene.lights)
@@ -102,9 +100,11 @@ def _lights_planets(light: Light) -> bool:
 
 
 def _around_reference(scene: Scene) -> Color:
-    """The colour that all of what shines from around is proportional to: that of its first light."""
+    """The colour that all of what shines from around is proportional to: in red, green and blue each that of the first
+    light that has any, else 0."""
     colours = [_emission(scene.lights[i]) for i in _around(scene)]
-    return next((colour for colour in colours if all(colour)), WHITE)
+    r, g, b = (next((colour[c] for colour in colours if colour[c]), 0.0) for c in range(3))
+    return r, g, b
 
 
 def _shines(scene: Scene) -> bool:
@@ -119,16 +119,21 @@ def _emission(light: Light) -> Color:
 
 
 def _emitting(light: Light, emission: Color) -> Light:
-    if isinstance(light, DistantLight):  # of one in total eclipse the target gets nothing, whatever its strength
-        return replace(light, irradiance=emission, obscuration=float(light.obscuration == 1))
+    if isinstance(light, DistantLight):
+        left = 1 - light.obscuration  # 0 in total eclipse: the target gets nothing, whatever the light's strength
+        return replace(light, irradiance=emission, obscuration=1 - min(_class(left), 1.0) if left else 1.0)
     if isinstance(light, DomeLight):
         return replace(light, radiance=emission)
     return replace(light, emission=emission)
 
 
 def _gain(light: Light, unit: Light) -> Color:
-    emission = light.at_target if isinstance(light, DistantLight) else _emission(light)
-    return _divided(emission, _emission(unit))
+    return _divided(_reaching(light), _reaching(unit))
+
+
+def _reaching(light: Light) -> Color:
+    """What the target gets is proportional to it."""
+    return light.at_target if isinstance(light, DistantLight) else _emission(light)
 
 
 def _irradiance(light: Light, scene: Scene) -> float:
@@ -173,5 +178,6 @@ def _times(colour: Color, factor: float) -> Color:
 
 
 def _divided(colour: Color, by: Color) -> Color:
-    r, g, b = (value / divisor for value, divisor in zip(colour, by, strict=True))
+    """0 where there is no light of that colour in either."""
+    r, g, b = (value / divisor if divisor else 0.0 for value, divisor in zip(colour, by, strict=True))
     return r, g, b

@@ -14,7 +14,7 @@ from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage import schema
 from spin_usd.stage.images import Images
-from spin_usd.stage.ranges import FINITE, SHARE, Range, value_in
+from spin_usd.stage.ranges import FINITE, SHARE, Range, typed_value, value_in
 
 RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars of some ten times the Sun's radius
 LONGEST = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
@@ -36,6 +36,7 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
         clouds=_clouds(prim, time, images),
         atmosphere=_lengths(prim, schema.PLANET_SCALE_HEIGHT, SCALE_HEIGHTS, time, metres)[0],
         haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, OPTICAL_DEPTHS, time),
+        illuminates=typed_value(prim, schema.PLANET_ILLUMINATES, time),
     )
     if planet.atmosphere > DEEPEST * min(planet.radii):
         found = f"is {planet.atmosphere:g} m, more than {DEEPEST:g} of the shortest semi-axis"

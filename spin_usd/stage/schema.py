@@ -88,6 +88,7 @@ PLANET_CLOUDS_FILE = "spin:planet:clouds:file"
 PLANET_CLOUDS_ALBEDO = "spin:planet:clouds:albedo"
 PLANET_SCALE_HEIGHT = "spin:planet:atmosphere:scaleHeight"
 PLANET_OPTICAL_DEPTH = "spin:planet:atmosphere:opticalDepth"
+PLANET_ILLUMINATES = "spin:planet:illuminates"
 
 STARS_SEED = "spin:stars:seed"
 STARS_LIMITING_MAGNITUDE = "spin:stars:limitingMagnitude"

@@ -11,6 +11,7 @@ from spin_usd.render.background.latlong import bilinear_latlong, planes
 from spin_usd.render.background.surroundings import Surroundings
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
+from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 
@@ -258,3 +259,21 @@ def test_a_planet_hides_a_dome_without_a_sun_too(facing):
     solid = (edges[:-1] - edges[1:]) * np.pi / len(pixels)
     left = (pixels.sum(1) * solid[:, None]).sum(0)
     np.testing.assert_allclose(left, 4 * np.pi - 2 * np.pi * (1 - np.cos(np.radians(30))), rtol=PRECISION)
+
+
+def test_a_planet_that_does_not_illuminate_leaves_the_target_as_it_is_without(blender, facing):
+    """Of two planets, only the light of the one is there; and it hides no dome's light either."""
+    lights = [sun((0, 0, 1)), dome(image=patch(10, 8))]
+    one, other = planet((0, 2e7, 3e7)), planet((0, 1e7, -2e7), albedo=(0.9, 0.5, 0.1))
+    seen_only = replace(other, illuminates=False)
+    for planets in ([], [one]):
+        with_it, without = facing(lights=lights, planets=[*planets, seen_only]), facing(lights=lights, planets=planets)
+        assert Surroundings.of(with_it).key == Surroundings.of(without).key
+        assert Groups.of(with_it) == Groups.of(without)
+    both = facing(lights=lights, planets=[one, other])
+    assert Surroundings.of(both).key != Surroundings.of(facing(lights=lights, planets=[one])).key
+    dark = facing(lights=lights[:1], planets=[seen_only])
+    assert Surroundings.of(dark) is None
+    assert Groups.of(dark).count == 1
+    plain = [blender.radiance(scene, samples=4, seed=0).rgba for scene in (dark, facing(lights=lights[:1]))]
+    np.testing.assert_array_equal(*plain)

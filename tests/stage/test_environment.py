@@ -54,7 +54,12 @@ def test_planet(read_scene):
     np.testing.assert_allclose(planet.T_cam_planet.translation, (0, 0, 7078137), rtol=DOUBLE)
     np.testing.assert_allclose(planet.T_cam_planet.rotation, np.diag([1, -1, -1]), atol=DOUBLE)
     np.testing.assert_allclose(planet.albedo, (0.1, 0.2, 0.3), rtol=FLOAT32)
-    assert (planet.clouds, planet.atmosphere) == (None, 0)
+    assert (planet.clouds, planet.atmosphere, planet.illuminates) == (None, 0, True)
+
+
+def test_a_planet_may_be_seen_without_lighting_the_target(read_scene):
+    (planet,) = read_scene(world=earth("bool spin:planet:illuminates = 0")).environment.planets
+    assert not planet.illuminates
 
 
 def test_lengths_are_in_the_prims_own_units(read_scene):

@@ -32,6 +32,7 @@ SCHEMAS = {
         schema.PLANET_CLOUDS_ALBEDO,
         schema.PLANET_SCALE_HEIGHT,
         schema.PLANET_OPTICAL_DEPTH,
+        schema.PLANET_ILLUMINATES,
     },
     schema.STARS_API: {
         schema.STARS_SEED,

@@ -138,10 +138,11 @@ def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantL
 
 
 def _seen_from_target(scene: Scene) -> list[Globe]:
-    """The planets as the target sees them: from the camera where that is as good, so that not every pose is another."""
+    """The planets that light the target, as it sees them: from the camera where that is as good, so that not every pose
+    is another."""
     target = scene.T_cam_body.points(scene.target.mesh.centre)
     globes = []
-    for planet in scene.environment.planets:
+    for planet in scene.environment.illuminating:
         globe = Globe(planet=planet, eye=np.zeros(3))
         height = globe.distance - max(planet.radii)
         near = np.linalg.norm(target) <= NEARBY * height
