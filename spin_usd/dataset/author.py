@@ -1,22 +1,30 @@
-"""`spin-usd author`: pose list + model + camera -> a layered stage."""
+"""`spin-usd author`: pose list or example + model + camera -> a layered stage."""
 
 import hashlib
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.arrays import Float
+from spin_usd.dataset.example import open_example
+from spin_usd.dataset.example_pictures import Shot, draw_poses, draw_samples, shots
 from spin_usd.dataset.new_folder import new_folder
 from spin_usd.errors import InputError
 from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.formats.mesh_file import READERS, read_mesh_file
-from spin_usd.formats.pose_list import chosen_frames, read_pose_list
+from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
+from spin_usd.geometry.camera import Camera
+from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author import ROOT, write_stage
 from spin_usd.stage.authorship import Origin
-from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, lens_of, open_camera_layer
+from spin_usd.stage.extent import box_corners
 from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
-from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
+from spin_usd.stage.rig_samples import Samples, set_planet, set_sun
+from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, USUAL, open_rig, rig_by_name
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -37,53 +45,117 @@ class AuthorReport:
         return asdict(self)
 
 
-def author_stage(
-    *,
-    poses: str | Path,
-    target: str | Path,
-    camera: str | Path,
-    out: str | Path,
-    units_per_metre: float | None = None,
-    frames: str | None = None,
-    seed: int = 0,
-    preset: str | Path | None = None,
-    lights: str | Path | None = None,
-    environment: str | Path | None = None,
-) -> AuthorReport:
-    """Write the stage into the new folder `out`.
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """`target`, `camera`, `preset`, `lights` and `environment` are names of what travels with spin_usd, or files; the
+    last two stand instead of the preset's."""
 
-    `target`, `camera`, `preset`, `lights` and `environment` are names of what travels with spin_usd, or files; the last
-    two stand instead of the preset's. `frames` is "A:B:STEP".
+    target: str | Path
+    camera: str | Path
+    units_per_metre: float | None = None
+    seed: int = 0
+    preset: str | Path | None = None
+    lights: str | Path | None = None
+    environment: str | Path | None = None
+
+
+def author_stage(*, poses: str | Path, out: str | Path, frames: str | None = None, **choices: Any) -> AuthorReport:
+    """Write the stage of a pose list into the new folder `out`. `choices` are those of Choices; `frames` is "A:B:STEP".
+
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
-    if not -(2**63) <= seed < 2**63:
-        raise InputError(f"seed {seed} does not fit 64 bits")
     chosen = chosen_frames(read_pose_list(poses), frames)
-    layer, camera_file = _camera(str(camera))
-    target_file = _target_file(str(target))
-    files = {"poses": Path(poses), "target": target_file, "camera": camera_file}
-    settings = _preset(str(preset)) if preset is not None else None
+    return _author(Choices(**choices), Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen, {})
+
+
+def author_example(
+    *,
+    example: str | Path,
+    out: str | Path,
+    count: int | None = None,
+    frames: str | None = None,
+    seed: int = 0,
+    **choices: Any,
+) -> AuthorReport:
+    """Write the stage of an example into the new folder `out`: `example` is one's name, or a file; `count` of its
+    pictures, all unless given, and of those what `frames`, "A:B:STEP", chooses. `choices` are those of Choices, and
+    stand instead of the example's.
+
+    Raises as author_stage.
+    """
+    found = open_example(example)
+    chosen = _chosen(shots(found, count), frames)
+    usual = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
+    given = {name: value for name, value in choices.items() if value is not None}
+    source = found.file.name
+
+    def pictures(camera: Camera, corners: Float) -> PoseList:
+        return draw_poses(chosen, seed, camera, corners, source)
+
+    files = {"example": found.file}
+    return _author(Choices(seed=seed, **usual | given), Path(out), files, pictures, draw_samples(chosen, seed))
+
+
+def _chosen(made: tuple[Shot, ...], frames: str | None) -> tuple[Shot, ...]:
+    chosen = made if frames is None else made[slice_of(frames)]
+    if not chosen:
+        raise InputError(f"frames {frames!r} chooses none of {len(made)} pictures")
+    return chosen
+
+
+def _author(
+    choices: Choices,
+    out: Path,
+    sources: Mapping[str, Path],
+    pictures: Callable[[Camera, Float], PoseList],
+    samples: Samples,
+) -> AuthorReport:
+    """`pictures` gives the poses for a lens and the corners (8, 3) of a target. sources: the files they come from."""
+    if not -(2**63) <= choices.seed < 2**63:
+        raise InputError(f"seed {choices.seed} does not fit 64 bits")
+    layer, camera_file = _camera(str(choices.camera))
+    target_file = _target_file(str(choices.target))
+    files = {**sources, "target": target_file, "camera": camera_file}
+    settings = _preset(str(choices.preset)) if choices.preset is not None else None
     if settings:
         files["preset"] = settings.file
-    chosen_rigs = {LIGHTS: lights, ENVIRONMENT: environment}
+    chosen_rigs = {LIGHTS: choices.lights, ENVIRONMENT: choices.environment}
     rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
     files |= {kind.lower(): file for kind, file in rig_files.items()}
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
+    _set_samples(rigs, settings, samples)
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
-    with new_folder(Path(out)) as folder:
-        asset, notes = _write_target(target_file, folder, units_per_metre)
+    with new_folder(out) as folder:
+        asset, notes = _write_target(target_file, folder, choices.units_per_metre)
         notes += _unused(settings, asset)
+        poses = pictures(lens_of(layer), box_corners(asset))
         write_stage(
-            folder, poses=chosen, target=asset, camera=layer, origin=origin, seed=seed, preset=settings, rigs=rigs
+            folder,
+            poses=poses,
+            target=asset,
+            camera=layer,
+            origin=origin,
+            seed=choices.seed,
+            preset=settings,
+            rigs=rigs,
         )
     return AuthorReport(
-        root=str(Path(out) / ROOT),
-        frames=len(chosen),
+        root=str(out / ROOT),
+        frames=len(poses),
         target=asset.name,
         meshes=asset.gprims,
         camera=camera_file.name,
         notes=notes,
     )
+
+
+def _set_samples(rigs: dict[str, Layer], preset: Preset | None, samples: Samples) -> None:
+    """Write the samples on the rigs: where none is chosen, on the preset's or the usual one, which is then chosen."""
+    for kind, set_on, prefix in ((LIGHTS, set_sun, "sun."), (ENVIRONMENT, set_planet, "earth.")):
+        if any(name.startswith(prefix) for name in samples):
+            own = rigs.get(kind) or (preset.rig(kind) if preset else None)
+            rigs[kind] = own or open_rig(rig_by_name(USUAL[kind], kind), kind)
+            set_on(rigs[kind], samples)
 
 
 def _camera(given: str) -> tuple[Layer, Path]:

@@ -41,6 +41,11 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
         return author_stage(**arguments).as_json()
 
+    def author_example(**arguments: Any) -> Any:
+        from spin_usd.dataset.author import author_example
+
+        return author_example(**arguments).as_json()
+
     def plan(**arguments: Any) -> Any:
         from spin_usd.dataset.plan import make_plan
 
@@ -76,6 +81,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
     return {
         "author": author,
+        "author_example": author_example,
         "check_stage": check_stage,
         "open_worker": open_worker,
         "picture": picture,

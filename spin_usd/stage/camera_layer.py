@@ -77,6 +77,12 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
     return copy
 
 
+def lens_of(layer: Sdf.Layer) -> Camera:
+    """The lens of a camera layer."""
+    stage = Usd.Stage.Open(layer)
+    return read_lens(stage.GetDefaultPrim())
+
+
 def _author_sensor(prim: Usd.Prim, channels: str) -> None:
     prim.ApplyAPI(schema.SENSOR_API)
     for field, value in {"channels": channels, "bit_depth": 8, "encoding": "srgb"}.items():

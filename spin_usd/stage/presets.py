@@ -37,6 +37,10 @@ class Preset:
             return None
         return extracted(self.flat, prim, self.flat.documentation)
 
+    def rig(self, kind: str) -> Sdf.Layer | None:
+        """Its lights or its environment, by the kind of rig; None where it has none."""
+        return self.layer(WORLD.AppendChild(kind))
+
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
         """Its selections among the `variants` of a target: those of sets that the target does not have are left out.
 

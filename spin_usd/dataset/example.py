@@ -1,0 +1,187 @@
+"""Examples: what an example file says, as laws to draw from."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, radians
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.schema import check_schema
+from spin_usd.errors import InputError
+from spin_usd.formats.example_file import example_by_name, read_example_file
+from spin_usd.sampling.distribution import (
+    Attitudes,
+    Choice,
+    Directions,
+    Distribution,
+    Fixed,
+    LogUniform,
+    Normal,
+    Uniform,
+)
+from spin_usd.sampling.poses import Place, PoseLaw
+from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
+
+SCHEMA = "example-1"
+DISTRIBUTIONS: Mapping[str, Callable[..., Distribution]] = {
+    "fixed": Fixed,
+    "uniform": Uniform,
+    "log_uniform": LogUniform,
+    "normal": Normal,
+    "choice": Choice,
+    "directions": Directions,
+    "attitudes": Attitudes,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampled:
+    """A parameter's law; each: drawn for each "frame" or each "sequence"."""
+
+    law: Distribution
+    each: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
+    `first_sequence` and `first_picture`."""
+
+    name: str
+    names: str
+    law: PoseLaw | TrajectoryLaw
+    pictures: int
+    sequences: int
+    first_sequence: int
+    first_picture: int
+    sample: Mapping[str, Sampled]
+
+    @property
+    def count(self) -> int:
+        return self.sequences * self.pictures
+
+
+@dataclass(frozen=True, kw_only=True)
+class Example:
+    """camera, target, preset, lights, environment: names of what travels with spin_usd, None for the usual ·
+    published: the set's own statistics, as the file has them."""
+
+    file: Path
+    title: str
+    camera: str
+    target: str
+    preset: str | None
+    lights: str | None
+    environment: str | None
+    notes: tuple[str, ...]
+    parts: tuple[Part, ...]
+    published: Mapping[str, Any]
+
+    @property
+    def count(self) -> int:
+        return sum(part.count for part in self.parts)
+
+
+def open_example(given: str | Path) -> Example:
+    """The example of that name or in that file. Raises InputError that names the file and the place in it."""
+    file = Path(given) if Path(given).suffix.lower() == ".toml" else example_by_name(str(given))
+    tables = read_example_file(file)
+    check_schema(tables, SCHEMA, file)
+    names = [part["name"] for part in tables["part"]]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise InputError(f"has two parts named {twice!r}", where=file, do="give each its own name")
+    shared = tables.get("sample", {})
+    return Example(
+        file=file,
+        title=tables["title"],
+        camera=tables["camera"],
+        target=tables["target"],
+        preset=tables.get("preset"),
+        lights=tables.get("lights"),
+        environment=tables.get("environment"),
+        notes=tuple(tables.get("notes", ())),
+        parts=tuple(_part(table, shared, f"{file}, part {table['name']!r}") for table in tables["part"]),
+        published=tables.get("published", {}),
+    )
+
+
+def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Part:
+    sample = {**shared, **table.get("sample", {})}
+    return Part(
+        name=table["name"],
+        names=table["names"],
+        law=_poses(table["poses"], where) if "poses" in table else _trajectory(table["trajectory"], where),
+        pictures=table["pictures"],
+        sequences=table.get("sequences", 1),
+        first_sequence=table.get("first_sequence", 1),
+        first_picture=table.get("first_picture", 1),
+        sample={name: _sampled(law, f"{where}, sample {name!r}") for name, law in sample.items()},
+    )
+
+
+def _poses(table: Mapping[str, Any], where: str) -> PoseLaw:
+    attitude = _distribution(table["attitude"], f"{where}, attitude")
+    return PoseLaw(place=_place(table, where), attitude=attitude, whole=table.get("whole", False))
+
+
+def _place(table: Mapping[str, Any], where: str) -> Place:
+    laws = {name: _distribution(table[name], f"{where}, {name}") for name in ("range", "across", "down")}
+    return Place(**laws)
+
+
+def _trajectory(table: Mapping[str, Any], where: str) -> TrajectoryLaw:
+    pitch, yaw = table.get("tilt_deg", (0.0, 0.0))
+    x, y, z = table.get("centre_of_mass_m", (0.0, 0.0, 0.0))
+    least, most = table.get("range_m", (0.0, inf))
+    return TrajectoryLaw(
+        path=_path(table, where),
+        spin=_spin(table["spin"], f"{where}, spin"),
+        attitude=_distribution(table["attitude"], f"{where}, attitude"),
+        step=table["step_s"],
+        period=table.get("period_s", inf),
+        tilt=(radians(pitch), radians(yaw)),
+        centre_of_mass=(x, y, z),
+        range=(least, most),
+        whole=table.get("whole", False),
+    )
+
+
+def _path(table: Mapping[str, Any], where: str) -> RelativeOrbit | Transfer:
+    if "orbit" not in table:
+        return Transfer(start=_place(table["start"], f"{where}, start"), end=_place(table["end"], f"{where}, end"))
+    orbit = table["orbit"]
+    return RelativeOrbit(
+        forward=orbit["forward_m"],
+        up=orbit.get("up_m", 0.0),
+        eccentric=orbit.get("eccentric_m", 0.0),
+        phase=radians(orbit.get("phase_deg", 0.0)),
+        inclined=orbit.get("inclined_m", 0.0),
+        inclined_phase=radians(orbit.get("inclined_phase_deg", 0.0)),
+    )
+
+
+def _spin(table: Mapping[str, Any], where: str) -> Spin:
+    x, y, z = table.get("symmetry", (0.0, 0.0, 1.0))
+    return Spin(
+        degrees=_distribution(table["degrees"], f"{where}, degrees"),
+        axis=_distribution(table["axis"], f"{where}, axis"),
+        symmetry=(x, y, z),
+        inertia=table.get("inertia", 1.0),
+    )
+
+
+def _sampled(table: Mapping[str, Any], where: str) -> Sampled:
+    return Sampled(law=_distribution(table, where), each=table.get("per", "frame"))
+
+
+def _distribution(table: Mapping[str, Any], where: str) -> Distribution:
+    """Raises InputError that says where, for one without a possible value."""
+    fields = {name: _hashable(value) for name, value in table.items() if name not in ("distribution", "unit", "per")}
+    try:
+        return DISTRIBUTIONS[table["distribution"]](**fields)
+    except InputError as error:
+        raise InputError(error.found, where=where, do=error.do) from None
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(map(_hashable, value)) if isinstance(value, list) else value

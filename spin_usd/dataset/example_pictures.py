@@ -1,0 +1,97 @@
+"""An example's pictures: which of them, their poses and their light, each from the seed and its own name alone."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.dataset.example import Example, Part
+from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.sampling.distribution import Value
+from spin_usd.sampling.poses import PoseLaw
+from spin_usd.sampling.stream import stream
+from spin_usd.scene.poses import PoseList
+
+DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """One picture: the `picture`th of the `sequence`th of its part, both from 0."""
+
+    part: Part
+    sequence: int
+    picture: int
+
+    @property
+    def name(self) -> str:
+        part = self.part
+        numbers = {"sequence": part.first_sequence + self.sequence, "picture": part.first_picture + self.picture}
+        return part.names.format(**numbers)
+
+    @property
+    def sequence_name(self) -> str:
+        return f"{self.part.name}/{self.sequence}"
+
+
+def shots(example: Example, count: int | None = None) -> tuple[Shot, ...]:
+    """All pictures, or `count` of them: of each part the first, as many as is its share.
+
+    Raises InputError for more than there are, and for none.
+    """
+    count = example.count if count is None else count
+    if not 1 <= count <= example.count:
+        raise InputError(f"count {count} is not 1 to {example.count}", where=example.file, do="give one of those")
+    found: list[Shot] = []
+    before = 0
+    for part in example.parts:
+        before += part.count
+        share = (count * before + example.count // 2) // example.count - len(found)
+        found += [Shot(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)]
+    return tuple(found)
+
+
+def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
+    """The poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
+
+    Raises InputError that names the picture or the sequence for one that cannot be had.
+    """
+
+    @cache
+    def sequence(part: Part, number: int) -> tuple[Float, Float]:
+        shot = Shot(part=part, sequence=number, picture=0)
+        rng = stream(seed, "sequence", shot.sequence_name)
+        assert not isinstance(part.law, PoseLaw)
+        return part.law.draw(rng, camera, hull, part.pictures)
+
+    def pose(shot: Shot) -> tuple[Float, Float]:
+        if isinstance(shot.part.law, PoseLaw):
+            return shot.part.law.draw(stream(seed, "pose", shot.name), camera, hull)
+        q, t = sequence(shot.part, shot.sequence)
+        return q[shot.picture], t[shot.picture]
+
+    found = []
+    for shot in chosen:
+        try:
+            found.append(pose(shot))
+        except InputError as error:
+            raise InputError(error.found, where=f"{source}, picture {shot.name}", do=error.do) from None
+    q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
+    return PoseList(names=tuple(shot.name for shot in chosen), q_cam_body=q, t_cam_body=t, source=source)
+
+
+def draw_samples(chosen: Sequence[Shot], seed: int) -> Mapping[str, tuple[Value | None, ...]]:
+    """Of each parameter that a part samples, its value in each of the `chosen` pictures; None where it has none."""
+    names = {name for shot in chosen for name in shot.part.sample}
+    return {name: tuple(_value(shot, name, seed) for shot in chosen) for name in sorted(names)}
+
+
+def _value(shot: Shot, name: str, seed: int) -> Value | None:
+    if name not in shot.part.sample:
+        return None
+    sampled = shot.part.sample[name]
+    drawn_for = shot.name if sampled.each == "frame" else shot.sequence_name
+    return sampled.law.draw(stream(seed, name, drawn_for))

@@ -1,0 +1,33 @@
+"""Example files: a published data set's likeness as TOML. What may stand in one is in schemas/example-1.schema.json."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.resources import stages
+
+
+def example_names() -> tuple[str, ...]:
+    """The examples that travel with spin_usd."""
+    return tuple(sorted(path.stem for path in (stages() / "examples").glob("*.toml")))
+
+
+def example_by_name(name: str) -> Path:
+    """The file of an example that travels with spin_usd. Raises InputError that lists those there are."""
+    if name not in example_names():
+        found = f"there is no example named {name!r}"
+        raise InputError(found, do=f"name one of {', '.join(example_names())}, or an example file")
+    return stages() / "examples" / f"{name}.toml"
+
+
+def read_example_file(path: str | Path) -> dict[str, Any]:
+    """The tables of the file at `path`, not yet held against their schema. Raises InputError that names the file."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
+    except UnicodeDecodeError:
+        raise InputError("is not a text file", where=path, do="give a TOML file") from None
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
