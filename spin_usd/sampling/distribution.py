@@ -91,9 +91,7 @@ class Normal:
             value = rng.normal(self.mean, self.sigma)
             if self.low <= value <= self.high:
                 return rounded(value)
-        found = (
-            f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} none is {self.low:g} to {self.high:g}"
-        )
+        found = f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} is {self.low:g} to {self.high:g}"
         raise InputError(found, do="move the range to where the distribution is")
 
 

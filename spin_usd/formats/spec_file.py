@@ -1,0 +1,131 @@
+"""Specifications of augmentations: TOML, valid by schemas/augment-1.schema.json."""
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import ValidationError, best_match
+
+from spin_usd.errors import InputError
+from spin_usd.resources import schemas
+
+SCHEMA = "augment-1"
+FRAME = "frame"
+NOMINAL = "nominal"  # the name of the stage without any augmentation
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleEntry:
+    """What one parameter is drawn from: `words` name its distribution and the numbers of that, in `unit`."""
+
+    parameter: str
+    words: Mapping[str, Any]
+    unit: str | None = None
+    per_frame: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class AugmentationEntry:
+    """One augmentation: a name of its own, which variants it selects among (set -> variants), what it draws."""
+
+    name: str
+    select: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    sample: tuple[SampleEntry, ...] = ()
+    constraints: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Specification:
+    """`name`: the file's stem · `sha256`: of its bytes · augmentations: each entry as often as its count says."""
+
+    name: str
+    sha256: str
+    seed: int
+    augmentations: tuple[AugmentationEntry, ...]
+
+
+def read_spec_file(path: str | Path) -> Specification:
+    """The specification in the file at `path`. Raises InputError that names the key that is wrong."""
+    path = Path(path)
+    data, document = _read_toml(path)
+    check_document(document, SCHEMA, path)
+    entries = tuple(entry for table in document["augmentation"] for entry in _entries(table))
+    names = [entry.name for entry in entries]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two augmentations are named {name!r}", where=path, do="rename one")
+    if NOMINAL in names:
+        raise InputError(f"{NOMINAL!r} is the name of the stage without augmentation", where=path, do="choose another")
+    return Specification(
+        name=path.stem,
+        sha256=hashlib.sha256(data).hexdigest(),
+        seed=document.get("seed", 0),
+        augmentations=entries,
+    )
+
+
+def samples_of(table: Mapping[str, Mapping[str, Any]]) -> tuple[SampleEntry, ...]:
+    """A `sample` table: parameter -> its distribution, with `unit` and `per` among the distribution's own words."""
+    return tuple(
+        SampleEntry(
+            parameter=name,
+            words={key: value for key, value in words.items() if key not in ("unit", "per")},
+            unit=words.get("unit"),
+            per_frame=words.get("per") == FRAME,
+        )
+        for name, words in table.items()
+    )
+
+
+def check_document(document: Any, schema: str, where: object) -> None:
+    """Raise InputError, in a sentence that names the key, where `document` breaks the schema of that name."""
+    error = best_match(_validator(schema).iter_errors(document))
+    if error is not None:
+        key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path).lstrip(".")
+        raise InputError(f"{key}: {_sentence(error)}" if key else _sentence(error), where=where)
+
+
+def _sentence(error: ValidationError) -> str:
+    """What jsonschema found, in fewer words where it prints whole tables."""
+    if error.validator == "additionalProperties":
+        schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
+        known = list(schema.get("properties", {}))
+        strange = sorted(set(error.instance) - set(known)) if isinstance(error.instance, dict) else []
+        return f"there is no {(strange or [''])[0]!r}; choose among {', '.join(known)}"
+    if error.validator == "required":
+        return str(error.message).replace(" is a required property", " is missing")
+    return str(error.message)
+
+
+def _entries(table: Mapping[str, Any]) -> list[AugmentationEntry]:
+    select = {
+        name: tuple([chosen] if isinstance(chosen, str) else chosen) for name, chosen in table.get("select", {}).items()
+    }
+    sample, constraints = samples_of(table.get("sample", {})), dict(table.get("constraints", {}))
+    count, name = table.get("count", 1), table["name"]
+    names = [f"{name}_{i + 1}" for i in range(count)] if "count" in table else [name]
+    return [AugmentationEntry(name=n, select=select, sample=sample, constraints=constraints) for n in names]
+
+
+def _read_toml(path: Path) -> tuple[bytes, dict[str, Any]]:
+    try:
+        data = path.read_bytes()
+        return data, tomllib.loads(data.decode())
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
+    except UnicodeDecodeError:
+        raise InputError("is not a text file", where=path, do="give a TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
+
+
+@cache
+def _validator(schema: str) -> Draft202012Validator:
+    text = (schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
+    return Draft202012Validator(json.loads(text))

@@ -1,0 +1,120 @@
+"""What a parameter is drawn from, in words as a specification has them, and the draws of all pictures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.sampling.distribution import (
+    Attitudes,
+    Choice,
+    Directions,
+    Distribution,
+    Fixed,
+    LogUniform,
+    Normal,
+    Uniform,
+    Value,
+)
+from spin_usd.sampling.stream import stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A distribution as its words name it: `numbers` are in the parameter's unit, `required` must be there."""
+
+    make: type[Any]
+    required: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        return self.required + self.optional
+
+
+BOUNDS = ("low", "high")
+KINDS: Mapping[str, Kind] = {
+    "fixed": Kind(make=Fixed, required=("value",), numbers=("value",)),
+    "uniform": Kind(make=Uniform, required=BOUNDS, numbers=BOUNDS),
+    "log_uniform": Kind(make=LogUniform, required=BOUNDS, numbers=BOUNDS),
+    "normal": Kind(make=Normal, required=("mean", "sigma"), optional=BOUNDS, numbers=("mean", "sigma", *BOUNDS)),
+    "choice": Kind(make=Choice, required=("values",), optional=("weights",), numbers=("values",)),
+    "directions": Kind(make=Directions, optional=("axis", "least", "most")),
+    "attitudes": Kind(make=Attitudes),
+}
+
+
+def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distribution:
+    """The distribution that `words` name: {"distribution": its kind, and its fields}; its numbers are multiplied by
+    `factor`, which brings them to the parameter's own unit. Raises InputError."""
+    name = str(words.get("distribution"))
+    if name not in KINDS:
+        raise InputError(f"there is no distribution {name!r}", do=f"choose one of {', '.join(KINDS)}")
+    kind, given = KINDS[name], {key: value for key, value in words.items() if key != "distribution"}
+    for key in kind.required:
+        if key not in given:
+            raise InputError(f"distribution {name} lacks {key!r}", do=f"give it {' and '.join(kind.required)}")
+    for key in given:
+        if key not in kind.fields:
+            known = ", ".join(kind.fields) or "nothing else"
+            raise InputError(f"distribution {name} has no {key!r}", do=f"it takes {known}")
+    fields = {key: _plain(value, factor if key in kind.numbers else 1.0) for key, value in given.items()}
+    made: Distribution = kind.make(**fields)
+    return made
+
+
+def _plain(value: Any, factor: float) -> Any:
+    """`value` with lists as tuples and its numbers multiplied; truths and names stay."""
+    if isinstance(value, list | tuple):
+        return tuple(_plain(each, factor) for each in value)
+    if isinstance(value, bool | str) or factor == 1.0:
+        return value
+    return value * factor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sample:
+    """One parameter's distribution; `per_frame`: drawn for each picture, else once."""
+
+    parameter: str
+    distribution: Distribution
+    per_frame: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draws:
+    """By parameter: one value for all pictures, or one for each."""
+
+    constant: Mapping[str, Value] = field(default_factory=dict)
+    per_frame: Mapping[str, Sequence[Value]] = field(default_factory=dict)
+
+    def __contains__(self, parameter: str) -> bool:
+        return parameter in self.constant or parameter in self.per_frame
+
+    def of(self, parameter: str) -> Sequence[Value]:
+        """Its values: one for each picture, or the only one."""
+        return self.per_frame[parameter] if parameter in self.per_frame else (self.constant[parameter],)
+
+
+def draw_all(samples: Sequence[Sample], *, seed: int, name: str, frames: Sequence[str]) -> Draws:
+    """The first draws of all `samples` for the augmentation `name` of pictures named `frames`."""
+    one = {s.parameter: draw_one(s, seed=seed, name=name) for s in samples if not s.per_frame}
+    each = {
+        s.parameter: [draw_one(s, seed=seed, name=name, frame=frame) for frame in frames]
+        for s in samples
+        if s.per_frame
+    }
+    return Draws(constant=one, per_frame=each)
+
+
+def draw_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: int = 0) -> Value:
+    """The draw of one sample for one picture, or for all where `frame` is "": a function of its arguments alone.
+
+    again: how many draws before this one did not meet their constraints. Raises InputError that names the parameter.
+    """
+    names = (name, sample.parameter, frame, *([str(again)] if again else []))
+    try:
+        return sample.distribution.draw(stream(seed, *names))
+    except InputError as error:
+        raise InputError(error.found, where=sample.parameter, do=error.do) from None

@@ -1,0 +1,125 @@
+"""What was drawn, as opinions of a stage, and those as a layer."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from spin_usd.stage.cameras import find_camera
+from spin_usd.stage.captures import read_frames, read_seed
+from spin_usd.stage.parameters import settings
+from spin_usd.stage.setting import Base, Place
+from spin_usd.stage.shutter import read_opening
+
+TELL_EVERY = 5000  # pictures
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Opinion:
+    """The value of an attribute: one, or one for each time code of `samples`."""
+
+    place: Place
+    value: Any = None
+    samples: tuple[tuple[float, Any], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Opinions:
+    """attributes: in the order of their paths · apis: (prim, API schema) to apply."""
+
+    attributes: tuple[Opinion, ...] = ()
+    apis: tuple[tuple[str, str], ...] = ()
+
+
+def open_base(stage: Usd.Stage) -> tuple[Base, tuple[str, ...], int]:
+    """The stage under what is drawn, its pictures' names, and its seed. `stage` has its variants selected.
+
+    Each picture's time is the middle of its exposure, when its lights and optics are read.
+    """
+    frames = read_frames(stage, "")
+    camera = find_camera(stage)
+    times = tuple(read_opening(camera, frame.time_code, rows=1).middle for frame in frames)
+    metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+    return Base(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
+
+
+def opinions(
+    base: Base,
+    constant: Mapping[str, Any],
+    per_frame: Mapping[str, Sequence[Any]],
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Opinions:
+    """What the values drawn make of the stage's attributes: `constant` by parameter, `per_frame` one for each picture.
+
+    Raises InputError as `parameters.settings`.
+    """
+    found: list[Opinion] = []
+    apis: set[tuple[str, str]] = set()
+    made = settings(base, (*constant, *per_frame))
+    for count, setting in enumerate(made):
+        apis.update(setting.apis)
+        found += [Opinion(place=place, value=value) for place, value in setting.fixed]
+        one = {name: constant[name] for name in setting.parameters if name in constant}
+        each = {name: per_frame[name] for name in setting.parameters if name in per_frame}
+        if not each and not setting.varies:
+            values = setting.values(one, base.times[0])
+            found += [Opinion(place=p, value=v) for p, v in zip(setting.places, values, strict=True)]
+            continue
+        rows = []
+        for i, time in enumerate(base.times):
+            if i % TELL_EVERY == 0:
+                progress(count * len(base.times) + i, len(made) * len(base.times))
+            rows.append(setting.values({**one, **{name: drawn[i] for name, drawn in each.items()}}, time))
+        for place, column in zip(setting.places, zip(*rows, strict=True), strict=True):
+            found.append(Opinion(place=place, samples=tuple(zip(base.times, column, strict=True))))
+    ordered = sorted(found, key=lambda opinion: (opinion.place.prim, opinion.place.attribute))
+    return Opinions(attributes=tuple(ordered), apis=tuple(sorted(apis)))
+
+
+def write_opinions(layer: Sdf.Layer, what: Opinions, moves: Mapping[str, str] | None = None) -> None:
+    """Author them in `layer`, as overs. moves: path prefixes of the stage -> of the layer, such as /World/Lights ->
+    /Lights for a layer that is referenced there; the longest that fits counts."""
+    with Sdf.ChangeBlock():
+        for path, api in what.apis:
+            _apply(Sdf.CreatePrimInLayer(layer, _moved(path, moves or {})), api)
+        for opinion in what.attributes:
+            prim = Sdf.CreatePrimInLayer(layer, _moved(opinion.place.prim, moves or {}))
+            _author(prim, opinion)
+
+
+def _moved(path: str, moves: Mapping[str, str]) -> Sdf.Path:
+    own = Sdf.Path(path)
+    for prefix in sorted(moves, key=len, reverse=True):
+        if own.HasPrefix(Sdf.Path(prefix)):
+            return own.ReplacePrefix(Sdf.Path(prefix), Sdf.Path(moves[prefix]))
+    return own
+
+
+def _apply(prim: Sdf.PrimSpec, api: str) -> None:
+    items = prim.GetInfo("apiSchemas") if prim.HasInfo("apiSchemas") else Sdf.TokenListOp()
+    if api not in items.GetAddedOrExplicitItems():
+        prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[*items.prependedItems, api]))
+
+
+def _author(prim: Sdf.PrimSpec, opinion: Opinion) -> None:
+    place = opinion.place
+    variability = Sdf.VariabilityUniform if place.uniform else Sdf.VariabilityVarying
+    attribute = prim.attributes.get(place.attribute) or Sdf.AttributeSpec(
+        prim, place.attribute, Sdf.ValueTypeNames.Find(place.type), variability
+    )
+    if place.cut:
+        attribute.connectionPathList.ClearEditsAndMakeExplicit()
+    if not opinion.samples:
+        attribute.default = opinion.value
+    previous = None
+    for time, value in opinion.samples:
+        value = previous = _nearer(value, previous)
+        prim.layer.SetTimeSample(attribute.path, time, value)
+
+
+def _nearer(value: Any, previous: Any) -> Any:
+    """Of the two quaternions of one rotation that nearer to the one before, so that USD turns the short way."""
+    if isinstance(value, Gf.Quatd) and previous is not None and Gf.Dot(value, previous) < 0:
+        return -value
+    return value
