@@ -11,6 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import spin_usd
+from spin_usd.cli.augment import augment
 from spin_usd.cli.command import Command
 from spin_usd.cli.options import (
     Frames,
@@ -147,6 +148,9 @@ def _pictures_to_author(
         if choices[name] is None:
             raise typer.BadParameter(f"--poses needs --{name}")
     return "author", {"poses": str(poses)}
+
+
+app.command(cls=Command)(augment)
 
 
 @app.command(cls=Command)

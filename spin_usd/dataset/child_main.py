@@ -46,6 +46,11 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
         return author_example(**arguments).as_json()
 
+    def augment(**arguments: Any) -> Any:
+        from spin_usd.dataset.augment import augment_stage
+
+        return augment_stage(progress=progress, **arguments).as_json()
+
     def plan(**arguments: Any) -> Any:
         from spin_usd.dataset.plan import make_plan
 
@@ -80,6 +85,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         return found
 
     return {
+        "augment": augment,
         "author": author,
         "author_example": author_example,
         "check_stage": check_stage,

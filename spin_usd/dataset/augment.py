@@ -1,0 +1,106 @@
+"""`spin-usd augment`: a specification's augmentations as variants of a stage."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.sampled import sampled, samples_for
+from spin_usd.errors import InputError, SpinError
+from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
+from spin_usd.resources import stages
+from spin_usd.sampling.distribution import Choice, Fixed
+from spin_usd.sampling.sample import distribution_of
+from spin_usd.sampling.stream import stream
+from spin_usd.stage.augment import Augmentation, Source, open_selected, write_augmentations
+from spin_usd.stage.backgrounds import Background, background_of, bring_in
+from spin_usd.stage.parameters import BACKGROUND
+
+Progress = Callable[[tuple[str, int, int]], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AugmentReport:
+    """root: the root layer's path · augmentations: their names · frames: of each, what was drawn per picture."""
+
+    root: str
+    augmentations: tuple[str, ...]
+    spec: str
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def spec_names() -> tuple[str, ...]:
+    """The specifications that travel with spin_usd."""
+    return tuple(sorted(path.stem for path in (stages() / "augmentations").glob("*.toml")))
+
+
+def spec_path(given: str) -> Path:
+    """The file of the specification of that name, or the file itself. Raises InputError that lists those there are."""
+    if Path(given).suffix.lower() == ".toml":
+        return Path(given)
+    if given not in spec_names():
+        found = f"there is no specification named {given!r}"
+        raise InputError(found, do=f"name one of {', '.join(spec_names())}, or a .toml file")
+    return stages() / "augmentations" / f"{given}.toml"
+
+
+def augment_stage(
+    *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda told: None
+) -> AugmentReport:
+    """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
+
+    Raises InputError that names the specification, the augmentation and what is wrong in it; then nothing is written.
+    """
+    file = spec_path(spec)
+    specification = read_spec_file(file)
+    made = []
+    for entry in specification.augmentations:
+        try:
+            made.append(_drawn(Path(stage), specification, entry, file.parent, progress))
+        except SpinError as error:
+            where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
+            raise InputError(error.found, where=where, do=error.do) from None
+    source = Source(name=specification.name, sha256=specification.sha256, seed=specification.seed)
+    root = write_augmentations(Path(stage), Path(out) if out is not None else None, made, source)
+    names = tuple(augmentation.name for augmentation in made)
+    return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
+
+
+def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, progress: Progress) -> Augmentation:
+    """One augmentation, all its values drawn."""
+    selections = {
+        name: str(Choice(values=variants).draw(stream(spec.seed, entry.name, "select", name)))
+        for name, variants in entry.select.items()
+    }
+    stage = open_selected(path, selections)
+    behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
+    others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
+    samples_for(others)  # what is wrong in the words is said before anything is read
+    background = _background(stage, behind, spec.seed, entry.name, folder)
+    rig = bring_in(stage, background) if background else None
+    what = sampled(
+        stage,
+        others,
+        seed=spec.seed,
+        name=entry.name,
+        constraints=entry.constraints,
+        progress=lambda done, total: progress((entry.name, done, total)),
+    )
+    del rig
+    progress((entry.name, 1, 1))
+    return Augmentation(name=entry.name, selections=selections, what=what, background=background)
+
+
+def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
+    """The environment that is drawn, if any. Raises InputError for what is no choice of names."""
+    for sample in samples:
+        distribution = distribution_of(sample.words)
+        if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):
+            found = "is not one choice among names for each augmentation"
+            raise InputError(
+                found, where=BACKGROUND, do='give it distribution = "choice" or "fixed", without per or unit'
+            )
+        return background_of(stage, str(distribution.draw(stream(seed, name, BACKGROUND))), folder)
+    return None
