@@ -82,7 +82,7 @@ def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -
     sets = stage.GetDefaultPrim().GetVariantSets() if stage.GetDefaultPrim() else None
     names = sorted(set(sets.GetNames()) - {AUGMENTATION}) if sets else []
     if sets is None or name not in names:
-        do = f"choose one of {', '.join(names)}" if names else "name a variant of its augmentation"
+        do = f"choose one of {', '.join(names)}" if names else "name one of its augmentations"
         raise StageError(f"has no variant set '{name}' on its default prim", where=path, do=do)
     known = sets.GetVariantSet(name).GetVariantNames()
     if variant not in known:

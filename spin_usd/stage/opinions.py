@@ -1,0 +1,56 @@
+"""Where an opinion of a composed stage comes from: its layer, and the variants that it came through."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pxr import Pcp, Sdf, Usd
+
+
+def origin(prim: Usd.Prim, spec: Sdf.Spec) -> str:
+    """The layer of `spec`, one of the opinions on `prim` or a property of it, relative to the stage's folder, and all
+    variants on the way to it, outermost first: "layers/rich.usda {augmentation=isda_1, camera=rich}"."""
+    node = _node(prim.GetPrimIndex().rootNode, spec.layer, spec.path.GetPrimOrPrimVariantSelectionPath())
+    paths = [spec.path]
+    while node:
+        paths.append(node.path)
+        node = node.parent
+    selections = [f"{name}={variant}" for path in reversed(paths) for name, variant in _selections(path)]
+    file = _layer_name(spec.layer, prim.GetStage())
+    return f"{file} {{{', '.join(dict.fromkeys(selections))}}}" if selections else file
+
+
+def strongest(stack: list[Sdf.PropertySpec]) -> Sdf.PropertySpec | None:
+    """The first of a property's specs, strongest first, that says more than that there is such a property."""
+    return next((spec for spec in stack if _says_something(spec)), None)
+
+
+def _layer_name(layer: Sdf.Layer, stage: Usd.Stage) -> str:
+    """The layer's file, relative to the stage's folder."""
+    folder, file = Path(stage.GetRootLayer().realPath).parent, Path(layer.realPath)
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else str(layer.identifier)
+
+
+def _says_something(spec: Sdf.PropertySpec) -> bool:
+    if isinstance(spec, Sdf.RelationshipSpec):
+        return bool(spec.HasInfo("targetPaths"))
+    return bool(
+        spec.HasDefaultValue()
+        or spec.HasInfo("timeSamples")
+        or spec.HasInfo("spline")
+        or spec.connectionPathList.GetAddedOrExplicitItems()
+    )
+
+
+def _node(node: Pcp.NodeRef, layer: Sdf.Layer, path: Sdf.Path) -> Pcp.NodeRef | None:
+    """The node at or below `node` that brings the opinions of `layer` at `path`."""
+    if node.path == path and layer in node.layerStack.layers:
+        return node
+    below = (_node(child, layer, path) for child in node.children)
+    return next((found for found in below if found), None)
+
+
+def _selections(path: Sdf.Path) -> Iterator[tuple[str, str]]:
+    for prefix in path.GetPrefixes():
+        if prefix.IsPrimVariantSelectionPath():
+            name, variant = prefix.GetVariantSelection()
+            yield name, variant
