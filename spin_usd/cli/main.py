@@ -13,6 +13,7 @@ import typer
 import spin_usd
 from spin_usd.cli.augment import augment
 from spin_usd.cli.command import Command
+from spin_usd.cli.diff import diff
 from spin_usd.cli.options import (
     Frames,
     ImageFormat,
@@ -238,6 +239,9 @@ def check(
         print(f"{kind} {path}: {len(errors)} errors, {len(findings) - len(errors)} warnings")
     if errors:
         raise typer.Exit(FINDINGS)
+
+
+app.command(cls=Command)(diff)
 
 
 @app.command(cls=Command)

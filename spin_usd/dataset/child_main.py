@@ -61,6 +61,11 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
         return stage_findings(progress=progress, **arguments)
 
+    def diff(**arguments: Any) -> Any:
+        from spin_usd.dataset.diff_stage import compare
+
+        return compare(progress=progress, **arguments)
+
     def open_worker(**arguments: Any) -> Any:
         nonlocal worker
         from spin_usd.dataset.worker import Worker
@@ -89,6 +94,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         "author": author,
         "author_example": author_example,
         "check_stage": check_stage,
+        "diff": diff,
         "open_worker": open_worker,
         "picture": picture,
         "plan": plan,

@@ -1,0 +1,103 @@
+"""`spin-usd diff`: what differs between two variants, for people and for programs."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Annotated, Any
+
+import typer
+
+from spin_usd.cli.options import Frames, Json, Stage
+from spin_usd.cli.progress import shown
+
+Variant = Annotated[str, typer.Argument(metavar="VARIANT", help="An augmentation, nominal, or SET=VARIANT,...")]
+# What must be made again where that key is another.
+REACHES = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
+
+
+def diff(
+    context: typer.Context,
+    stage: Stage,
+    variant_a: Variant,
+    variant_b: Variant,
+    frames: Frames = None,
+    as_json: Json = False,
+) -> None:
+    """What differs from one variant to another, by prim and property, and which work that makes.
+
+    A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
+    isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing. The
+    exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
+    """
+    from spin_usd.dataset.diff import diff as compare
+
+    with shown(context.obj["quiet"]) as progress:
+        answer = compare(stage, variant_a, variant_b, frames=frames, progress=progress)
+    if as_json:
+        print(json.dumps(answer))
+        return
+    for line in (*_listed(answer["differences"]), *_summary(answer)):
+        print(line)
+
+
+def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A paragraph for each prim, and one for the files."""
+    for where, here in groupby(
+        differences, key=lambda each: each["where"].partition(".")[0] if each["kind"] != "file" else ""
+    ):
+        yield where or "files"
+        for each in here:
+            yield from _difference(each)
+        yield ""
+
+
+def _difference(each: Mapping[str, Any]) -> Iterator[str]:
+    subject = each["where"] if each["kind"] == "file" else _subject(each)
+    reach = f"   [{REACHES[each['reaches']]}]" if each["reaches"] else ""
+    samples = ""
+    if each["samples"]:
+        samples = f"   (at {each['time_code']:g}, the first of {each['samples']} time samples that differ)"
+    yield f"  {subject}   {_text(each['before'])} -> {_text(each['after'])}{samples}{reach}"
+    if each["before_from"] or each["after_from"]:
+        yield f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
+
+
+def _subject(each: Mapping[str, Any]) -> str:
+    name = each["where"].partition(".")[2]
+    match each["kind"]:
+        case "selection":
+            return f"variant set {each['name']}"
+        case "schemas":
+            return "applied schemas"
+        case "metadata":
+            return f"{each['name']} of {name}" if name else str(each["name"])
+        case "connection":
+            return f"{name} connected to"
+    return name or str(each["kind"])
+
+
+def _text(value: str | None) -> str:
+    return "none" if value is None else value
+
+
+def _summary(answer: Mapping[str, Any]) -> Iterator[str]:
+    pictures, count = answer["pictures"], len(answer["differences"])
+    before, after = answer["before"], answer["after"]
+    places = "1 place" if count == 1 else f"{count} places"
+    yield f"{after} differs from {before} in {places}" if count else f"{after} is composed as {before} is"
+    labels, renders, images = (pictures[key] for key in ("geometry", "radiance", "exposure"))
+    total = pictures["compared"]
+    yield f"of {total} pictures: labels differ in {labels}, renders in {renders}, images in {images}"
+    for key, name in (("only_before", before), ("only_after", after)):
+        if pictures[key]:
+            yield f"{pictures[key]} pictures are only in {name}"
+    yield _cost(total, labels, renders, images)
+
+
+def _cost(total: int, labels: int, renders: int, images: int) -> str:
+    if not images:
+        return "only what is drawn at random differs in the images: noise and back plates; nothing is rendered again"
+    if not renders:
+        return f"nothing is rendered again: {total} images are developed from the same renders"
+    again = f"{renders} of {total} pictures are rendered again"
+    return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

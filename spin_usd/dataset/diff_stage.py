@@ -1,0 +1,95 @@
+"""The child's part of `diff`: two variants of a stage composed side by side, as JSON."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.dataset.reach import KEYS, Trials, changed, neutral_keys
+from spin_usd.errors import InputError
+from spin_usd.formats.pose_list import slice_of
+from spin_usd.scene.model import NOMINAL, FrameId
+from spin_usd.stage.compose import open_stage
+from spin_usd.stage.content import AUGMENTATION
+from spin_usd.stage.diff import differences
+from spin_usd.stage.read import StageReader
+
+PROGRESS_EVERY = 500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Selection:
+    """One composition of a stage: an augmentation, and variants of the default prim's other sets."""
+
+    variant: str
+    others: dict[str, str]
+
+    @classmethod
+    def parse(cls, text: str) -> "Selection":
+        """From "nominal", "isda_1", "camera=rich,materials=plain" or "isda_1,camera=rich". Raises InputError."""
+        chosen: dict[str, str] = {}
+        for part in text.split(","):
+            name, equals, variant = part.strip().rpartition("=")
+            name = name if equals else AUGMENTATION
+            if not (name and variant) or name in chosen:
+                do = "write VARIANT, or SET=VARIANT,... with each set once"
+                raise InputError(f"{text!r} cannot be understood as a variant", do=do)
+            chosen[name] = variant
+        return cls(variant=chosen.pop(AUGMENTATION, NOMINAL), others=chosen)
+
+    def open(self, stage: str) -> StageReader:
+        """A reader of the stage so composed. Raises StageError for a set or a variant that it has not."""
+        opened = open_stage(stage, variant=self.variant, selections=self.others)
+        return StageReader(stage, variant=self.variant, stage=opened)
+
+
+def compare(
+    *, stage: str, before: str, after: str, frames: str | None, progress: Callable[[Any], None]
+) -> dict[str, Any]:
+    """What differs from the variant `before` to `after` of a stage; each as Selection.parse has it.
+
+    differences: as stage.diff tells them, each with what it `reaches` by itself: "geometry", "radiance" or "exposure"
+    is the first of the keys that it changes, "nothing" none, and None what cannot be tried. pictures: how many both
+    have (`compared`), in how many of them each key differs, and how many only one has (`only_before`, `only_after`).
+    The picture's own seed, which no two variants share, is left out of the keys. `progress` is told what is done, and
+    how many of how many.
+    """
+    selections = Selection.parse(before), Selection.parse(after)
+    first, second = (selection.open(stage) for selection in selections)
+    found = list(differences(first.stage, second.stage))
+    pairs, pictures = _pairs(first, second, frames)
+    telling: dict[str, FrameId] = {}
+    for done, pair in enumerate(pairs):
+        if done % PROGRESS_EVERY == 0:
+            progress(["comparing", done, len(pairs)])
+        for key in changed(neutral_keys(first, pair[0]), neutral_keys(second, pair[1])):
+            pictures[key] += 1
+            telling.setdefault(key, pair[0])
+    progress(["comparing", len(pairs), len(pairs)])
+    trials = Trials(
+        first=first,
+        second=second,
+        trial=selections[0].open(stage).stage,
+        found=found,
+        frames=[frame for frame, _ in pairs],
+        telling=list(telling.values()),
+    )
+    listed = []
+    for done, each in enumerate(found):
+        progress(["trying each", done, len(found)])
+        listed.append({**asdict(each), "reaches": trials.reach(each)})
+    progress(["trying each", len(found), len(found)])
+    return {"before": before, "after": after, "differences": listed, "pictures": pictures}
+
+
+def _pairs(
+    first: StageReader, second: StageReader, frames: str | None
+) -> tuple[list[tuple[FrameId, FrameId]], dict[str, int]]:
+    """The pictures of both, by name, and counts: of them, of those that only one has, and 0 for each key."""
+    chosen = first.frames[slice_of(frames)] if frames else first.frames
+    if not chosen:
+        raise InputError(f"--frames {frames} selects none of the {len(first.frames)} pictures")
+    others = {frame.name: frame for frame in second.frames}
+    pairs = [(frame, others[frame.name]) for frame in chosen if frame.name in others]
+    only_after = 0 if frames else len(others.keys() - {frame.name for frame in first.frames})
+    counts = {"compared": len(pairs), "only_before": len(chosen) - len(pairs), "only_after": only_after}
+    return pairs, {**counts, **dict.fromkeys(KEYS, 0)}
