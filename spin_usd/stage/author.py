@@ -16,8 +16,11 @@ from spin_usd.stage import schema
 from spin_usd.stage.authorship import Origin, author_origin
 from spin_usd.stage.convert import quatd, vec3d
 from spin_usd.stage.copies import copy_assets
+from spin_usd.stage.groups import LAYER as GROUPS_LAYER
+from spin_usd.stage.groups import write_groups
 from spin_usd.stage.layer import author_metadata, export, open_layer, writing
 from spin_usd.stage.lens import read_lens
+from spin_usd.stage.matt import find_matt
 from spin_usd.stage.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
 from spin_usd.stage.presets import Preset
 from spin_usd.stage.render_layer import SETTINGS, render_layer
@@ -49,11 +52,12 @@ def write_stage(
     """
     if preset:
         preset.set_camera(camera)
-    _write_layers(folder / "layers", poses, camera, preset, rigs or {})
+    own = _write_layers(folder / "layers", poses, camera, preset, rigs or {})
+    write_groups(folder / "layers", own, target.variants, find_matt(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
-    root.subLayerPaths = ["./layers/poses.usdc"]
+    root.subLayerPaths = [f"./layers/{GROUPS_LAYER}", "./layers/poses.usdc"]
     stage = Usd.Stage.Open(root)
     stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
     _author_world(stage, origin, seed)
@@ -69,16 +73,21 @@ def write_stage(
 
 def _write_layers(
     folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, rigs: Mapping[str, Sdf.Layer]
-) -> None:
+) -> dict[Sdf.Path, Sdf.Layer]:
+    """Write what the root layer refers to; returns the layers of the lights and of what lies behind, by their place."""
     lens = _place_camera(camera)
     export(poses_layer(poses), folder / "poses.usdc")
     export(camera, folder / "camera.usda")
     export(render_layer(lens), folder / "render.usda")
+    chosen: dict[Sdf.Path, Sdf.Layer] = {}
     for kind, usual in USUAL.items():
-        own = rigs.get(kind) or (preset.layer(WORLD.AppendChild(kind)) if preset else None)
+        place = WORLD.AppendChild(kind)
+        own = rigs.get(kind) or (preset.layer(place) if preset else None)
         if own:
             copy_assets(own, folder / kind.lower())
-        export(own or open_layer(rig_by_name(usual, kind)), folder / f"{kind.lower()}.usda")
+        chosen[place] = own or open_layer(rig_by_name(usual, kind))
+        export(chosen[place], folder / f"{kind.lower()}.usda")
+    return chosen
 
 
 def _place_camera(layer: Sdf.Layer) -> Camera:
