@@ -82,7 +82,8 @@ def _without_inner(points: Float) -> Float:
     (ax, ay), (dx, dy) = corners.T[..., None], (np.roll(corners, -1, axis=0) - corners).T[..., None]
     x, y = points.T
     left = dx * (y - ay) - dy * (x - ax)
-    return points[(left <= ROUNDING * float(np.ptp(points)) ** 2).any(0)]
+    outer: Float = points[(left <= ROUNDING * float(np.ptp(points)) ** 2).any(0)]
+    return outer
 
 
 def _outline_pixels(camera: Camera, hull: Float) -> Float:

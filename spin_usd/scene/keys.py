@@ -3,10 +3,13 @@
 Equal keys mean equal results, so the work is done once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from spin_usd.arrays import digest
-from spin_usd.scene.content import content
+from spin_usd.scene.content import content, key_of
+from spin_usd.scene.light import AreaLight
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 
@@ -20,6 +23,58 @@ class RenderSettings:
     seed: int
 
 
+@dataclass(frozen=True, kw_only=True)
+class Keys:
+    """The three keys of a picture."""
+
+    geometry: str
+    radiance: str
+    exposure: str
+
+
+class KeyMaker:
+    """Makes the keys of picture after picture: what is the same object as in the picture before is digested once."""
+
+    def __init__(self, settings: RenderSettings) -> None:
+        self.settings = settings
+        self._known: dict[str, tuple[tuple[object, ...], str]] = {}
+
+    def keys(self, scene: Scene) -> Keys:
+        """All three, each as the function of its name gives it."""
+        geometry = geometry_key(scene, self.settings.renderer)
+        radiance = digest(
+            geometry,
+            scene.target.mesh.shading_key,
+            [self._materials(scene), self._unit_light(scene), content([scene.thin_lens, scene.shutter])],
+            [self.settings.samples, render_seed(scene, self.settings)],
+        )
+        parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
+        taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
+        exposure = digest(radiance, [taking, picture_seed(scene, self.settings)])
+        return Keys(geometry=geometry, radiance=radiance, exposure=exposure)
+
+    def _materials(self, scene: Scene) -> str:
+        target = scene.target
+        return self._once("materials", (target,), lambda: digest([material.key for material in target.materials]))
+
+    def _unit_light(self, scene: Scene) -> str:
+        """Of the lights as they are rendered, and the planets, which light the target too."""
+        planets = scene.environment.planets
+        of: tuple[object, ...] = (scene.lights, planets, scene.target)
+        if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
+            of = (*of, scene.T_cam_body)
+        return self._once(
+            "unit light", of, lambda: key_of([in_unit_light(scene).scene.lights, scene.environment.illuminating])
+        )
+
+    def _once(self, name: str, of: tuple[object, ...], make: Callable[[], str]) -> str:
+        """What `make` makes of the objects `of`; the last time's again where they are the same ones."""
+        known = self._known.get(name)
+        if known is None or len(known[0]) != len(of) or any(a is not b for a, b in zip(known[0], of, strict=True)):
+            known = self._known[name] = of, make()
+        return known[1]
+
+
 def geometry_key(scene: Scene, renderer: str) -> str:
     """Decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves visibility."""
     target, pose = scene.target, scene.T_cam_body
@@ -29,20 +84,12 @@ def geometry_key(scene: Scene, renderer: str) -> str:
 def radiance_key(scene: Scene, settings: RenderSettings) -> str:
     """Decides the target's radiance in unit light: geometry, shading, materials, where light comes from, depth of
     field, shutter, samples and seed; not how strong or of what colour the lights are."""
-    materials = [material.key for material in scene.target.materials]
-    lights = in_unit_light(scene).scene.lights
-    taking = content([lights, scene.environment.illuminating, scene.thin_lens, scene.shutter])
-    return digest(
-        geometry_key(scene, settings.renderer),
-        scene.target.mesh.shading_key,
-        [materials, taking, settings.samples, render_seed(scene, settings)],
-    )
+    return KeyMaker(settings).keys(scene).radiance
 
 
 def exposure_key(scene: Scene, settings: RenderSettings) -> str:
     """Decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed."""
-    taking = content([scene.lights, scene.environment, scene.optics, scene.sensor])
-    return digest(radiance_key(scene, settings), [taking, picture_seed(scene, settings)])
+    return KeyMaker(settings).keys(scene).exposure
 
 
 def render_seed(scene: Scene, settings: RenderSettings) -> int:

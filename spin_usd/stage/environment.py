@@ -1,12 +1,15 @@
 """What lies behind the target, at a time, in camera axes: SpinPlanetAPI, SpinStarsAPI, SpinBackPlateAPI."""
 
+from collections.abc import Callable
+from functools import partial
+
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.environment import Environment
+from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage import schema
 from spin_usd.stage.back_plate import read_back_plate
 from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
@@ -14,6 +17,7 @@ from spin_usd.stage.images import Images
 from spin_usd.stage.planet import read_planet, refuse_hidden_target
 from spin_usd.stage.ranges import refuse_unapplied
 from spin_usd.stage.stars import read_stars
+from spin_usd.stage.variation import Kept
 from spin_usd.stage.xforms import between, check_chain, placement
 
 APIS = {
@@ -33,6 +37,8 @@ class EnvironmentReader:
             found = f"there is another back plate, {plates[0].GetPath()}"
             raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
         self._plate = plates[0] if plates else None
+        self._kept = Kept([*self._planets, *self._stars, *plates])
+        self._last = Environment()
 
     def read(
         self,
@@ -44,7 +50,8 @@ class EnvironmentReader:
         metres: float,
     ) -> Environment:
         """What is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam` (3,),
-        camera frame. `world` is of that time; a stage unit is `metres`.
+        camera frame. `world` is of that time; a stage unit is `metres`. It is the same object as long as
+        `T_world_usdcam` is and nothing of it varies.
 
         Raises StageError, UnsupportedError for a planet that is not behind the target.
         """
@@ -55,17 +62,37 @@ class EnvironmentReader:
             found = placement(matrix, frame="prim", metres=metres, where=prim.GetPath())
             return T_CAM_USDCAM @ between(T_world_usdcam, found.transform), found.scale * metres
 
-        def visible(prims: list[Usd.Prim]) -> list[Usd.Prim]:
-            return [p for p in prims if UsdGeom.Imageable(p).ComputeVisibility(time) != UsdGeom.Tokens.invisible]
+        def read[T](prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
+            """Those that are visible; the same tuple again where nothing moved or changed."""
+            each = (self._kept.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
+            return self._kept.together(one.__name__, tuple(value for value in each if value is not None))
 
-        plates = visible([self._plate] if self._plate else [])
-        planets = tuple(read_planet(prim, time, *placed(prim), self._images) for prim in visible(self._planets))
+        def planet(prim: Usd.Prim) -> Planet:
+            return read_planet(prim, time, *placed(prim), self._images)
+
+        def stars(prim: Usd.Prim) -> Stars:
+            return read_stars(prim, time, placed(prim)[0])
+
+        def plate(prim: Usd.Prim) -> BackPlate:
+            return read_back_plate(prim, time, self._images)
+
+        planets, skies = read(self._planets, planet), read(self._stars, stars)
         refuse_hidden_target(planets, target_cam, target_radius)
-        return Environment(
-            planets=planets,
-            stars=tuple(read_stars(prim, time, placed(prim)[0]) for prim in visible(self._stars)),
-            back_plate=read_back_plate(plates[0], time, self._images) if plates else None,
-        )
+        plates = read([self._plate] if self._plate else [], plate)
+        found = Environment(planets=planets, stars=skies, back_plate=plates[0] if plates else None)
+        last = self._last
+        if (
+            found.planets is not last.planets
+            or found.stars is not last.stars
+            or found.back_plate is not last.back_plate
+        ):
+            self._last = found
+        return self._last
+
+
+def _if_visible[T](prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:
+    """What `read` gives of `prim`, or None where it is invisible at `time`."""
+    return None if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible else read(prim)
 
 
 def _find(stage: Usd.Stage, api: str) -> list[Usd.Prim]:

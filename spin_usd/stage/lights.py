@@ -1,5 +1,7 @@
 """All lights of a stage, at a time, in camera axes."""
 
+from functools import partial
+
 from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.errors import UnsupportedError
@@ -13,6 +15,7 @@ from spin_usd.stage.drawn import PROXIES, ancestors, is_always_invisible
 from spin_usd.stage.images import Images
 from spin_usd.stage.light_emission import refuse_undrawn
 from spin_usd.stage.light_links import LightLinks, refuse_links
+from spin_usd.stage.variation import Kept
 
 AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
 
@@ -25,18 +28,20 @@ class LightReader:
 
     def __init__(self, stage: Usd.Stage, images: Images) -> None:
         self._prims = find_lights(stage)
+        self._kept = Kept(self._prims)
         self._images = images
         self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
 
     def read(
         self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
     ) -> tuple[Light, ...]:
-        """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`."""
-        return tuple(
-            self._light(prim, time, T_world_usdcam, world, metres)
+        """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`. They are the same
+        tuple as long as `T_world_usdcam` is the same object and they do not vary."""
+        found = (
+            self._kept.read(prim, T_world_usdcam, partial(self._light, prim, time, T_world_usdcam, world, metres))
             for prim in self._prims
-            if UsdGeom.Imageable(prim).ComputeVisibility(time) != UsdGeom.Tokens.invisible
         )
+        return self._kept.together("lights", tuple(light for light in found if light is not None))
 
     def _light(
         self,
@@ -45,7 +50,10 @@ class LightReader:
         T_world_usdcam: Transform,
         world: UsdGeom.XformCache,
         metres: float,
-    ) -> Light:
+    ) -> Light | None:
+        """None where it is invisible."""
+        if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
+            return None
         T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
         if is_dome(prim):
             return read_dome_light(prim, time, T_cam_world, world, self._images)

@@ -1,18 +1,18 @@
 """A composed stage at a time code, as a Scene."""
 
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
-from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.eclipse import eclipsed
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
-from spin_usd.scene.sensor import Optics, Sensor
+from spin_usd.scene.sensor import Optics
 from spin_usd.scene.target import Target
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
@@ -24,11 +24,17 @@ from spin_usd.stage.images import Images
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.sensor import read_sensor
-from spin_usd.stage.shutter import read_opening, read_shutter
+from spin_usd.stage.shutter import Opening, read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
 from spin_usd.stage.thin_lens import read_thin_lens
-from spin_usd.stage.variation import target_varies, varies_beyond_pose
+from spin_usd.stage.variation import Steady, moves, target_varies, varying
 from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
+
+# What of a camera's attributes, by the beginnings of their names, only one part of a picture depends on.
+SENSOR = ("exposure", "spin:sensor:")
+OPTICS = ("spin:optics:",)
+SHUTTER = ("shutter:", "spin:shutter:")
+FOCUS = ("fStop", "focusDistance")
 
 
 class StageReader:
@@ -54,8 +60,7 @@ class StageReader:
         check_chain(self._target_prim)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
-        self._camera_varies = varies_beyond_pose(self._camera_prim)
-        self._camera: tuple[Camera, Sensor, Optics] | None = None
+        self._read_camera_parts()
         self._target: Target | None = None
         self._target_scale = float("nan")
         self._target_varies = True
@@ -89,48 +94,69 @@ class StageReader:
     def scene(self, frame: FrameId) -> Scene:
         """Everything that the picture `frame` needs, as it is in the middle of its exposure. The target is the same
         object as long as it does not change."""
-        rows = self._camera_at(Usd.TimeCode(frame.time_code))[0].height
-        opening = read_opening(self._camera_prim, frame.time_code, rows=rows)
+        opening = self._opening_at(frame.time_code)
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
-        usdcam = self._placement(world, self._camera_prim, "usdcam")
+        T_world_usdcam = self._T_world_usdcam.at(time)
         body = self._placement(world, self._target_prim, "body")
-        T_cam_body = T_CAM_USDCAM @ between(usdcam.transform, body.transform)
-        camera, sensor, optics = self._camera_at(time)
+        T_cam_body = T_CAM_USDCAM @ between(T_world_usdcam, body.transform)
         target = self._target_at(time, body.scale)
         centre = T_cam_body.points(target.mesh.centre)
-        lights = self._lights.read(time, usdcam.transform, world, self.metres)
-        environment = self._environment.read(time, centre, target.mesh.radius, usdcam.transform, world, self.metres)
+        lights = self._lights.read(time, T_world_usdcam, world, self.metres)
+        environment = self._environment.read(time, centre, target.mesh.radius, T_world_usdcam, world, self.metres)
         return Scene(
             frame=frame,
-            camera=camera,
+            camera=self._camera.at(time),
             T_cam_body=T_cam_body,
             target=target,
             lights=eclipsed(lights, environment.planets, centre),
             environment=environment,
-            sensor=sensor,
-            optics=optics,
-            thin_lens=read_thin_lens(self._camera_prim, time, self.metres),
+            sensor=self._sensor.at(time),
+            optics=self._optics.at(time),
+            thin_lens=self._thin_lens.at(time),
             shutter=read_shutter(opening, self.pose_at, self._camera_prim.GetPath()),
         )
 
     def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
-        world = UsdGeom.XformCache(Usd.TimeCode(time_code))
-        usdcam = self._placement(world, self._camera_prim, "usdcam")
-        body = self._placement(world, self._target_prim, "body")
-        return T_CAM_USDCAM @ between(usdcam.transform, body.transform)
+        time = Usd.TimeCode(time_code)
+        body = self._placement(UsdGeom.XformCache(time), self._target_prim, "body")
+        return T_CAM_USDCAM @ between(self._T_world_usdcam.at(time), body.transform)
 
     def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
         matrix = world.GetLocalToWorldTransform(prim)
         return placement(matrix, frame=frame, metres=self.metres, where=prim.GetPath())
 
-    def _camera_at(self, time: Usd.TimeCode) -> tuple[Camera, Sensor, Optics]:
-        if self._camera is None or self._camera_varies:
-            prim = self._camera_prim
-            camera = read_camera(prim, time)
-            self._camera = camera, read_sensor(prim, time), read_optics(prim, camera, time)
-        return self._camera
+    def _read_camera_parts(self) -> None:
+        """Say how each part of the camera is read, and which of them can change in time."""
+        prim, names = self._camera_prim, varying(self._camera_prim)
+        lens = any(not name.startswith((*SENSOR, *OPTICS, *SHUTTER, *FOCUS)) for name in names)
+
+        def T_world_usdcam(time: Usd.TimeCode) -> Transform:
+            return self._placement(UsdGeom.XformCache(time), prim, "usdcam").transform
+
+        def optics(time: Usd.TimeCode) -> Optics:
+            return read_optics(prim, self._camera.at(time), time)
+
+        def varies(*prefixes: str) -> bool:
+            return lens or any(name.startswith(prefixes) for name in names)
+
+        self._shutter_varies = varies(*SHUTTER)
+        self._T_world_usdcam = Steady(moves(prim), T_world_usdcam)
+        self._camera = Steady(lens, partial(read_camera, prim))
+        self._sensor = Steady(varies(*SENSOR), partial(read_sensor, prim))
+        self._optics = Steady(varies(*OPTICS), optics)
+        self._thin_lens = Steady(varies(*FOCUS), lambda time: read_thin_lens(prim, time, self.metres))
+        self._opening: Opening | None = None
+
+    def _opening_at(self, time_code: float) -> Opening:
+        """The exposure of the picture at `time_code`."""
+        rows = self._camera.at(Usd.TimeCode(time_code)).height
+        if self._shutter_varies:
+            return read_opening(self._camera_prim, time_code, rows=rows)
+        if self._opening is None:
+            self._opening = read_opening(self._camera_prim, 0.0, rows=rows)
+        return replace(self._opening, middle=time_code + self._opening.middle)
 
     def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:
         """The target at `time`: the last one again where nothing below it can vary, or nothing did."""
