@@ -20,6 +20,7 @@ from spin_usd.cli.options import (
     Json,
     Labels,
     LabelsOnly,
+    NoCache,
     RadianceOption,
     RendererName,
     Samples,
@@ -202,6 +203,7 @@ def render(
     renderer: RendererName = "blender",
     radiance: RadianceOption = False,
     image_format: ImageFormat = "png",
+    no_cache: NoCache = False,
     as_json: Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
@@ -209,13 +211,13 @@ def render(
 
     request = _request(locals())
     with shown(context.obj["quiet"]) as progress:
-        report = rendering.render(request, out, workers=workers, progress=progress)
+        report = rendering.render(request, out, workers=workers, keep_cache=not no_cache, progress=progress)
     if as_json:
         print(json.dumps(asdict(report)))
     else:
-        developed = f" ({report.from_radiance} of them from their radiance files)" if report.from_radiance else ""
-        made = f"{report.made} pictures made{developed}"
-        print(f"{out}   ({made}, {report.reused} already there, in {report.seconds:.1f} s)")
+        made = f"{report.made} pictures made, {report.reused} already there, in {report.seconds:.1f} s"
+        passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
+        print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
     _exit_if_failed(report.failed)
 
 

@@ -17,6 +17,9 @@ Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, 
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
 RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
+NoCache = Annotated[
+    bool, typer.Option("--no-cache", help="Keep no renders for later runs; changes no byte of a picture.")
+]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")

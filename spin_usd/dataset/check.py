@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.check_cache import cache_findings
 from spin_usd.dataset.check_pictures import Inventory, picture_findings
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.schema import read_json
@@ -58,6 +59,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
         progress("checking", done, len(records))
         yield from picture_findings(store, path, inventory)
     progress("checking", len(records), len(records))
+    yield from cache_findings(store, inventory)
     yield from _strays(store, inventory.files)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.dataset.cache import Purpose, uses
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.errors import InputError
@@ -23,10 +24,13 @@ MEND = "remove its record and run spin-usd render again"
 
 @dataclass(kw_only=True)
 class Inventory:
-    """What the records seen so far speak of: the dataset's description, files listed, and layers already verified."""
+    """What the records seen so far speak of: the dataset's description, files listed, what they use of the cache, the
+    inodes (device, number) of files that were verified, and layers that were."""
 
     description: Mapping[str, Any]
     files: set[str] = field(default_factory=set)
+    uses: set[Purpose] = field(default_factory=set)
+    inodes: set[tuple[int, int]] = field(default_factory=set)
     layers: set[tuple[str, str]] = field(default_factory=set)
 
 
@@ -42,11 +46,17 @@ def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator
         yield Finding(code="record", where=name, message="its frame and variant differ from its own path")
     files = list(record["files"].values())
     inventory.files.update(entry["path"] for entry in files)
+    inventory.uses |= uses(record)
+    inventory.inodes.update(inode for entry in files if (inode := _inode(store.root / entry["path"])))
     spoilt = [finding for entry in files for finding in _digest(store, entry["path"], entry["sha256"])]
     yield from spoilt
     yield from _provenance(store, record, name, inventory)
     if not spoilt:
         yield from _labels(store, record, name, len(inventory.description["parts"]))
+
+
+def _inode(path: Path) -> tuple[int, int] | None:
+    return (path.stat().st_dev, path.stat().st_ino) if path.is_file() else None
 
 
 def _digest(store: Store, name: str, sha256: str) -> Iterator[Finding]:

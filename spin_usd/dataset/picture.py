@@ -1,4 +1,4 @@
-"""One scene to the arrays of one picture: the sentence that the other packages are the words of."""
+"""One scene to the arrays of one picture: the sentences that the other packages are the words of."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
 from spin_usd.render.renderer import Renderer
 from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed
-from spin_usd.scene.light_groups import in_unit_light
+from spin_usd.scene.light_groups import UnitLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.surface import visible_surface
@@ -39,50 +39,53 @@ class Stopwatch:
         self.seconds[work] = self.seconds.get(work, 0.0) + time.perf_counter() - start
 
 
-def make_picture(
+Made = tuple[str, NDArray[Any], tuple[str, ...]]
+"""Kind of file, array of the whole frame, and channel names."""
+
+
+def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch) -> Iterator[Made]:
+    """The labels among `kinds`, from one pass."""
+    labels = [LABELS[kind] for kind in LABELS if kind in kinds]
+    with watch("label pass"):
+        visibility = renderer.visibility(scene)
+    with watch("labels"):
+        surface = visible_surface(scene, visibility)
+    for label in labels:
+        with watch("labels"):
+            array = label.make(surface, scene.camera.frame.shape)
+        yield label.name, array, label.channels
+
+
+def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
+    """The target in unit light: a render that all pictures with this radiance key share."""
+    with watch("beauty pass"):
+        seed = render_seed(light.scene, settings)
+        return renderer.radiance(light.scene, samples=settings.samples, seed=seed)
+
+
+def make_image(
     scene: Scene,
-    renderer: Renderer,
+    radiance: Radiance,
     settings: RenderSettings,
     kinds: Sequence[str],
     watch: Stopwatch,
     notes: dict[str, float],
-    *,
-    rendered: Radiance | None = None,
-) -> Iterator[tuple[str, NDArray[Any], tuple[str, ...]]]:
-    """Kind, array and channel names of each of the `kinds`, of the whole frame; renders only what they need.
+) -> Iterator[Made]:
+    """The image and the radiance file, as `kinds` has them, from the target's radiance in the scene's own light.
 
-    `notes` takes what the picture's record must say of how it was made. `rendered`: the picture's radiance where it is
-    known; it is then not given again.
+    `notes` takes what the picture's record must say of how it was made.
     """
-    labels = [LABELS[kind] for kind in LABELS if kind in kinds]
-    shape = scene.camera.frame.shape
-    if labels:
-        with watch("label pass"):
-            visibility = renderer.visibility(scene)
-        with watch("labels"):
-            surface = visible_surface(scene, visibility)
-        for label in labels:
-            with watch("labels"):
-                array = label.make(surface, shape)
-            yield label.name, array, label.channels
-    if IMAGE in kinds or RADIANCE in kinds:
-        seed, unit = picture_seed(scene, settings), in_unit_light(scene)
-        radiance = rendered
-        if radiance is None:
-            with watch("beauty pass"):
-                rays = render_seed(scene, settings)
-                rendered_now = renderer.radiance(unit.scene, samples=settings.samples, seed=rays)
-                radiance = rendered_now.relit(unit.gains)
-        if IMAGE in kinds:
-            with watch("background"):
-                behind = sky(scene, seed=seed)
-            with watch("sensor"):
-                image = develop(scene, radiance, behind, seed=seed)
-                if scene.sensor.auto_exposure is not None:
-                    notes["auto_exposure"] = metered(scene.sensor, radiance)
-            yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
-        if RADIANCE in kinds and rendered is None:
-            yield RADIANCE, _full_frame(radiance, shape), RADIANCE_CHANNELS
+    if IMAGE in kinds:
+        seed = picture_seed(scene, settings)
+        with watch("background"):
+            behind = sky(scene, seed=seed)
+        with watch("sensor"):
+            image = develop(scene, radiance, behind, seed=seed)
+            if scene.sensor.auto_exposure is not None:
+                notes["auto_exposure"] = metered(scene.sensor, radiance)
+        yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
+    if RADIANCE in kinds:
+        yield RADIANCE, _full_frame(radiance, scene.camera.frame.shape), RADIANCE_CHANNELS
 
 
 def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The child's part of `reproduce`: one recorded picture rendered again."""
+"""The child's part of `reproduce`: one recorded picture rendered again, without the dataset's cache."""
 
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
         raise InputError(
             f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset
         )
-    worker.picture(variant=record["variant"], index=record["index"], kinds=kinds)
+    worker.picture(variant=record["variant"], index=record["index"], kinds=kinds, keep_render=False)
     again = read_json(worker.store.record(record["variant"], record["frame"]), "record-1")
     recorded, now = provenance["versions"], worker.versions
     return {

@@ -3,6 +3,7 @@
 import os
 import shutil
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,6 +12,7 @@ from typing import Any
 
 import psutil
 
+from spin_usd.dataset.cache import remove_entries, used
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.cost import Estimate, estimate
 from spin_usd.dataset.describe import describe, refuse_foreign_pictures
@@ -67,13 +69,17 @@ class RenderRequest:
 
 @dataclass(kw_only=True)
 class RenderReport:
-    """What a run did. `from_radiance`: how many of the pictures made came from their radiance files. `seconds`:
+    """What a run did. `reused`: pictures that were there already. Of the pictures made, so many took a label pass
+    (`label_passes`) and a render (`renders`) of their own, and so many shared another's from the cache. `seconds`:
     wall-clock; `work`: seconds by kind of work, over all workers."""
 
     pictures: int
     made: int = 0
-    from_radiance: int = 0
     reused: int = 0
+    label_passes: int = 0
+    labels_shared: int = 0
+    renders: int = 0
+    renders_shared: int = 0
     failed: list[tuple[str, str]] = field(default_factory=list)
     seconds: float = 0.0
     work: dict[str, float] = field(default_factory=dict)
@@ -86,20 +92,30 @@ def plan(request: RenderRequest, *, progress: Progress) -> tuple[Mapping[str, An
     return answer, pictures, estimate(pictures, answer["description"], request.kinds, request.renderer, request.samples)
 
 
-def render(request: RenderRequest, out: Path, *, workers: int | None = None, progress: Progress) -> RenderReport:
-    """Make the dataset in the folder `out`, or what is missing of it."""
+def render(
+    request: RenderRequest, out: Path, *, workers: int | None = None, keep_cache: bool = True, progress: Progress
+) -> RenderReport:
+    """Make the dataset in the folder `out`, or what is missing of it.
+
+    Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
+    renders that only one picture needs are not kept in the first place.
+    """
     began = time.monotonic()
     store = Store(root=out.absolute())
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
     with store.locked() as lock:
-        report = _render(store, lock, request, workers, progress)
+        report = _render(store, lock, request, workers, keep_cache, progress)
+        if not report.failed:
+            _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
     return report
 
 
-def _render(store: Store, lock: int, request: RenderRequest, workers: int | None, progress: Progress) -> RenderReport:
+def _render(
+    store: Store, lock: int, request: RenderRequest, workers: int | None, keep_cache: bool, progress: Progress
+) -> RenderReport:
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     answer = _plan(request, None if own else store.work / "stage", progress)
     pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
@@ -115,10 +131,26 @@ def _render(store: Store, lock: int, request: RenderRequest, workers: int | None
     tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
     report.reused = len(pictures) - len(tasks)
     if tasks:
+        if not keep_cache:
+            _keep_only_shared_renders(tasks)
         settings = RenderSettings(**answer["settings"])
         job = Job(root=str(store.root), stage=root, image_suffix=request.image_suffix, settings=settings)
         _run(job, tasks, workers, lock, store, _Listener(report, progress))
     return report
+
+
+def _keep_only_shared_renders(tasks: list[Task]) -> None:
+    wanted = Counter(task.picture.radiance for task in tasks if task.renders)
+    for task in tasks:
+        task.keep_render = wanted[task.picture.radiance] > 1
+
+
+def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:
+    """Remove from the cache what no record uses; where no picture was made, none has ceased to be used."""
+    if not keep_cache:
+        remove_entries(store, but=set())
+    elif report.made:
+        remove_entries(store, but=used(store))
 
 
 class _Listener:
@@ -128,7 +160,16 @@ class _Listener:
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
         self.report.made += 1
-        self.report.from_radiance += result["from_radiance"]
+        match result["passes"].get("labels"):
+            case "made":
+                self.report.label_passes += 1
+            case "shared":
+                self.report.labels_shared += 1
+        match result["passes"].get("render"):
+            case "made":
+                self.report.renders += 1
+            case "shared":
+                self.report.renders_shared += 1
         for work, seconds in result["seconds"].items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds
         self._tell()

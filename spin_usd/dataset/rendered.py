@@ -1,44 +1,50 @@
-"""The radiance that an earlier run left: where it still holds, the picture is developed anew without a render."""
+"""A render as a file: the target's radiance in unit light, light group by light group, of its region alone, exact.
 
-from collections.abc import Mapping
-from typing import Any
+Channels: A, the coverage, and lightNNNN.R, .G, .B of each group in the order of scene.light_groups; float32.
+"""
+
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from spin_usd.dataset.picture import RADIANCE, RADIANCE_CHANNELS
-from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.errors import InputError
-from spin_usd.formats.image_file import read_image
-from spin_usd.scene.keys import RenderSettings, radiance_key
-from spin_usd.scene.model import Scene
+from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 
+RENDER_SUFFIX = ".exr"
 
-def recorded_radiance(
-    store: Store,
-    record: Mapping[str, Any],
-    path: str | None,
-    scene: Scene,
-    settings: RenderSettings,
-    versions: Mapping[str, str],
-) -> Radiance | None:
-    """What rendering `scene` would give again, from the radiance file at `path` of its old `record` (record-1).
 
-    None where there is no file, where anything that decides it has changed (its key, or the software), and where it is
-    not the one that the record describes.
-    """
-    if path is None:
-        return None
-    provenance, file = record["provenance"], store.root / path
-    if provenance["keys"]["radiance"] != radiance_key(scene, settings) or provenance["versions"] != versions:
-        return None
-    if not file.is_file() or sha256_of(file) != record["files"][RADIANCE]["sha256"]:
-        return None
+def write_render(path: Path, radiance: Radiance) -> None:
+    """Raises OutputError, as write_image does."""
+    rows, columns = radiance.region.shape
+    planes = np.concatenate([radiance.coverage[None], np.moveaxis(radiance.groups, -1, 1).reshape(-1, rows, columns)])
+    pixels = np.zeros((max(rows, 1), max(columns, 1), len(planes)), np.float32)  # no image file is of no pixels
+    pixels[:rows, :columns] = np.moveaxis(planes, 0, -1)
+    write_image(path, pixels, channels=_channels(len(radiance.groups)))
+
+
+def read_render(path: Path, region: Region, *, groups: int) -> Radiance | None:
+    """The render of `region` in `path`; None where the file is not that."""
     try:
-        rgba, channels = read_image(file)
+        pixels, found = read_image(path)
     except InputError:
         return None
-    if channels != RADIANCE_CHANNELS or rgba.shape[:2] != scene.camera.frame.shape or rgba.dtype != np.float32:
+    rows, columns = region.shape
+    names = _channels(groups)
+    if pixels.dtype != np.float32 or pixels.shape[:2] != (max(rows, 1), max(columns, 1)) or {*found} != {*names}:
         return None
-    region = scene.picture_region
-    return Radiance.of(region, np.ascontiguousarray(rgba[region.slices]))
+    planes = pixels.reshape(*pixels.shape[:2], len(names))[:rows, :columns, [found.index(name) for name in names]]
+    lit: NDArray[np.float32] = planes[..., 1:].reshape(rows, columns, groups, 3)
+    return in_order(Radiance(region=region, groups=np.moveaxis(lit, 2, 0), coverage=planes[..., 0]))
+
+
+def in_order(radiance: Radiance) -> Radiance:
+    """The same numbers in C order: numpy's sums round by the order in memory, and all pictures must round alike."""
+    groups, coverage = np.ascontiguousarray(radiance.groups), np.ascontiguousarray(radiance.coverage)
+    return Radiance(region=radiance.region, groups=groups, coverage=coverage)
+
+
+def _channels(groups: int) -> tuple[str, ...]:
+    return ("A", *(f"light{group:04d}.{colour}" for group in range(groups) for colour in "RGB"))

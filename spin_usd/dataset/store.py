@@ -4,6 +4,7 @@ dataset.json                         schema dataset-1
 stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+cache/                               renders and labels by content (dataset.cache)
 """
 
 import fcntl
@@ -21,6 +22,7 @@ from typing import Any
 from spin_usd.dataset.schema import read_json
 from spin_usd.errors import InputError, OutputError, SpinError
 
+CACHE = "cache"
 WORK = ".work"
 LOCK = ".lock"
 TEMPORARY = ".tmp-"
@@ -40,6 +42,11 @@ class Store:
     @property
     def stage(self) -> Path:
         return self.root / "stage"
+
+    @property
+    def cache(self) -> Path:
+        """Results by content, which no reader of the dataset needs."""
+        return self.root / CACHE
 
     @property
     def work(self) -> Path:
@@ -118,27 +125,63 @@ class Store:
                     shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
-def write_atomically(path: Path, write: Callable[[Path], None]) -> str:
+def write_atomically(path: Path, write: Callable[[Path], None], *, place: Callable[[str], Path] | None = None) -> str:
     """Let `write` fill a temporary file beside `path`, force it to disk, rename it, and return its sha256 (hex).
 
-    `path` never holds half a file. Raises OutputError, or the SpinError that `write` raises, leaving nothing.
+    It becomes `path`, or what `place` says of its sha256. There is never half a file. Raises OutputError, or the
+    SpinError that `write` raises, leaving nothing.
     """
-    temporary = path.with_name(f"{path.stem}{TEMPORARY}{os.getpid()}{path.suffix}")
+    temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write(temporary)
-        with temporary.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-            os.fsync(file.fileno())
-        temporary.replace(path)
+        digest = _synced(temporary)
+        final = place(digest) if place else path
+        final.parent.mkdir(exist_ok=True)
+        temporary.replace(final)
     except SpinError as e:
         temporary.unlink(missing_ok=True)
         raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
         temporary.unlink(missing_ok=True)
-        do = "free some space or choose another folder"
-        raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do) from e
+        raise _unwritten(path, e) from e
     return digest
+
+
+def link_atomically(path: Path, source: Path) -> None:
+    """Make `path` another name of the file `source`, or a copy of it where the file system has no links (or no more
+    of that file). To replace either later leaves the other as it is. Raises OutputError, leaving nothing."""
+    temporary = _temporary(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.unlink(missing_ok=True)
+        try:
+            temporary.hardlink_to(source)
+        except OSError:
+            shutil.copyfile(source, temporary)
+            _synced(temporary)
+        temporary.replace(path)
+    except OSError as e:
+        raise _unwritten(path, e) from e
+    finally:
+        temporary.unlink(missing_ok=True)  # to rename a file to another name of itself does nothing, by POSIX
+
+
+def _temporary(path: Path) -> Path:
+    return path.with_name(f"{path.stem}{TEMPORARY}{os.getpid()}{path.suffix}")
+
+
+def _synced(path: Path) -> str:
+    """Force the file to disk; returns its sha256."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+        os.fsync(file.fileno())
+    return digest
+
+
+def _unwritten(path: Path, e: OSError) -> OutputError:
+    do = "free some space or choose another folder"
+    return OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do)
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> str:

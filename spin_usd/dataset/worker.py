@@ -2,8 +2,9 @@
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,20 +12,23 @@ from typing import Any
 import psutil
 from numpy.typing import NDArray
 
+from spin_usd.dataset.cache import RENDERS, Cache, Entry, versions_digest
 from spin_usd.dataset.job import Job
-from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_picture
+from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_image, make_labels, render_in
 from spin_usd.dataset.plan import stage_provenance
-from spin_usd.dataset.rendered import recorded_radiance
+from spin_usd.dataset.rendered import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, write_atomically, write_json
+from spin_usd.dataset.store import Store, link_atomically, write_atomically, write_json
 from spin_usd.dataset.versions import library_versions
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
 from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, picture_seed, radiance_key, render_seed
+from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
 from spin_usd.stage.read import StageReader
 
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
@@ -40,43 +44,42 @@ class Worker:
         self.store = Store(root=Path(self.job.root))
         self.renderer = open_renderer(self.job.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
+        self.cache = Cache(root=self.store.cache, versions=versions_digest(self.versions))
         self._reader: StageReader | None = None
 
-    def picture(self, *, variant: str, index: int, kinds: Sequence[str]) -> dict[str, Any]:
-        """Make picture `index` of `variant`; returns the seconds spent by kind of work, the memory now used, and
-        whether its radiance file served. One that fails leaves none of the files that it wrote."""
+    def picture(self, *, variant: str, index: int, kinds: Sequence[str], keep_render: bool = True) -> dict[str, Any]:
+        """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
+        with `keep_render`. One that fails leaves none of the files that it wrote, but those in the cache.
+
+        Returns the seconds spent by kind of work, the memory now used, and for "labels" and "render" how many passes
+        of that kind were "made" and how many "shared".
+        """
         watch = Stopwatch()
         with watch("stage"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
+        making = _Making(scene=scene, kinds=kinds, keys=keys(scene, self.job.settings), watch=watch)
         before = self.withdraw(variant, scene.frame.name)
-        had = recorded_files(before, variant, scene.frame.name)
-        notes: dict[str, float] = {}
-        with watch("radiance file"):
-            known = had.get(RADIANCE) if RADIANCE in kinds else None
-            rendered = recorded_radiance(self.store, before, known, scene, self.job.settings, self.versions)
-        files = {} if rendered is None else {RADIANCE: before["files"][RADIANCE]}
-        made = make_picture(scene, self.renderer, self.job.settings, kinds, watch, notes, rendered=rendered)
-        files |= self._write_all(variant, scene.frame.name, made, watch)
+        files = self._write_all(making, keep_render=keep_render)
         with watch("files"):
-            record = make_record(reader, scene, self.job, files, self.versions, notes)
+            record = make_record(reader, scene, self.job, files, self.versions, making.keys, making.notes)
             write_json(self.store.record(variant, scene.frame.name), record)
-            for stale in set(had.values()) - {entry["path"] for entry in files.values()}:
+            had = recorded_files(before, variant, scene.frame.name).values()
+            for stale in set(had) - {entry["path"] for entry in files.values()}:
                 (self.store.root / stale).unlink(missing_ok=True)
         memory = psutil.Process().memory_info().rss
-        return {"seconds": watch.seconds, "memory": memory, "from_radiance": rendered is not None}
+        return {"seconds": watch.seconds, "memory": memory, "passes": making.passes}
 
-    def _write_all(
-        self, variant: str, frame: str, made: Iterable[tuple[str, NDArray[Any], tuple[str, ...]]], watch: Stopwatch
-    ) -> dict[str, dict[str, str]]:
-        """Write each file as soon as it is `made`; returns their entries in the record. Where one fails none stays:
+    def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, str]]:
+        """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
         writing: dict[str, Future[dict[str, str]]] = {}
         try:
             with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
-                for kind, array, channels in made:
-                    writing[kind] = writers.submit(self._write, kind, variant, frame, array, channels)
-                with watch("files"):
+                self._labels(making, writers, writing)
+                kept = self._image(making, writers, writing, keep_render=keep_render)
+                with making.watch("files"):
+                    kept.result()
                     return {kind: written.result() for kind, written in writing.items()}
         except Exception:
             for written in writing.values():
@@ -84,13 +87,75 @@ class Worker:
                     (self.store.root / written.result()["path"]).unlink(missing_ok=True)
             raise
 
-    def _write(
-        self, kind: str, variant: str, frame: str, array: NDArray[Any], channels: tuple[str, ...]
-    ) -> dict[str, str]:
+    def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, str]]]) -> None:
+        """The labels: those that the cache has, and one pass for those that it has not."""
+        wanted = [kind for kind in LABELS if kind in making.kinds]
+        key = making.keys["geometry"]
+        with making.watch("cache"):
+            found = {kind: entry for kind in wanted if (entry := self.cache.find(kind, key))}
+        for kind, entry in found.items():
+            writing[kind] = writers.submit(self._link, making.scene, entry)
+        missing = [kind for kind in wanted if kind not in found]
+        if missing:
+            for kind, array, channels in make_labels(making.scene, self.renderer, missing, making.watch):
+                writing[kind] = writers.submit(self._label, making.scene, key, kind, array, channels)
+        if wanted:
+            making.passes["labels"] = "made" if missing else "shared"
+
+    def _image(
+        self,
+        making: "_Making",
+        writers: Executor,
+        writing: dict[str, Future[dict[str, str]]],
+        *,
+        keep_render: bool,
+    ) -> Future[Any]:
+        """The image and the radiance file, from the cache's render or a new one; returns when that is kept."""
+        kept: Future[Any] = Future()
+        kept.set_result(None)
+        if IMAGE not in making.kinds and RADIANCE not in making.kinds:
+            return kept
+        scene, settings, key = making.scene, self.job.settings, making.keys["radiance"]
+        light = in_unit_light(scene)
+        with making.watch("cache"):
+            rendered = self._cached_render(key, scene, groups=len(light.gains))
+        making.passes["render"] = "shared" if rendered else "made"
+        if rendered is None:
+            rendered = in_order(render_in(light, self.renderer, settings, making.watch))
+            if keep_render:
+                write = partial(write_render, radiance=rendered)
+                kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
+        radiance = rendered.relit(light.gains)
+        for kind, array, channels in make_image(scene, radiance, settings, making.kinds, making.watch, making.notes):
+            writing[kind] = writers.submit(self._write, scene, kind, array, channels)
+        return kept
+
+    def _cached_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
+        entry = self.cache.find(RENDERS, key)
+        return read_render(entry.path, scene.picture_region, groups=groups) if entry else None
+
+    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: tuple[str, ...]) -> dict[str, str]:
         """Write one file; returns its entry in the record."""
-        path = self.store.file(kind, variant, frame, suffix_of(kind, self.job.image_suffix))
+        path = self._path(scene, kind)
         digest = write_atomically(path, partial(write_image, array=array, channels=channels))
         return {"path": self.store.relative(path), "sha256": digest}
+
+    def _label(
+        self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: tuple[str, ...]
+    ) -> dict[str, str]:
+        """Write one label into the cache and link it; returns its entry in the record."""
+        write = partial(write_image, array=array, channels=channels)
+        return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, write))
+
+    def _link(self, scene: Scene, cached: Entry) -> dict[str, str]:
+        """Link one label; returns its entry in the record."""
+        path = self._path(scene, cached.purpose.kind)
+        link_atomically(path, cached.path)
+        return {"path": self.store.relative(path), "sha256": cached.sha256}
+
+    def _path(self, scene: Scene, kind: str) -> Path:
+        suffix = suffix_of(kind, self.job.image_suffix)
+        return self.store.file(kind, scene.frame.variant, scene.frame.name, suffix)
 
     def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
         """Remove a picture's old record, so that none ever describes files being replaced; returns it, or {} where
@@ -108,6 +173,19 @@ class Worker:
         if self._reader is None or self._reader.variant != variant:
             self._reader = StageReader(self.store.root / self.job.stage, variant=variant)
         return self._reader
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Making:
+    """A picture while it is made: its scene, kinds of file and keys; the time that it takes, which passes were made or
+    shared, and what its record must say of them."""
+
+    scene: Scene
+    kinds: Sequence[str]
+    keys: Mapping[str, str]
+    watch: Stopwatch
+    passes: dict[str, str] = field(default_factory=dict)
+    notes: dict[str, float] = field(default_factory=dict)
 
 
 def open_renderer(name: str) -> Renderer:
@@ -136,6 +214,7 @@ def make_record(
     job: Job,
     files: dict[str, Any],
     versions: dict[str, str],
+    keys: Mapping[str, str],
     notes: dict[str, float],
 ) -> dict[str, Any]:
     """The picture's record, by schema record-1. `notes`: what making the picture adds to its provenance."""
@@ -158,7 +237,7 @@ def make_record(
         "files": files,
         "provenance": {
             "stage": {"root": job.stage, **stage_provenance(reader)},
-            "keys": keys(scene, job.settings),
+            "keys": keys,
             "render": {
                 "renderer": job.settings.renderer,
                 "samples": job.settings.samples,

@@ -1,0 +1,145 @@
+"""What was computed once and serves every picture that needs it, within the dataset: renders and labels by content.
+
+cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
+cache/<label>/<2>/<geometry key>.<versions>.<sha256>.<...>  hard links of the pictures' own label files
+
+<2> is the key's start, <versions> the start of a digest of the software that made it: another Blender's never serves.
+A file's name holds the digest of its bytes, so a name cannot come apart from its file, nothing is served that is not
+what was written, and a file that was is made again. A picture's bytes are the same with any cache and with none: the
+whole folder may be deleted when no run is on.
+"""
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.arrays import digest
+from spin_usd.dataset.picture import IMAGE, RADIANCE
+from spin_usd.dataset.store import Store, sha256_of, write_atomically
+from spin_usd.labels.label import LABELS
+
+RENDERS = "renders"
+CACHED = (RENDERS, *LABELS)
+MEASURED = "measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+VERSION_DIGITS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Purpose:
+    """What a cached file is good for: its kind, the picture's key of that kind, and the software's digest."""
+
+    kind: str
+    key: str
+    versions: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """A cached file, the `sha256` that its bytes must have, and what it is good for."""
+
+    purpose: Purpose
+    sha256: str
+    path: Path
+
+    @property
+    def whole(self) -> bool:
+        """Whether the file is the one that was written."""
+        try:
+            return sha256_of(self.path) == self.sha256
+        except OSError:
+            return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cache:
+    """The cache in the folder `root`, for results of the software with these `versions` (`versions_digest`)."""
+
+    root: Path
+    versions: str
+
+    def find(self, kind: str, key: str) -> Entry | None:
+        """The file of that kind and key, every byte verified; damaged ones are removed."""
+        for entry in _entries_in(self.root / kind / key[:2], kind, f"{key}.{self.versions}."):
+            if entry.whole:
+                return entry
+            with suppress(OSError):
+                entry.path.unlink()
+        return None
+
+    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> Entry:
+        """The file that `write` fills, kept from now on. Raises as write_atomically does."""
+        purpose = Purpose(kind=kind, key=key, versions=self.versions)
+
+        def place(sha256: str) -> Path:
+            return self.root / kind / key[:2] / f"{key}.{self.versions}.{sha256}{suffix}"
+
+        sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, place=place)
+        return Entry(purpose=purpose, sha256=sha256, path=place(sha256))
+
+
+def versions_digest(versions: Mapping[str, str]) -> str:
+    """What stands in the names of files that software of these versions made."""
+    return digest(dict(versions))[:VERSION_DIGITS]
+
+
+def entries(store: Store) -> Iterator[Entry]:
+    """All files of the dataset's cache, unverified."""
+    for kind in CACHED:
+        for folder in _listed(store.cache / kind):
+            yield from _entries_in(store.cache / kind / folder, kind)
+
+
+def held_keys(store: Store) -> dict[str, set[str]]:
+    """Keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
+    held: dict[str, set[str]] = {kind: set() for kind in CACHED}
+    for entry in entries(store):
+        held[entry.purpose.kind].add(entry.purpose.key)
+    return held
+
+
+def uses(record: Mapping[str, Any]) -> set[Purpose]:
+    """What a picture with this `record` (record-1) was, or could have been, made from."""
+    provenance, kinds = record["provenance"], set(record["files"])
+    versions, keys = versions_digest(provenance["versions"]), provenance["keys"]
+    used = {Purpose(kind=kind, key=keys["geometry"], versions=versions) for kind in kinds & set(LABELS)}
+    if kinds & {IMAGE, RADIANCE}:
+        used.add(Purpose(kind=RENDERS, key=keys["radiance"], versions=versions))
+    return used
+
+
+def used(store: Store) -> set[Purpose]:
+    """What all pictures of the dataset use. Records are not validated, and one that is none uses nothing."""
+    found: set[Purpose] = set()
+    for path in store.records():
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+            found |= uses(json.loads(path.read_text(encoding="utf-8")))
+    return found
+
+
+def remove_entries(store: Store, *, but: set[Purpose]) -> None:
+    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty."""
+    for entry in list(entries(store)):
+        if entry.purpose not in but:
+            entry.path.unlink(missing_ok=True)
+            for folder in (*entry.path.parents[:2], store.cache):
+                with suppress(OSError):  # not empty
+                    folder.rmdir()
+
+
+def _entries_in(folder: Path, kind: str, prefix: str = "") -> Iterator[Entry]:
+    for name in _listed(folder):
+        match name.split("."):
+            case [key, versions, sha256, _] if name.startswith(prefix):
+                purpose = Purpose(kind=kind, key=key, versions=versions)
+                yield Entry(purpose=purpose, sha256=sha256, path=folder / name)
+
+
+def _listed(folder: Path) -> list[str]:
+    try:
+        return sorted(os.listdir(folder))
+    except OSError:
+        return []
