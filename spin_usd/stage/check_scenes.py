@@ -8,6 +8,7 @@ from pxr import Usd
 from spin_usd.errors import SpinError
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage.check_blending import BlendedPoses
+from spin_usd.stage.check_same import SameVariants
 from spin_usd.stage.compose import variants
 from spin_usd.stage.read import StageReader
 
@@ -31,15 +32,16 @@ def scene_findings(path: str | Path, stage: Usd.Stage, *, progress: Progress) ->
         message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
     told: set[tuple[str, str]] = set()
+    same = SameVariants(path)
     for place, name in enumerate(names[:MAX_VARIANTS]):
-        yield from _VariantCheck(path, name, told).findings(place, min(len(names), MAX_VARIANTS), progress)
+        yield from _VariantCheck(path, name, told, same).findings(place, min(len(names), MAX_VARIANTS), progress)
 
 
 class _VariantCheck:
-    """One variant's pictures. `told`: where and what was found already."""
+    """One variant's pictures. `told`: where and what was found already. `same`: has seen the variants before."""
 
-    def __init__(self, path: str | Path, variant: str, told: set[tuple[str, str]]) -> None:
-        self.path, self.variant, self.told = path, variant, told
+    def __init__(self, path: str | Path, variant: str, told: set[tuple[str, str]], same: SameVariants) -> None:
+        self.path, self.variant, self.told, self.same = path, variant, told, same
         self.picture = ""
 
     def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
@@ -51,12 +53,15 @@ class _VariantCheck:
                 if done % PROGRESS_EVERY == 0:
                     progress(place * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
-                blended.add(reader.scene(frame))
+                scene = reader.scene(frame)
+                blended.add(scene)
+                self.same.see(scene, len(reader.frames))
             progress((place + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
             do = f"; {error.do}" if error.do else ""
             yield from self._told_once("scene", error.where or self.path, error.found, do)
             return
+        yield from self.same.findings(self.variant)
         if blended.pictures:
             self.picture = blended.pictures[0]
             yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)

@@ -1,0 +1,72 @@
+"""Where a composed prim's opinions come from, strongest first, and which variants brought them.
+
+What a variant refers to is the variant's as well: its opinions come from another layer, and are as strong.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from pxr import Pcp, Sdf, Usd
+
+
+@dataclass(frozen=True, kw_only=True)
+class Selection:
+    """The `variant` of the set `name` on the prim at `owner`, as composed."""
+
+    owner: Sdf.Path
+    name: str
+    variant: str
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.variant}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Opinion:
+    """One layer's spec of a prim. through: the selections that bring it, outermost first."""
+
+    spec: Sdf.PrimSpec
+    through: tuple[Selection, ...]
+
+    @cached_property
+    def properties(self) -> dict[str, Sdf.PropertySpec]:
+        """By name."""
+        return {spec.name: spec for spec in self.spec.properties}
+
+    @cached_property
+    def selections(self) -> dict[str, str]:
+        """Variants, by their sets."""
+        return dict(self.spec.variantSelections.items())
+
+
+def opinions(prim: Usd.Prim) -> list[Opinion]:
+    """All that say something of `prim`, strongest first; the session layer, which only tries, is left out."""
+    session = prim.GetStage().GetSessionLayer()
+    return list(_of_node(prim.GetPrimIndex().rootNode, prim.GetPath(), (), session))
+
+
+def _of_node(
+    node: Pcp.NodeRef, composed: Sdf.Path, above: tuple[Selection, ...], session: Sdf.Layer
+) -> Iterator[Opinion]:
+    through = above + tuple(each for each in _selections(node.path, composed) if each not in above)
+    if node.hasSpecs:
+        for layer in node.layerStack.layers:
+            spec = layer.GetPrimAtPath(node.path) if layer != session else None
+            if spec:
+                yield Opinion(spec=spec, through=through)
+    for child in node.children:  # in the order of their strength
+        yield from _of_node(child, composed, through, session)
+
+
+def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[Selection]:
+    """Those on the way to `path`, of the prim that is at `composed` on the stage: what is below is the same there."""
+    for prefix in path.GetPrefixes():
+        if prefix.IsPrimVariantSelectionPath():
+            below = path.StripAllVariantSelections().pathElementCount
+            below -= prefix.StripAllVariantSelections().pathElementCount
+            owner = composed
+            for _ in range(below):
+                owner = owner.GetParentPath()
+            name, variant = prefix.GetVariantSelection()
+            yield Selection(owner=owner, name=name, variant=variant)
