@@ -19,7 +19,8 @@ RENDER_SUFFIX = ".exr"
 def write_render(path: Path, radiance: Radiance) -> None:
     """Raises OutputError, as write_image does."""
     rows, columns = radiance.region.shape
-    planes = np.concatenate([radiance.coverage[None], np.moveaxis(radiance.groups, -1, 1).reshape(-1, rows, columns)])
+    lit = np.moveaxis(radiance.groups, -1, 1).reshape(3 * len(radiance.groups), rows, columns)
+    planes = np.concatenate([radiance.coverage[None], lit])
     pixels = np.zeros((max(rows, 1), max(columns, 1), len(planes)), np.float32)  # no image file is of no pixels
     pixels[:rows, :columns] = np.moveaxis(planes, 0, -1)
     write_image(path, pixels, channels=_channels(len(radiance.groups)))
