@@ -2,9 +2,11 @@
 
 import hashlib
 import json
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from spin_usd.resources import schemas
 
 SCHEMA = "augment-1"
 FRAME = "frame"
+FEW = 8  # names that a sentence can list
 NOMINAL = "nominal"  # the name of the stage without any augmentation
 
 
@@ -95,9 +98,11 @@ def _sentence(error: ValidationError) -> str:
     """What jsonschema found, in fewer words where it prints whole tables."""
     if error.validator == "additionalProperties":
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
-        known = list(schema.get("properties", {}))
-        strange = sorted(set(error.instance) - set(known)) if isinstance(error.instance, dict) else []
-        return f"there is no {(strange or [''])[0]!r}; choose among {', '.join(known)}"
+        known, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
+        named = [*known, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
+        strange = next(key for key in error.instance if key not in named)
+        near = known if len(known) <= FEW else get_close_matches(strange, known) or [*known[:FEW], "..."]
+        return f"there is no {strange!r}; choose among {', '.join(near)}"
     if error.validator == "required":
         return str(error.message).replace(" is a required property", " is missing")
     return str(error.message)

@@ -5,8 +5,8 @@ same text everywhere, and a reader of a layer sees whole numbers.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -157,7 +157,8 @@ def _check_range(low: float, high: float) -> None:
         raise InputError(f"no number lies between low {low:g} and high {high:g}", do=do)
 
 
-def _frame(axis: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+@lru_cache(maxsize=16)
+def _frame(axis: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Three orthogonal unit vectors, the last along `axis`."""
     z = np.array(axis, np.float64) / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)

@@ -1,0 +1,104 @@
+"""Specifications: those that travel along, the schema beside the registry, and what is wrong in a file."""
+
+import json
+import runpy
+
+import pytest
+from conftest import REPOSITORY
+
+from spin_usd.errors import InputError
+from spin_usd.formats.spec_file import read_spec_file
+
+SHIPPED = sorted((REPOSITORY / "stages" / "augmentations").glob("*.toml"))
+GROUPS = ("camera", "environment", "materials")
+GOOD = """
+schema = "augment-1"
+[[augmentation]]
+name = "a"
+"""
+
+
+def read(tmp_path, text):
+    (tmp_path / "spec.toml").write_text(text)
+    return read_spec_file(tmp_path / "spec.toml")
+
+
+def test_the_schema_is_what_the_registry_says():
+    built = runpy.run_path(str(REPOSITORY / "tools" / "build_spec_schema"))["text"]()
+    assert built == (REPOSITORY / "schemas" / "augment-1.schema.json").read_text()
+
+
+def test_every_parameter_has_a_description_and_its_units_there():
+    sample = json.loads((REPOSITORY / "schemas" / "augment-1.schema.json").read_text())["$defs"]["sample"]
+    assert all(len(each["description"]) > 10 for each in sample["properties"].values())
+    assert sample["properties"]["sun.irradiance"]["properties"]["unit"]["enum"] == ["W/m2", "kW/m2"]
+    assert "unit" not in sample["properties"]["optics.glare"]["properties"]
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_those_that_travel_along_are_valid_and_name_their_schema(path):
+    specification = read_spec_file(path)
+    assert specification.name == path.stem
+    first = path.read_text().splitlines()[0]
+    assert first.startswith("#:schema ")
+    assert (path.parent / first.removeprefix("#:schema ")).is_file()
+
+
+def test_the_ablation_has_its_eight_cells():
+    cells = [read_spec_file(path).augmentations for path in SHIPPED if path.stem.startswith("ablation")]
+    assert len({tuple(one.select[group] for group in GROUPS) for (one,) in cells}) == 8
+    for (one,) in cells:
+        rich = [group for group in GROUPS if one.select[group] == ("rich",)]
+        assert one.name == "ablation_" + ("_".join(rich) or "none")
+
+
+def test_a_count_numbers_the_names(tmp_path):
+    assert [a.name for a in read(tmp_path, GOOD + "count = 3").augmentations] == ["a_1", "a_2", "a_3"]
+    assert [a.name for a in read(tmp_path, GOOD).augmentations] == ["a"]
+
+
+def test_words_unit_and_per_are_told_apart(tmp_path):
+    text = '[augmentation.sample]\n"sun.factor" = { distribution = "uniform", low = 1, high = 2, per = "frame" }'
+    ((entry,),) = (a.sample for a in read(tmp_path, GOOD + text).augmentations)
+    assert (entry.parameter, entry.per_frame, entry.unit) == ("sun.factor", True, None)
+    assert entry.words == {"distribution": "uniform", "low": 1, "high": 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("schema = ", "is not TOML"),
+        ('schema = "augment-1"', "'augmentation' is missing"),
+        (GOOD.replace("augment-1", "augment-2"), "schema: 'augment-1' was expected"),
+        (GOOD + 'color = "red"', r"augmentation\[0\]: there is no 'color'"),
+        (GOOD.replace('"a"', '"A b"'), r"augmentation\[0\].name: 'A b' does not match"),
+        (GOOD + "count = 0", r"augmentation\[0\].count: 0 is less than"),
+        (GOOD + '[[augmentation]]\nname = "a"', "two augmentations are named 'a'"),
+        (GOOD.replace('"a"', '"nominal"'), "'nominal' is the name of the stage without"),
+        (GOOD + "constraints = { sun_far_deg = 3 }", "constraints: there is no 'sun_far_deg'"),
+        (
+            GOOD + 'sample = { "sun.colour" = { distribution = "fixed", value = 1 } }',
+            r"sample: there is no 'sun.colour'; choose among sun.factor",
+        ),
+        (
+            GOOD + 'sample = { "material.A.ruffness" = { distribution = "fixed", value = 1 } }',
+            r"sample: there is no 'material.A.ruffness'",
+        ),
+        (
+            GOOD + 'sample = { "exposure.time" = { distribution = "fixed", value = 1, unit = "px" } }',
+            r"sample.exposure.time.unit: 'px' is not one of \['s', 'ms', 'us'\]",
+        ),
+        (
+            GOOD + 'sample = { "exposure.time" = { distribution = "fixed", value = 1 } }',
+            "sample.exposure.time: 'unit' is missing",
+        ),
+        (
+            GOOD + 'sample = { "lens.fx" = { distribution = "fixed", value = 1, unit = "px", per = "frame" } }',
+            r"sample.lens.fx.per: 'frame' is not one of \['augmentation'\]",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named_by_its_key(tmp_path, text, sentence):
+    with pytest.raises(InputError, match=sentence) as caught:
+        read(tmp_path, text)
+    assert len(str(caught.value)) < 600
