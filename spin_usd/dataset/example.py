@@ -45,7 +45,7 @@ class Sampled:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
     """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
-    `first_sequence` and `first_picture`."""
+    `first_sequence` and `first_picture` · published: the part's own statistics, as the file has them."""
 
     name: str
     names: str
@@ -55,6 +55,7 @@ class Part:
     first_sequence: int
     first_picture: int
     sample: Mapping[str, Sampled]
+    published: Mapping[str, Any]
 
     @property
     def count(self) -> int:
@@ -116,6 +117,7 @@ def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Pa
         first_sequence=table.get("first_sequence", 1),
         first_picture=table.get("first_picture", 1),
         sample={name: _sampled(law, f"{where}, sample {name!r}") for name, law in sample.items()},
+        published=table.get("published", {}),
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.distribution import Value
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
-from spin_usd.scene.poses import PoseList
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
 
@@ -40,7 +41,7 @@ class Shot:
 def shots(example: Example, count: int | None = None) -> tuple[Shot, ...]:
     """All pictures, or `count` of them: of each part the first, as many as is its share.
 
-    Raises InputError for more than there are, and for none.
+    Raises InputError for more than there are, for none, and for names that are none or not unique.
     """
     count = example.count if count is None else count
     if not 1 <= count <= example.count:
@@ -51,7 +52,17 @@ def shots(example: Example, count: int | None = None) -> tuple[Shot, ...]:
         before += part.count
         share = (count * before + example.count // 2) // example.count - len(found)
         found += [Shot(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)]
+    _check_names([shot.name for shot in found], example.file)
     return tuple(found)
+
+
+def _check_names(names: Sequence[str], file: Path) -> None:
+    """Raise InputError for names that cannot be a picture's, and for one that two pictures have."""
+    if bad := next((name for name in names if not FRAME_NAME.fullmatch(name)), None):
+        raise InputError(f"{bad!r} cannot name a picture", where=file, do=FRAME_NAME_RULE)
+    if pair := repeated_name(names):
+        do = "put {picture}, {sequence} or the part's name in 'names'"
+        raise InputError(f"two pictures are named {names[pair[0]]!r}", where=file, do=do)
 
 
 def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
