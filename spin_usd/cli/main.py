@@ -30,7 +30,7 @@ from spin_usd.cli.options import (
     Workers,
 )
 from spin_usd.cli.progress import shown
-from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
+from spin_usd.errors import DONE, FINDINGS, INTERNAL, InputError, SpinError
 
 INTERRUPTED = 130
 
@@ -139,16 +139,16 @@ def author(
 def _pictures_to_author(
     poses: Path | None, example: str | None, count: int | None, choices: dict[str, Any]
 ) -> tuple[str, dict[str, Any]]:
-    """What to ask a child for, and the arguments that say where the pictures come from."""
+    """What to ask a child for, and the arguments that say where the pictures come from. Raises InputError."""
     if (poses is None) == (example is None):
-        raise typer.BadParameter("give one of --poses and --example")
+        raise InputError("neither or both of --poses and --example are given", do="give one of them")
     if example is not None:
         return "author_example", {"example": example, "count": count}
     if count is not None:
-        raise typer.BadParameter("--count is of --example; choose poses with --frames")
+        raise InputError("--count is given without --example", do="choose poses with --frames")
     for name in ("target", "camera"):
         if choices[name] is None:
-            raise typer.BadParameter(f"--poses needs --{name}")
+            raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
     return "author", {"poses": str(poses)}
 
 
