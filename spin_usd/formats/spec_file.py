@@ -96,7 +96,7 @@ def check_document(document: Any, schema: str, where: object) -> None:
 
 def _sentence(error: ValidationError) -> str:
     """What jsonschema found, in fewer words where it prints whole tables."""
-    if error.validator == "additionalProperties":
+    if error.validator == "additionalProperties" and isinstance(error.instance, dict):
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
         known, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
         named = [*known, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]

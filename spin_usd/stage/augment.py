@@ -115,7 +115,15 @@ def write_augmentations(path: Path, out: Path | None, augmentations: Sequence[Au
                 _read_once(trial, augmentation.name)
         _replace(work, path.parent / FOLDER, name)
         _write_root(path, final, root, f"./{FOLDER}/{name}.usda")
+    for file in (final, path.parent / FOLDER / f"{name}.usda", *(path.parent / FOLDER / name).iterdir()):
+        _read_again(file)
     return final
+
+
+def _read_again(file: Path) -> None:
+    """Let stages that are open in this process see what the file holds now."""
+    if layer := Sdf.Layer.Find(str(file.resolve())):
+        layer.Reload(force=True)
 
 
 def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames: int, source: Source) -> None:
