@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import Float
+from spin_usd.dataset.augment import augment_stage
 from spin_usd.dataset.example import open_example
 from spin_usd.dataset.example_pictures import Shot, draw_poses, draw_samples, shots
 from spin_usd.dataset.new_folder import new_folder
@@ -47,8 +48,8 @@ class AuthorReport:
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """`target`, `camera`, `preset`, `lights` and `environment` are names of what travels with spin_usd, or files; the
-    last two stand instead of the preset's."""
+    """`target`, `camera`, `preset`, `lights`, `environment` and `augment` are names of what travels with spin_usd, or
+    files; the lights and environment stand instead of the preset's. `augment`: a specification to write over it."""
 
     target: str | Path
     camera: str | Path
@@ -57,6 +58,7 @@ class Choices:
     preset: str | Path | None = None
     lights: str | Path | None = None
     environment: str | Path | None = None
+    augment: str | None = None
 
 
 def author_stage(*, poses: str | Path, out: str | Path, frames: str | None = None, **choices: Any) -> AuthorReport:
@@ -139,6 +141,8 @@ def _author(
             preset=settings,
             rigs=rigs,
         )
+        if choices.augment is not None:
+            augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(
         root=str(out / ROOT),
         frames=len(poses),

@@ -1,37 +1,21 @@
 """Examples: what an example file says, as laws to draw from."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, radians
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.schema import check_schema
 from spin_usd.errors import InputError
 from spin_usd.formats.example_file import example_by_name, read_example_file
-from spin_usd.sampling.distribution import (
-    Attitudes,
-    Choice,
-    Directions,
-    Distribution,
-    Fixed,
-    LogUniform,
-    Normal,
-    Uniform,
-)
+from spin_usd.formats.spec_file import check_document
+from spin_usd.sampling.distribution import Distribution
 from spin_usd.sampling.poses import Place, PoseLaw
+from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
 
 SCHEMA = "example-1"
-DISTRIBUTIONS: Mapping[str, Callable[..., Distribution]] = {
-    "fixed": Fixed,
-    "uniform": Uniform,
-    "log_uniform": LogUniform,
-    "normal": Normal,
-    "choice": Choice,
-    "directions": Directions,
-    "attitudes": Attitudes,
-}
+WORDS = ("unit", "per")  # for readers, and for Sampled: no fields of a distribution
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +71,7 @@ def open_example(given: str | Path) -> Example:
     """The example of that name or in that file. Raises InputError that names the file and the place in it."""
     file = Path(given) if Path(given).suffix.lower() == ".toml" else example_by_name(str(given))
     tables = read_example_file(file)
-    check_schema(tables, SCHEMA, file)
+    check_document(tables, SCHEMA, file)
     names = [part["name"] for part in tables["part"]]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"has two parts named {twice!r}", where=file, do="give each its own name")
@@ -178,12 +162,8 @@ def _sampled(table: Mapping[str, Any], where: str) -> Sampled:
 
 def _distribution(table: Mapping[str, Any], where: str) -> Distribution:
     """Raises InputError that says where, for one without a possible value."""
-    fields = {name: _hashable(value) for name, value in table.items() if name not in ("distribution", "unit", "per")}
+    words = {name: value for name, value in table.items() if name not in WORDS}
     try:
-        return DISTRIBUTIONS[table["distribution"]](**fields)
+        return distribution_of(words)
     except InputError as error:
         raise InputError(error.found, where=where, do=error.do) from None
-
-
-def _hashable(value: Any) -> Any:
-    return tuple(map(_hashable, value)) if isinstance(value, list) else value

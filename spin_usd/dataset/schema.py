@@ -20,16 +20,11 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         raise InputError(f"cannot be read ({e.strerror})", where=path) from e
     except ValueError as e:
         raise InputError(f"is not JSON ({e})", where=path) from e
-    check_schema(value, schema, path)
-    result: dict[str, Any] = value
-    return result
-
-
-def check_schema(value: Any, schema: str, where: Path) -> None:
-    """Raise InputError that says where `value`, read from the file `where`, is not as the schema named has it."""
     error = best_match(_validator(schema).iter_errors(value))
     if error is not None:
-        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=where)
+        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path)
+    result: dict[str, Any] = value
+    return result
 
 
 @cache

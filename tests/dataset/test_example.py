@@ -270,3 +270,16 @@ def test_the_command_says_what_it_lacks_in_one_sentence(tmp_path, spin_usd, opti
 def test_the_command_authors_an_example(tmp_path: Path, spin_usd) -> None:
     done = spin_usd("author", "--example", "speedplus", "--count", 2, "--out", tmp_path / "stage", "--json")
     assert json.loads(done.stdout)["frames"] == 2
+
+
+def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> None:
+    """What an augmentation changes beats the example's own light in every picture."""
+    out = tmp_path / "stage"
+    spin_usd("author", "--example", "speedplus", "--count", 2, "--out", out, "--augment", "isda")
+    reader = StageReader(out / "dataset.usda")
+    changed = StageReader(out / "dataset.usda", variant="isda_1")
+    assert {"nominal", "isda_1", "isda_2", "isda_3"} <= set(reader.variants)
+    for frame, other in zip(reader.frames, changed.frames, strict=True):
+        assert reader.pose_at(frame.time_code).matrix.tolist() == changed.pose_at(other.time_code).matrix.tolist()
+        assert reader.scene(frame).lights[0].direction_cam != changed.scene(other).lights[0].direction_cam
+    assert [found for found in check_stage(str(out / "dataset.usda")) if found.severity == "error"] == []

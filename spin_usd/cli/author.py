@@ -1,0 +1,85 @@
+"""`spin-usd author`."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from spin_usd.cli.options import Frames, Json
+from spin_usd.errors import InputError
+
+
+def author(
+    out: Annotated[Path, typer.Option(help="Folder to make.")],
+    poses: Annotated[Path | None, typer.Option(help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")] = None,
+    example: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A published data set's likeness instead of a pose list.")
+    ] = None,
+    count: Annotated[int | None, typer.Option(metavar="N", help="Pictures of the example; all if not given.")] = None,
+    target: Annotated[
+        str | None, typer.Option(help="A built-in target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.")
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="A built-in camera's name, a camera.json or a camera layer.")
+    ] = None,
+    units_per_metre: Annotated[
+        float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
+    ] = None,
+    frames: Frames = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
+    preset: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in preset's name, or a preset layer.")
+    ] = None,
+    lights: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="Built-in lights' name, or a lights layer.")
+    ] = None,
+    environment: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in environment's name, or an environment layer.")
+    ] = None,
+    augment: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A specification of augmentations to write over it.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
+    from spin_usd.dataset.child import Child
+
+    choices: dict[str, Any] = {
+        "target": target,
+        "camera": camera,
+        "out": str(out),
+        "units_per_metre": units_per_metre,
+        "frames": frames,
+        "seed": seed,
+        "preset": preset,
+        "lights": lights,
+        "environment": environment,
+        "augment": augment,
+    }
+    call, source = _pictures_to_author(poses, example, count, choices)
+    with Child() as child:
+        report = child.call(call, **source, **choices)
+    if as_json:
+        print(json.dumps(report))
+        return
+    for note in report["notes"]:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{report['root']}   ({report['frames']} pictures)")
+
+
+def _pictures_to_author(
+    poses: Path | None, example: str | None, count: int | None, choices: dict[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """What to ask a child for, and the arguments that say where the pictures come from. Raises InputError."""
+    if (poses is None) == (example is None):
+        raise InputError("neither or both of --poses and --example are given", do="give one of them")
+    if example is not None:
+        return "author_example", {"example": example, "count": count}
+    if count is not None:
+        raise InputError("--count is given without --example", do="choose poses with --frames")
+    for name in ("target", "camera"):
+        if choices[name] is None:
+            raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
+    return "author", {"poses": str(poses)}
