@@ -1,7 +1,8 @@
 """Writes a stage: dataset.usda over one layer for each concern.
 
 Base values come by reference, so that a variant on /World can override each of them; only the poses, which make the
-pictures, are local (a sublayer). The target is in its own axes: T_world_body = T_world_cam @ T_cam_body.
+pictures, and the variant sets themselves are local (sublayers). The target is in its own axes:
+T_world_body = T_world_cam @ T_cam_body.
 """
 
 from collections.abc import Mapping

@@ -49,14 +49,11 @@ def write_groups(
     author_metadata(layer, default_prim=WORLD.name, documentation=documentation)
     world = Sdf.CreatePrimInLayer(layer, WORLD)
     for name, kind in kinds.items():
-        file = f"./groups/{name}.usda"
-        _add_schemas(kind.flat.GetPrimAtPath(CAMERA))
-        copy_assets(kind.flat, folder / "groups" / name)
-        export(kind.flat, folder / "groups" / f"{name}.usda")
-        _bring(_over(world, "camera", name, CAMERA), file)
+        _write_kind(kind, folder / "groups")
+        _bring(_over(world, "camera", name, CAMERA), name)
         for path in RIGS:
             rig = _over(world, "environment", name, path)
-            _bring(rig, file)
+            _bring(rig, name)
             _switch_off(rig, _children(rigs[path], kind, path))
         materials = _variant(world, "materials", name)
         if has_looks:
@@ -65,6 +62,13 @@ def write_groups(
             author_matt(layer, materials.path, matt)
     world.variantSetNameList.prependedItems[:] = GROUPS  # they do not fight; this is the order that people expect
     export(layer, folder / LAYER)
+
+
+def _write_kind(kind: Preset, folder: Path) -> None:
+    """What a variant of each set refers to, with its files."""
+    _add_schemas(kind.flat.GetPrimAtPath(CAMERA))
+    copy_assets(kind.flat, folder / kind.file.stem)
+    export(kind.flat, folder / kind.file.name)
 
 
 def _add_schemas(camera: Sdf.PrimSpec) -> None:
@@ -88,9 +92,9 @@ def _over(world: Sdf.PrimSpec, group: str, name: str, path: Sdf.Path) -> Sdf.Pri
     return Sdf.CreatePrimInLayer(world.layer, path.ReplacePrefix(WORLD, variant.path))
 
 
-def _bring(prim: Sdf.PrimSpec, file: str) -> None:
-    """Refer to the prim of the same name in `file`."""
-    prim.referenceList.Prepend(Sdf.Reference(file, prim.path.StripAllVariantSelections()))
+def _bring(prim: Sdf.PrimSpec, kind: str) -> None:
+    """Refer to the prim of the same path in what the variants of the name `kind` bring."""
+    prim.referenceList.Prepend(Sdf.Reference(f"./groups/{kind}.usda", prim.path.StripAllVariantSelections()))
 
 
 def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
