@@ -141,6 +141,13 @@ _ALL = (
         limits=TEMPERATURES,
     ),
     Parameter(
+        name="lights.temperature",
+        description="The colour temperature of every light.",
+        make=lights.temperature,
+        unit="K",
+        limits=TEMPERATURES,
+    ),
+    Parameter(
         name="sun.angle",
         description="The Sun's apparent diameter; its irradiance stays where it is normalised.",
         make=lights.sun_angle,

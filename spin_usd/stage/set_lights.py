@@ -148,12 +148,11 @@ def _strength(own: float, drawn: Values, is_sun: bool, per_watt: float) -> float
 
 
 def temperature(base: Base, names: tuple[str, ...]) -> Setting:
-    """The colour temperature of the Sun, or of all fills; it counts from then on."""
+    """The colour temperature of the Sun, of all fills, or of all lights; it counts from then on."""
     (name,) = names
-    sun = find_sun(base)
-    lights = [sun] if name == "sun.temperature" else [prim for prim in find_lights(base.stage) if prim != sun]
+    lights = _of_kind(base, name)
     if not lights:
-        raise InputError("the stage has no lights but the Sun", where=name, do="leave it out")
+        raise InputError("the stage has no such lights", where=name, do="leave it out, or select lights that have them")
     apis = [UsdLux.LightAPI(prim) for prim in lights]
     return Setting(
         parameters=names,
@@ -161,6 +160,14 @@ def temperature(base: Base, names: tuple[str, ...]) -> Setting:
         values=lambda drawn, _: (float(drawn[name]),) * len(lights),
         fixed=tuple((place_of(light.GetEnableColorTemperatureAttr()), True) for light in apis),
     )
+
+
+def _of_kind(base: Base, name: str) -> list[Usd.Prim]:
+    """The lights that `name` is about, by its first word."""
+    if name.startswith("lights."):
+        return list(find_lights(base.stage))
+    sun = find_sun(base)
+    return [sun] if name.startswith("sun.") else [prim for prim in find_lights(base.stage) if prim != sun]
 
 
 def sun_angle(base: Base, _: tuple[str, ...]) -> Setting:

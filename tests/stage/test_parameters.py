@@ -132,6 +132,10 @@ CASES = {
     ),
     "sun.temperature": (4000, {"lights.1.irradiance": None}),
     "fill.temperature": (4000, {"lights.0.irradiance": None, "lights.2.emission": None}),
+    "lights.temperature": (
+        4000,
+        {"lights.0.irradiance": None, "lights.1.irradiance": None, "lights.2.emission": None},
+    ),
     "sun.angle": (2.0, {"lights.1.angle": np.radians(2)}),
     "exposure.stops": (1.5, {"sensor.exposure": None}),
     "exposure.time": (0.02, {"sensor.exposure": None, "sensor.time": 0.02}),
