@@ -10,7 +10,8 @@ import typer
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.progress import shown
 
-Variant = Annotated[str, typer.Argument(metavar="VARIANT", help="An augmentation, nominal, or SET=VARIANT,...")]
+VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
+VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same; what it has follows each arrow.")]
 # What must be made again where that key is another.
 REACHES = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
 
@@ -18,16 +19,17 @@ REACHES = {"geometry": "labels", "radiance": "render", "exposure": "image", "not
 def diff(
     context: typer.Context,
     stage: Stage,
-    variant_a: Variant,
-    variant_b: Variant,
+    variant_a: VariantA,
+    variant_b: VariantB,
     frames: Frames = None,
     as_json: Json = False,
 ) -> None:
     """What differs from one variant to another, by prim and property, and which work that makes.
 
     A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
-    isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing. The
-    exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
+    isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing.
+
+    The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
     """
     from spin_usd.dataset.diff import diff as compare
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from spin_usd.dataset.reach import KEYS, Trials, changed, neutral_keys
+from spin_usd.dataset.reach import KEYS, Side, Trials, changed, neutral_keys
 from spin_usd.errors import InputError
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.model import NOMINAL, FrameId
@@ -47,9 +47,9 @@ def compare(
 ) -> dict[str, Any]:
     """What differs from the variant `before` to `after` of a stage; each as Selection.parse has it.
 
-    differences: as stage.diff tells them, each with what it `reaches` by itself: "geometry", "radiance" or "exposure"
-    is the first of the keys that it changes, "nothing" none, and None what cannot be tried. pictures: how many both
-    have (`compared`), in how many of them each key differs, and how many only one has (`only_before`, `only_after`).
+    differences: as stage.diff tells them, each with what it `reaches` by itself: the first of the keys "geometry",
+    "radiance", "exposure" that it changes, "nothing", or None, as Trials.reach finds. pictures: how many both have
+    (`compared`), in how many of them each key differs, and how many only one has (`only_before`, `only_after`).
     The picture's own seed, which no two variants share, is left out of the keys. `progress` is told what is done, and
     how many of how many.
     """
@@ -57,21 +57,22 @@ def compare(
     first, second = (selection.open(stage) for selection in selections)
     found = list(differences(first.stage, second.stage))
     pairs, pictures = _pairs(first, second, frames)
-    telling: dict[str, FrameId] = {}
+    telling: dict[str, tuple[FrameId, FrameId]] = {}
     for done, pair in enumerate(pairs):
         if done % PROGRESS_EVERY == 0:
             progress(["comparing", done, len(pairs)])
         for key in changed(neutral_keys(first, pair[0]), neutral_keys(second, pair[1])):
             pictures[key] += 1
-            telling.setdefault(key, pair[0])
+            telling.setdefault(key, pair)
     progress(["comparing", len(pairs), len(pairs)])
     trials = Trials(
-        first=first,
-        second=second,
-        trial=selections[0].open(stage).stage,
+        sides=(
+            Side(reader=first, trial=selections[0].open(stage).stage),
+            Side(reader=second, trial=selections[1].open(stage).stage),
+        ),
         found=found,
-        frames=[frame for frame, _ in pairs],
-        telling=list(telling.values()),
+        frames=pairs,
+        telling=list(dict.fromkeys(telling.values())),
     )
     listed = []
     for done, each in enumerate(found):

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from spin_usd.errors import SpinError
 from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
 from spin_usd.scene.model import NOMINAL, FrameId
-from spin_usd.stage.diff import PRIM, SCHEMAS, Difference
+from spin_usd.stage.diff import PRIM, Difference
 from spin_usd.stage.read import StageReader
-from spin_usd.stage.transplant import Stage, can_transplant, transplant
+from spin_usd.stage.transplant import Stage, add_schemas, can_transplant, transplant
 
 KEYS = ("geometry", "radiance", "exposure")
 NOTHING = "nothing"
@@ -31,63 +31,78 @@ def changed(before: dict[str, str], after: dict[str, str]) -> list[str]:
     return [key for key in KEYS if before[key] != after[key]]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """One of the two variants: as it is, and a stage of its own to try things on."""
+
+    reader: StageReader
+    trial: Stage
+    known: dict[FrameId, dict[str, str]] = field(default_factory=dict)
+
+    def keys(self, frame: FrameId) -> dict[str, str]:
+        """Of the picture as it is."""
+        if frame not in self.known:
+            self.known[frame] = neutral_keys(self.reader, frame)
+        return self.known[frame]
+
+    def changed_by(
+        self, differences: Sequence[Difference], other: "Side", frames: Sequence[FrameId]
+    ) -> set[str] | None:
+        """The keys that change where this side has the `differences` as the other has them; None where it cannot be
+        read so: they may need others."""
+        session = self.trial.GetSessionLayer()
+        as_it_was = session.ExportToString()
+        try:
+            for each in differences:
+                transplant(each, other.reader.stage, self.trial)
+                add_schemas(each.where, other.reader.stage, self.trial)
+            reader = StageReader("", variant=self.reader.variant, stage=self.trial)
+            return {key for frame in frames for key in changed(self.keys(frame), neutral_keys(reader, frame))}
+        except SpinError:
+            return None
+        finally:
+            session.ImportFromString(as_it_was)
+
+
 @dataclass(kw_only=True)
 class Trials:
-    """`first`, `second`: the variants; `trial`: a stage of its own in the first. `found`: all that differs. `frames`:
-    the first's pictures that are compared; `telling`: those of them at which each key differs."""
+    """`found`: all that differs between the two sides. `frames`: pairs of the same picture in both; `telling`: those
+    at which each key differs first."""
 
-    first: StageReader
-    second: StageReader
-    trial: Stage
+    sides: tuple[Side, Side]
     found: Sequence[Difference]
-    frames: Sequence[FrameId]
-    telling: Sequence[FrameId]
+    frames: Sequence[tuple[FrameId, FrameId]]
+    telling: Sequence[tuple[FrameId, FrameId]]
     _places: dict[str, str | None] = field(default_factory=dict)
-    _own: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def reach(self, difference: Difference) -> str | None:
-        """The first of KEYS that it changes, "nothing", or None where that cannot be tried.
+        """The first of KEYS that changes when that alone becomes different in the first variant, or the same again in
+        the second; "nothing" where none does; None where that cannot be tried, or only in part: prims can be taken away
+        by making them inactive alone, and what refers to them still finds them.
 
-        With it goes what else differs in the same place, and the schemas that its prim has applied: without them it
-        would mean nothing.
+        With it goes what else differs in the same place, and schemas that its prim lacks: it may mean nothing without.
         """
         where = difference.where
         if where not in self._places:
-            free = can_transplant(difference, self.trial) and len(self._places) < MAX_TRIALS
+            free = len(self._places) < MAX_TRIALS and self._can_try(difference)
             self._places[where] = self._tried(difference) if free else None
         return self._places[where]
 
-    def _tried(self, difference: Difference) -> str | None:
-        session = self.trial.GetSessionLayer()
-        as_it_was = session.ExportToString()
-        found = set()
-        try:
-            for each in self.found:
-                if _goes_with(each, difference) and can_transplant(each, self.trial):
-                    transplant(each, self.second.stage, self.trial)
-            reader = StageReader("", variant=self.first.variant, stage=self.trial)
-            for frame in self._frames_for(difference):
-                found |= set(changed(self._own_keys(frame), neutral_keys(reader, frame)))
-        except SpinError:
-            return None  # by itself it makes no stage that can be read
-        finally:
-            session.ImportFromString(as_it_was)
-        if not found and difference.kind == PRIM and difference.after is None:
-            return None  # a prim can only be made inactive here, and what refers to it still finds it
-        return next((key for key in KEYS if key in found), NOTHING)
+    def _can_try(self, difference: Difference) -> bool:
+        return all(can_transplant(difference, side.trial) for side in self.sides)
 
-    def _frames_for(self, difference: Difference) -> Sequence[FrameId]:
+    def _tried(self, difference: Difference) -> str | None:
+        together = [each for each in self.found if each.where == difference.where and self._can_try(each)]
+        frames = self._frames_for(difference)
+        sides = zip(self.sides, reversed(self.sides), zip(*frames, strict=True), strict=True) if frames else ()
+        found = [side.changed_by(together, other, of) for side, other, of in sides]
+        certain = None not in found and difference.kind != PRIM
+        keys = {key for each in found for key in each or ()}
+        return next((key for key in KEYS if key in keys), NOTHING if certain else None)
+
+    def _frames_for(self, difference: Difference) -> Sequence[tuple[FrameId, FrameId]]:
         """The pictures to try it at: the telling ones, and the one next to the first sample that differs."""
         time = difference.time_code
         if time is None or not self.frames:
             return self.telling
-        return [*self.telling, min(self.frames, key=lambda frame: abs(frame.time_code - time))]
-
-    def _own_keys(self, frame: FrameId) -> dict[str, str]:
-        if frame.name not in self._own:
-            self._own[frame.name] = neutral_keys(self.first, frame)
-        return self._own[frame.name]
-
-
-def _goes_with(other: Difference, each: Difference) -> bool:
-    return other.where == each.where or (other.kind == SCHEMAS and each.where.startswith(f"{other.where}."))
+        return [*self.telling, min(self.frames, key=lambda pair: abs(pair[0].time_code - time))]

@@ -9,7 +9,7 @@ from typing import Any
 
 from pxr import Usd
 
-from spin_usd.stage.content import AUGMENTATION, used_files
+from spin_usd.stage.content import used_files
 from spin_usd.stage.drawn import PROXIES
 from spin_usd.stage.opinions import origin, strongest
 from spin_usd.stage.value_text import DIGITS, same_value, value_texts
@@ -112,12 +112,13 @@ def _of_prim(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
 
 
 def _selections(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
-    """The variants that prims of the stage select; that which was asked for is no difference."""
+    """The variants that prims of the stage select; what was asked for, in the session, is no difference."""
     chosen = [prim.GetVariantSets().GetAllVariantSelections() for prim in (a, b)]
-    for name in sorted({*chosen[0], *chosen[1]}):
+    specs = [prim.GetStage().GetSessionLayer().GetPrimAtPath(prim.GetPath()) for prim in (a, b)]
+    asked = {name for spec in specs if spec for name in spec.variantSelections.keys()}  # noqa: SIM118 - a map proxy
+    for name in sorted({*chosen[0], *chosen[1]} - asked):
         before, after = (selections.get(name) or None for selections in chosen)
-        asked = name == AUGMENTATION and a == a.GetStage().GetDefaultPrim()
-        if before != after and not asked:
+        if before != after:
             origins = (_origin(prim, "variantSelection", name) for prim in (a, b))
             yield _difference(SELECTION, str(a.GetPath()), name, (before, after), origins)
 

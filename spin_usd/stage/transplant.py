@@ -42,6 +42,18 @@ def transplant(difference: Difference, of: Usd.Stage, to: Usd.Stage) -> None:
         raise StageError(reason(error), where=difference.where) from None
 
 
+def add_schemas(where: str, of: Usd.Stage, to: Usd.Stage) -> None:
+    """Apply to the prim of the property `where` in `to` the schemas that only `of` applies there; nothing for prims."""
+    path = Sdf.Path(where)
+    if not path.IsPropertyPath():
+        return
+    prims = [stage.GetPrimAtPath(path.GetPrimPath()) for stage in (to, of)]
+    own, others = (prim.GetPrimTypeInfo().GetAppliedAPISchemas() for prim in prims)
+    if more := [name for name in others if name not in own]:
+        with Usd.EditContext(to, to.GetSessionLayer()):
+            prims[0].SetMetadata("apiSchemas", Sdf.TokenListOp.CreateExplicit([*own, *more]))
+
+
 def _transplant(difference: Difference, path: Sdf.Path, of: Usd.Stage, to: Usd.Stage) -> None:
     prim = to.OverridePrim(path.GetPrimPath())
     if difference.kind == PRIM:

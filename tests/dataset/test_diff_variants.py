@@ -5,8 +5,7 @@ import shutil
 
 import pytest
 
-from spin_usd.dataset.diff import diff
-from spin_usd.dataset.diff_stage import Selection
+from spin_usd.dataset.diff_stage import Selection, compare
 from spin_usd.dataset.render import RenderRequest, plan
 from spin_usd.errors import InputError
 
@@ -56,6 +55,7 @@ VARIANTS = {
     "same": "",
     "lens": over("Camera", text="double spin:lens:fx = 400"),
     "glare": over("Camera", text="double spin:optics:glare = 0.05", metadata=OPTICS),
+    "halo": over("Camera", text="double spin:optics:glare = 0.05\ndouble spin:optics:glareCore = 9", metadata=OPTICS),
     "late": over("Camera", text="float exposure:time.timeSamples = {\n0: 0.01,\n5: 0.01,\n6: 0.02,\n}"),
     "dim": over(*SUN, text="float inputs:intensity = 900"),
     "turned": over(*SUN, text="float3 xformOp:rotateXYZ = (50, 0, 30)"),
@@ -84,6 +84,10 @@ def quiet(*_):
     pass
 
 
+def diff(stage, before, after, *, frames=None):
+    return compare(stage=str(stage), before=before, after=after, frames=frames, progress=quiet)
+
+
 @pytest.fixture(scope="module")
 def stage(small_stage, tmp_path_factory):
     folder = tmp_path_factory.mktemp("diff") / "stage"
@@ -97,7 +101,7 @@ def stage(small_stage, tmp_path_factory):
 def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant):
     """Each variant changes one thing, so what that reaches by itself is what differs between the variants."""
     where, reaches, pictures = REACHES[variant]
-    answer = diff(stage, "nominal", variant, progress=quiet)
+    answer = diff(stage, "nominal", variant)
     assert {each["where"]: each["reaches"] for each in answer["differences"] if each["kind"] != "schemas"} == {
         where: reaches
     }
@@ -108,11 +112,19 @@ def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant):
 
 @pytest.mark.parametrize("variant", ["lens", "late", "turned"])
 def test_the_way_back_costs_the_same(stage, variant):
-    there, back = (diff(stage, *pair, progress=quiet) for pair in (("nominal", variant), (variant, "nominal")))
+    there, back = (diff(stage, *pair) for pair in (("nominal", variant), (variant, "nominal")))
     assert there["pictures"] == back["pictures"]
     assert [(d["before"], d["after"]) for d in there["differences"]] == [
         (d["after"], d["before"]) for d in back["differences"]
     ]
+
+
+def test_what_counts_only_with_others_is_found_by_undoing_it(stage):
+    """The size of a halo that only the second variant has; it has the schema from there too."""
+    for pair in (("nominal", "halo"), ("halo", "nominal")):
+        listed = diff(stage, *pair, frames=":1")["differences"]
+        reaches = {each["where"].rpartition(":")[2]: each["reaches"] for each in listed if each["kind"] == "attribute"}
+        assert reaches == {"glare": "exposure", "glareCore": "exposure"}
 
 
 def test_the_keys_that_differ_are_those_of_the_plan(stage):
@@ -120,7 +132,7 @@ def test_the_keys_that_differ_are_those_of_the_plan(stage):
     request = RenderRequest(stage=stage, variants=("nominal", "turned"), renderer="blender")
     pictures = plan(request, progress=quiet)[1]
     of = {name: [p for p in pictures if p.variant == name] for name in request.variants}
-    answer = diff(stage, "nominal", "turned", progress=quiet)
+    answer = diff(stage, "nominal", "turned")
     for key in ("geometry", "radiance"):
         pairs = zip(*([getattr(p, key) for p in some] for some in of.values()), strict=True)
         assert sum(a != b for a, b in pairs) == answer["pictures"][key]
