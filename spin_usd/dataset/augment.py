@@ -21,7 +21,7 @@ Progress = Callable[[tuple[str, int, int]], None]
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentReport:
-    """root: the root layer's path · augmentations: their names · frames: of each, what was drawn per picture."""
+    """root: the root layer's path · augmentations: their names · spec: the specification's."""
 
     root: str
     augmentations: tuple[str, ...]

@@ -67,6 +67,8 @@ def _sample(entry: SampleEntry) -> Sample:
 
 @dataclass(frozen=True, kw_only=True)
 class _Wanted:
+    """A constraint with its angle, by the name that a specification gives it."""
+
     name: str
     degrees: float
     constraint: Constraint

@@ -1,7 +1,7 @@
 """Settings: which attributes of a stage a parameter decides, and how its value becomes theirs."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
@@ -51,7 +51,7 @@ class Base:
 
     stage: Usd.Stage
     times: tuple[float, ...]
-    metres: float = field(default=1.0)
+    metres: float = 1.0
 
     @property
     def first(self) -> Usd.TimeCode:
