@@ -30,7 +30,9 @@ from spin_usd.cli.options import (
     Variants,
     Workers,
 )
+from spin_usd.cli.plan import plan
 from spin_usd.cli.progress import shown
+from spin_usd.cli.request import render_request
 from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 
 INTERRUPTED = 130
@@ -88,37 +90,7 @@ app.command(cls=Command)(author)
 app.command(cls=Command)(augment)
 
 
-@app.command(cls=Command)
-def plan(
-    context: typer.Context,
-    stage: Stage,
-    frames: Frames = None,
-    variants: Variants = "",
-    samples: Samples = 16,
-    seed: Seed = None,
-    labels: Labels = "all",
-    labels_only: LabelsOnly = False,
-    renderer: RendererName = "blender",
-    radiance: RadianceOption = False,
-    image_format: ImageFormat = "png",
-    as_json: Json = False,
-) -> None:
-    """What a render would cost: pictures, distinct renders, labels, bytes, time."""
-    from spin_usd.dataset import render as rendering
-
-    request = _request(locals())
-    with shown(context.obj["quiet"]) as progress:
-        answer, _, cost = rendering.plan(request, progress=progress)
-    if as_json:
-        hashes = {name: stage["hash"] for name, stage in answer["stages"].items()}
-        print(json.dumps({**asdict(cost), "variants": answer["variants"], "hashes": hashes}))
-        return
-    workers = rendering.default_workers()
-    print(f"pictures          {cost.pictures}   ({len(answer['variants'])} variants: {', '.join(answer['variants'])})")
-    print(f"distinct renders  {cost.distinct_renders}")
-    print(f"distinct labels   {cost.distinct_labels}")
-    print(f"disk              about {_size(cost.bytes)}")
-    print(f"time              about {_duration(cost.core_seconds / workers)} with {workers} workers")
+app.command(cls=Command)(plan)
 
 
 @app.command(cls=Command)
@@ -142,7 +114,7 @@ def render(
     """Render and label a stage into a dataset."""
     from spin_usd.dataset import render as rendering
 
-    request = _request(locals())
+    request = render_request(locals())
     with shown(context.obj["quiet"]) as progress:
         report = rendering.render(request, out, workers=workers, keep_cache=not no_cache, progress=progress)
     if as_json:
@@ -222,50 +194,11 @@ def doctor(
         raise typer.Exit(FINDINGS)
 
 
-def _request(options: dict[str, Any]) -> Any:
-    """The RenderRequest that the shared options of `plan` and `render` describe."""
-    from spin_usd.dataset.render import RenderRequest
-    from spin_usd.labels.label import LABELS
-
-    names = {"all": tuple(LABELS), "none": ()}
-    labels = names.get(options["labels"], _names(options["labels"]))
-    return RenderRequest(
-        stage=options["stage"],
-        frames=options["frames"],
-        variants=_names(options["variants"]),
-        samples=options["samples"],
-        seed=options["seed"],
-        renderer=options["renderer"],
-        labels=labels,
-        image=not options["labels_only"],
-        radiance=options["radiance"],
-        image_suffix="." + options["image_format"],
-    )
-
-
-def _names(text: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
 def _exit_if_failed(failed: list[tuple[str, str]]) -> None:
     for name, reason in failed:
         print(f"failed: {name}: {reason}", file=sys.stderr)
     if failed:
         raise typer.Exit(FINDINGS)
-
-
-def _size(count: float) -> str:
-    for unit in ("B", "kB", "MB", "GB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} TB"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def run() -> NoReturn:

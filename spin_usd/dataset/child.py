@@ -12,7 +12,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
@@ -90,7 +90,9 @@ class Child:
 
         A child that says nothing for `within_s` seconds is ended.
         """
-        while b"\n" not in self._heard:
+        looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
+        while (end := self._heard.find(b"\n", looked)) < 0:
+            looked = len(self._heard)
             if within_s is not None and not select.select([self], [], [], within_s)[0]:
                 self.kill()
                 raise ChildDiedError(f"the worker process gave no answer within {within_s:g} s")
@@ -98,12 +100,18 @@ class Child:
             if not more:
                 raise self._died()
             self._heard += more
-        line, _, rest = self._heard.partition(b"\n")
-        self._heard = bytearray(rest)
+        line = self._heard[:end]
+        del self._heard[: end + 1]
         answer: Mapping[str, Any] = json.loads(line)
         if "error" in answer:
             raise _error(answer["error"])
         return answer
+
+    def received(self) -> Iterator[Mapping[str, Any]]:
+        """What `receive` gives, at least once, and again as long as that needs no waiting."""
+        yield self.receive()
+        while b"\n" in self._heard:
+            yield self.receive()
 
     def call(
         self,

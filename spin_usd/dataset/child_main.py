@@ -51,10 +51,15 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
         return augment_stage(progress=progress, **arguments).as_json()
 
-    def plan(**arguments: Any) -> Any:
-        from spin_usd.dataset.plan import make_plan
+    def open_plan(**arguments: Any) -> Any:
+        from spin_usd.dataset.plan import open_plan as opened
 
-        return make_plan(progress=progress, **arguments)
+        return opened(**arguments)
+
+    def plan_pictures(**arguments: Any) -> Any:
+        from spin_usd.dataset.plan import plan_pictures as planned
+
+        return planned(progress=progress, **arguments)
 
     def check_stage(**arguments: Any) -> Any:
         from spin_usd.dataset.check_stage import stage_findings
@@ -96,8 +101,9 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         "check_stage": check_stage,
         "diff": diff,
         "open_worker": open_worker,
+        "open_plan": open_plan,
         "picture": picture,
-        "plan": plan,
+        "plan_pictures": plan_pictures,
         "reproduce": reproduce,
         "try_renderer": try_renderer,
     }

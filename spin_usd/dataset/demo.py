@@ -6,7 +6,8 @@ from pathlib import Path
 from spin_usd import resources
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.contact_sheet import write_contact_sheet
-from spin_usd.dataset.render import Progress, RenderReport, RenderRequest, render
+from spin_usd.dataset.planning import Progress
+from spin_usd.dataset.render import RenderReport, RenderRequest, render
 from spin_usd.errors import InputError
 
 POSES = "tango_speedplus_poses.json"

@@ -1,9 +1,10 @@
 """dataset.json: what a dataset holds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
 from spin_usd.errors import InputError
@@ -17,27 +18,27 @@ MEANINGS = {
 SHOWN = 3
 
 
-def describe(store: Store, plan: Mapping[str, Any], root: str, kinds: Sequence[str]) -> dict[str, Any]:
+def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
     """By schema dataset-1; what earlier runs made of other variants and kinds stays listed."""
     before = read_json(store.description, "dataset-1") if store.description.exists() else None
     hashes = dict(before["stage"]["hashes"]) if before else {}
-    hashes = {name: hash for name, hash in hashes.items() if name in plan["known_variants"]}
-    hashes |= {name: stage["hash"] for name, stage in plan["stages"].items()}
+    hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
+    hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
     return {
         "schema": "dataset-1",
         "stage": {"root": root, "hashes": hashes},
-        "target": plan["description"]["target"],
-        "parts": plan["description"]["parts"],
-        "keypoints": plan["description"]["keypoints"],
+        "target": plan.description["target"],
+        "parts": plan.description["parts"],
+        "keypoints": plan.description["keypoints"],
         "variants": list(hashes),
-        "frames": len(plan["names"]),
+        "frames": len(plan.names),
         "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
     }
 
 
-def refuse_foreign_pictures(store: Store, plan: Mapping[str, Any]) -> None:
+def refuse_foreign_pictures(store: Store, plan: Plan) -> None:
     """Raise InputError when the dataset holds pictures that the stage does not: it is another stage's."""
-    names, variants = set(plan["names"]), set(plan["known_variants"])
+    names, variants = set(plan.names), set(plan.known_variants)
     foreign = [
         f"{record.parent.name}/{record.stem}"
         for record in store.records()

@@ -1,16 +1,20 @@
-"""What a run would make: every picture with its keys. Runs in a child process, for it opens the stage."""
+"""What a run would make: every picture with its keys. Runs in child processes, for it opens the stage.
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict
+`open_plan` copies and describes the stage; `plan_pictures` does the long work, of some of the pictures in all variants,
+so that several processes can share it. Pictures come as columns: there may be a million.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.planning import COLUMNS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
-from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import Scene
+from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import schema
 from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
@@ -18,50 +22,73 @@ from spin_usd.stage.read import StageReader
 PROGRESS_EVERY = 500
 
 
-def make_plan(
-    *,
-    stage: str,
-    variants: Sequence[str],
-    frames: str | None,
-    renderer: str,
-    samples: int,
-    seed: int | None,
-    image_suffix: str | None,
-    copy_to: str | None = None,
-    progress: Callable[[Any], None],
+def open_plan(
+    *, stage: str, variants: Sequence[str], frames: str | None, seed: int | None, copy_to: str | None = None
 ) -> dict[str, Any]:
-    """The plan of a run over `stage` as JSON: settings, the stage's provenance by variant, and the pictures.
+    """What a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names, which of
+    them are chosen, and what dataset.json says of the target.
 
     `variants` empty means nominal alone, ["all"] all of them. `copy_to`: first copy the stage into that folder and
-    plan from the copy, whose root layer is returned as "root". `image_suffix`: of the image files, None for none.
-    Raises UnsupportedError where they cannot hold what a sensor gives.
+    plan from the copy, whose root layer is returned as "root".
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
-    first = StageReader(root)
-    wanted = _wanted_variants(variants, first.variants)
-    settings = RenderSettings(renderer=renderer, samples=samples, seed=first.seed if seed is None else seed)
-    chosen = range(len(first.frames))[slice_of(frames)] if frames else range(len(first.frames))
+    reader = StageReader(root)
+    chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
     if not chosen:
-        raise InputError(f"--frames {frames} selects none of the {len(first.frames)} pictures", where=stage)
-    pictures: list[dict[str, Any]] = []
-    stages: dict[str, dict[str, Any]] = {}
-    for variant in wanted:
-        reader = first if variant == first.variant else StageReader(root, variant=variant)
-        stages[variant] = stage_provenance(reader)
-        for index in chosen:
-            pictures.append(asdict(_planned(reader, index, settings, image_suffix)))
-            if len(pictures) % PROGRESS_EVERY == 0:
-                progress([len(pictures), len(wanted) * len(chosen)])
+        raise InputError(f"--frames {frames} selects none of the {len(reader.frames)} pictures", where=stage)
     return {
         "root": str(root),
-        "settings": asdict(settings),
-        "variants": wanted,
-        "known_variants": list(first.variants),
-        "stages": stages,
-        "names": [frame.name for frame in first.frames],
-        "description": _description(first),
-        "pictures": pictures,
+        "seed": reader.seed if seed is None else seed,
+        "variants": _wanted_variants(variants, reader.variants),
+        "known_variants": list(reader.variants),
+        "names": [frame.name for frame in reader.frames],
+        "chosen": [chosen.start, chosen.stop, chosen.step],
+        "description": _description(reader),
     }
+
+
+def plan_pictures(
+    *,
+    root: str,
+    variants: Sequence[str],
+    chosen: Sequence[int],
+    settings: Mapping[str, Any],
+    image_suffix: str | None,
+    provenance: Sequence[str],
+    progress: Callable[[Any], None],
+) -> list[dict[str, Any]]:
+    """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
+    named in `provenance` what a record says of the stage.
+
+    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
+    pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
+    """
+    regions = Regions()
+    answer = []
+    for variant in variants:
+        reader = StageReader(root, variant=variant)
+        planned = _planned(reader, range(*chosen), RenderSettings(**settings), image_suffix, regions, progress)
+        stage = stage_provenance(reader) if variant in provenance else None
+        answer.append({"variant": variant, "stage": stage, **planned})
+    return answer
+
+
+class Regions:
+    """Each picture's region; variants with the same geometry and sharpness share it."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, list[int]] = {}
+
+    def of(self, scene: Scene, geometry: str) -> list[int]:
+        """Columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given."""
+        sharp = not (scene.thin_lens or scene.shutter)
+        if sharp and geometry in self._known:
+            return self._known[geometry]
+        region = scene.picture_region
+        found = [region.x0, region.y0, region.x1, region.y1]
+        if sharp:
+            self._known[geometry] = found
+        return found
 
 
 def stage_provenance(reader: StageReader) -> dict[str, Any]:
@@ -78,22 +105,32 @@ def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(asked)) or [known[0]]
 
 
-def _planned(reader: StageReader, index: int, settings: RenderSettings, image_suffix: str | None) -> PlannedPicture:
-    frame = reader.frames[index]
-    scene = reader.scene(frame)
-    if image_suffix:
-        _check_bit_depth(reader, scene, image_suffix)
-    region = scene.picture_region
-    return PlannedPicture(
-        variant=reader.variant,
-        index=index,
-        frame=frame.name,
-        time_code=frame.time_code,
-        geometry=geometry_key(scene, settings.renderer),
-        radiance=radiance_key(scene, settings),
-        exposure=exposure_key(scene, settings),
-        region=(region.x0, region.y0, region.x1, region.y1),
-    )
+def _planned(
+    reader: StageReader,
+    chosen: range,
+    settings: RenderSettings,
+    image_suffix: str | None,
+    regions: Regions,
+    progress: Callable[[Any], None],
+) -> dict[str, list[Any]]:
+    """The columns of a variant's pictures, by the names of PlannedPicture's fields; a `region` has four numbers."""
+    maker = KeyMaker(settings)
+    columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+    checked: Sensor | None = None
+    for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
+        scene = reader.scene(frame)
+        if image_suffix and scene.sensor is not checked:
+            checked = scene.sensor
+            _check_bit_depth(reader, scene, image_suffix)
+        keys = maker.keys(scene)
+        region = regions.of(scene, keys.geometry)
+        row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, region)
+        for name, value in zip(COLUMNS, row, strict=True):
+            columns[name].append(value)
+        if done % PROGRESS_EVERY == 0:
+            progress(PROGRESS_EVERY)
+    progress(len(columns["index"]) % PROGRESS_EVERY)
+    return columns
 
 
 def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:

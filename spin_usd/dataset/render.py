@@ -4,7 +4,7 @@ import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,24 +12,21 @@ from typing import Any
 
 import psutil
 
-from spin_usd.dataset.cache import remove_entries, used
-from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
-from spin_usd.dataset.cost import Estimate, estimate
+from spin_usd.dataset.cache import MEASURED, remove_entries, used
+from spin_usd.dataset.child import Child
+from spin_usd.dataset.cost import Making, Measured, Method, expected_work, write_measured
 from spin_usd.dataset.describe import describe, refuse_foreign_pictures
 from spin_usd.dataset.job import Job, PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.resume import Wanted, remaining
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
-from spin_usd.errors import InputError, SpinError, StageError
+from spin_usd.errors import InputError
 from spin_usd.labels.label import LABELS
-from spin_usd.scene.keys import RenderSettings
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 IMAGE_SUFFIXES = (".png", ".jpg")
-
-Progress = Callable[[str, int, int], None]
-"""Told what is being done, how many are done and how many there are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,11 +82,15 @@ class RenderReport:
     work: dict[str, float] = field(default_factory=dict)
 
 
-def plan(request: RenderRequest, *, progress: Progress) -> tuple[Mapping[str, Any], list[PlannedPicture], Estimate]:
-    """What a run would make and about what it would cost; writes nothing."""
-    answer = _plan(request, None, progress)
-    pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
-    return answer, pictures, estimate(pictures, answer["description"], request.kinds, request.renderer, request.samples)
+def plan(request: RenderRequest, *, progress: Progress) -> Plan:
+    """What a run would make; writes nothing."""
+    return _plan(request, None, progress)
+
+
+def method_of(request: RenderRequest, plan: Plan) -> Method:
+    """How all pictures of the run are made."""
+    width, height = plan.description["camera"]
+    return Method(renderer=request.renderer, samples=request.samples, kinds=request.kinds, frame_pixels=width * height)
 
 
 def render(
@@ -117,25 +118,27 @@ def _render(
     store: Store, lock: int, request: RenderRequest, workers: int | None, keep_cache: bool, progress: Progress
 ) -> RenderReport:
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
-    answer = _plan(request, None if own else store.work / "stage", progress)
-    pictures = [PlannedPicture.from_json(picture) for picture in answer["pictures"]]
-    refuse_foreign_pictures(store, answer)
+    plan = _plan(request, None if own else store.work / "stage", progress)
+    pictures = plan.pictures
+    refuse_foreign_pictures(store, plan)
     copied = store.stage.resolve() if own else store.work / "stage"
-    root = (Path(store.stage.name) / Path(answer["root"]).relative_to(copied)).as_posix()
-    write_json(store.description, describe(store, answer, root, request.kinds))
+    root = (Path(store.stage.name) / plan.root.relative_to(copied)).as_posix()
+    write_json(store.description, describe(store, plan, root, request.kinds))
     if not own:
         _adopt_stage(store)
     report = RenderReport(pictures=len(pictures))
-    stages = {variant: {"root": root, **stage} for variant, stage in answer["stages"].items()}
+    stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
     tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
     report.reused = len(pictures) - len(tasks)
     if tasks:
         if not keep_cache:
             _keep_only_shared_renders(tasks)
-        settings = RenderSettings(**answer["settings"])
-        job = Job(root=str(store.root), stage=root, image_suffix=request.image_suffix, settings=settings)
-        _run(job, tasks, workers, lock, store, _Listener(report, progress))
+        job = Job(root=str(store.root), stage=root, image_suffix=request.image_suffix, settings=plan.settings)
+        listener = _Listener(report, progress, method_of(request, plan))
+        _run(job, tasks, workers, lock, store, listener)
+        if report.made:
+            write_measured(store.cache / MEASURED, listener.measured)
     return report
 
 
@@ -154,8 +157,11 @@ def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:
 
 
 class _Listener:
-    def __init__(self, report: RenderReport, progress: Progress) -> None:
-        self.report, self.progress = report, progress
+    """Counts what was done, and measures it: the picture, beside what was expected of it."""
+
+    def __init__(self, report: RenderReport, progress: Progress, method: Method) -> None:
+        self.report, self.progress, self.method = report, progress, method
+        self.measured = Measured()
         progress("rendering", report.reused, report.pictures)
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
@@ -170,6 +176,9 @@ class _Listener:
                 self.report.renders += 1
             case "shared":
                 self.report.renders_shared += 1
+        own = {name: result["passes"].get(name) == "made" for name in ("labels", "render")}
+        making = Making(picture=picture, label_pass=own["labels"], render=own["render"])
+        self.measured.add(expected_work(making, self.method), result["seconds"])
         for work, seconds in result["seconds"].items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds
         self._tell()
@@ -183,32 +192,18 @@ class _Listener:
         self.progress("rendering", report.reused + report.made + len(report.failed), report.pictures)
 
 
-def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> Mapping[str, Any]:
-    """Read the stage in a child of its own: a stage that was made to harm ends that, and nothing else."""
-    with Child(memory=stage_memory()) as child:
-        try:
-            answer: Mapping[str, Any] = child.call(
-                "plan",
-                stage=str(request.stage.absolute()),
-                variants=request.variants,
-                frames=request.frames,
-                renderer=request.renderer,
-                samples=request.samples,
-                seed=request.seed,
-                image_suffix=request.image_suffix if request.image else None,
-                copy_to=str(copy_to) if copy_to else None,
-                progress=lambda counts: progress("planning", *counts),
-                within_s=STAGE_PATIENCE_S,
-            )
-        except ChildDiedError as died:
-            do = "simplify it, or look for what multiplies in it"
-            raise StageError(f"cannot be read: {died.found}", where=request.stage, do=do) from died
-        except SpinError as e:
-            if copy_to is None or e.where is None:
-                raise
-            where = str(e.where).replace(str(copy_to), str(request.stage.parent))  # the user's file, not our copy
-            raise type(e)(e.found, where=where, do=e.do) from e
-    return answer
+def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> Plan:
+    question = Question(
+        stage=request.stage,
+        variants=request.variants,
+        frames=request.frames,
+        renderer=request.renderer,
+        samples=request.samples,
+        seed=request.seed,
+        image_suffix=request.image_suffix if request.image else None,
+        copy_to=copy_to,
+    )
+    return make_plan(question, processes=len(usable_cpus()), progress=progress)
 
 
 def _run(job: Job, tasks: list[Task], workers: int | None, lock: int, store: Store, listener: _Listener) -> None:

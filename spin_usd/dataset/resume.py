@@ -38,6 +38,13 @@ def remaining(store: Store, picture: PlannedPicture, wanted: Wanted, stage: Mapp
     return None
 
 
+def is_finished(store: Store, picture: PlannedPicture, wanted: Wanted) -> bool:
+    """Whether `remaining` would give no task; writes nothing."""
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    return bool(had) and _same_content(record, picture, had) and _complete(store, had, wanted)
+
+
 def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
     """Path by kind of the record's files; none where the record names what cannot be this picture's."""
     try:

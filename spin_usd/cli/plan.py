@@ -1,0 +1,95 @@
+"""`spin-usd plan`: the matrix of what a render would make, and about what that costs."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from spin_usd.cli.options import (
+    Frames,
+    ImageFormat,
+    Json,
+    Labels,
+    LabelsOnly,
+    RadianceOption,
+    RendererName,
+    Samples,
+    Seed,
+    Stage,
+    Variants,
+)
+from spin_usd.cli.progress import shown
+from spin_usd.cli.request import render_request
+
+if TYPE_CHECKING:
+    from spin_usd.dataset.matrix import Matrix, Row
+
+HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
+
+
+def plan(
+    context: typer.Context,
+    stage: Stage,
+    out: Annotated[Path | None, typer.Option(help="A dataset: plan what is missing of it.")] = None,
+    frames: Frames = None,
+    variants: Variants = "",
+    samples: Samples = 16,
+    seed: Seed = None,
+    labels: Labels = "all",
+    labels_only: LabelsOnly = False,
+    renderer: RendererName = "blender",
+    radiance: RadianceOption = False,
+    image_format: ImageFormat = "png",
+    as_json: Json = False,
+) -> None:
+    """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
+    from spin_usd.dataset import render as rendering
+    from spin_usd.dataset.matrix import matrix
+
+    request = render_request(locals())
+    with shown(context.obj["quiet"]) as progress:
+        found = rendering.plan(request, progress=progress)
+    cost = matrix(found, rendering.method_of(request, found), request.image_suffix, out)
+    workers = rendering.default_workers()
+    if as_json:
+        hashes = {name: stage["hash"] for name, stage in found.stages.items()}
+        wall = {"workers": workers, "wall_seconds": cost.seconds(workers)}
+        print(json.dumps({**cost.as_json(), **wall, "variants": found.variants, "hashes": hashes}))
+        return
+    print(table(cost))
+    if out:
+        print(f"already made: {cost.finished} pictures")
+    total = cost.total
+    print(f"about {_duration(cost.seconds(workers))} with {workers} workers, {_size(total.bytes)} on disk")
+
+
+def table(cost: "Matrix") -> str:
+    """The matrix in aligned columns: counts are of what no variant above has made; time is of one core."""
+    from spin_usd.dataset.matrix import in_lines
+
+    rows = [HEADINGS, *(_cells(row) for row in (*in_lines(cost.rows), cost.total))]
+    widths = [max(len(cells[column]) for cells in rows) for column in range(len(HEADINGS))]
+    return "\n".join(
+        "  ".join((first.ljust(widths[0]), *(c.rjust(w) for c, w in zip(rest, widths[1:], strict=True))))
+        for first, *rest in rows
+    )
+
+
+def _cells(row: "Row") -> tuple[str, ...]:
+    name = f"{row.name} ({row.variants} variants)" if row.variants > 1 else row.name
+    return name, *(str(count) for count in row.counts), _duration(row.seconds), _size(row.bytes)
+
+
+def _size(count: float) -> str:
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} TB"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,160 @@
+"""The supervising side of a plan: the stage is read in child processes, which share out the pictures."""
+
+import selectors
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.errors import SpinError, StageError
+from spin_usd.scene.keys import RenderSettings
+
+COLUMNS = ("index", "frame", "time_code", "geometry", "radiance", "exposure", "region")
+SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
+STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
+
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many are done and how many there are."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """What a plan is asked: the stage, the variants and the slice of its pictures wanted (as `--frames`), how they are
+    to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage to first."""
+
+    stage: Path
+    variants: tuple[str, ...]
+    frames: str | None
+    renderer: str
+    samples: int
+    seed: int | None
+    image_suffix: str | None
+    copy_to: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """What the stage holds and what a run would make of it.
+
+    root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
+    pictures · stages: by variant, what a record says of the stage · description: what dataset.json says of the target ·
+    pictures: by variant, then in the stage's order.
+    """
+
+    root: Path
+    settings: RenderSettings
+    variants: tuple[str, ...]
+    known_variants: tuple[str, ...]
+    names: tuple[str, ...]
+    stages: Mapping[str, Mapping[str, Any]]
+    description: Mapping[str, Any]
+    pictures: tuple[PlannedPicture, ...]
+
+
+def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
+    """Read the stage in children: one that was made to harm ends those, and nothing else. Raises what they raise, and
+    StageError where they die of it."""
+    try:
+        return _plan(question, processes, progress)
+    except ChildDiedError as died:
+        do = "simplify it, or look for what multiplies in it"
+        raise StageError(f"cannot be read: {died.found}", where=question.stage, do=do) from died
+    except SpinError as e:
+        if question.copy_to is None or e.where is None:
+            raise
+        where = str(e.where).replace(str(question.copy_to), str(question.stage.parent))  # the user's file, not our copy
+        raise type(e)(e.found, where=where, do=e.do) from e
+
+
+def _plan(question: Question, processes: int, progress: Progress) -> Plan:
+    with ExitStack() as stack:
+        first = stack.enter_context(Child(memory=stage_memory()))
+        opened = first.call(
+            "open_plan",
+            stage=str(question.stage.absolute()),
+            variants=question.variants,
+            frames=question.frames,
+            seed=question.seed,
+            copy_to=str(question.copy_to) if question.copy_to else None,
+            within_s=STAGE_PATIENCE_S,
+        )
+        settings = RenderSettings(renderer=question.renderer, samples=question.samples, seed=opened["seed"])
+        chosen, variants = range(*opened["chosen"]), opened["variants"]
+        count = min(processes, STAGE_SHARE) if len(chosen) * len(variants) >= SHARED_FROM else 1
+        children = [first, *(stack.enter_context(Child(memory=stage_memory())) for _ in range(count - 1))]
+        for number, child in enumerate(children):
+            child.send(
+                "plan_pictures",
+                root=opened["root"],
+                variants=variants,
+                chosen=_part(chosen, number, count),
+                settings=asdict(settings),
+                image_suffix=question.image_suffix,
+                provenance=variants[number::count],
+            )
+        answers = _answers(children, lambda done: progress("planning", done, len(chosen) * len(variants)))
+    return Plan(
+        root=Path(opened["root"]),
+        settings=settings,
+        variants=tuple(variants),
+        known_variants=tuple(opened["known_variants"]),
+        names=tuple(opened["names"]),
+        stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
+        description=opened["description"],
+        pictures=tuple(_pictures(answers)),
+    )
+
+
+def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
+    """The `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
+    bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
+    part = chosen[bounds[0] : bounds[1]]
+    return part.start, part.stop, part.step
+
+
+def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any]:
+    """What each child answers, in their order. Where one fails all are ended."""
+    answers: dict[int, Any] = {}
+    done = 0
+    try:
+        with selectors.DefaultSelector() as selector:
+            for number, child in enumerate(children):
+                selector.register(child, selectors.EVENT_READ, number)
+            while selector.get_map():
+                ready = selector.select(timeout=STAGE_PATIENCE_S)
+                if not ready:
+                    raise ChildDiedError(f"the worker processes gave no answer within {STAGE_PATIENCE_S:g} s")
+                for key, _ in ready:
+                    for answer in children[key.data].received():
+                        done += answer.get("progress", 0)
+                        if "result" in answer:
+                            answers[key.data] = answer["result"]
+                            selector.unregister(key.fileobj)
+                progress(done)
+    except BaseException:
+        for child in children:
+            child.kill()
+        raise
+    return [answers[number] for number in range(len(children))]
+
+
+def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
+    """All pictures; equal keys are one string, for most are those of the variant before."""
+    known: dict[str, str] = {}
+    for parts in zip(*answers, strict=True):  # of one variant
+        for part in parts:
+            for index, frame, time_code, *keys, region in zip(*(part[name] for name in COLUMNS), strict=True):
+                geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
+                yield PlannedPicture(
+                    variant=part["variant"],
+                    index=index,
+                    frame=known.setdefault(frame, frame),
+                    time_code=time_code,
+                    geometry=geometry,
+                    radiance=radiance,
+                    exposure=exposure,
+                    region=tuple(region),
+                )
