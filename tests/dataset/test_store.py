@@ -1,10 +1,13 @@
+import errno
+import json
 import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from spin_usd.dataset.store import Store, sha256_of, write_atomically, write_json
+from spin_usd.dataset.store import Store, link_atomically, sha256_of, write_atomically, write_json
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 
 
@@ -107,3 +110,38 @@ def test_an_output_path_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError):
         Store(root=tmp_path / "file").prepare()
+
+
+def refuse_links(*_):
+    raise OSError(errno.EPERM, "no links here")
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_link_replaces_its_own_name_alone(tmp_path, monkeypatch, links):
+    """Where there are no links, a copy does."""
+    if not links:
+        monkeypatch.setattr(Path, "hardlink_to", refuse_links)
+    source, path, other = (tmp_path / "a" / name for name in ("source", "path", "other"))
+    write_json(source, {"n": 1})
+    for _ in range(2):  # again over itself: to rename a file to another of its names does nothing
+        link_atomically(path, source)
+        link_atomically(other, source)
+    assert path.samefile(source) == links
+    write_json(path, {"n": 2})
+    assert json.loads(other.read_text()) == json.loads(source.read_text()) == {"n": 1}
+    assert sorted(p.name for p in path.parent.iterdir()) == ["other", "path", "source"]
+
+
+def test_a_link_to_nothing_is_an_output_error(tmp_path):
+    with pytest.raises(OutputError, match="path"):
+        link_atomically(tmp_path / "path", tmp_path / "none")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_can_be_placed_by_its_digest(tmp_path):
+    def place(sha256):
+        return tmp_path / "in" / sha256
+
+    digest = write_atomically(tmp_path / "new", lambda path: path.write_text("n"), place=place)
+    assert [p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()] == [f"in/{digest}"]
+    assert sha256_of(tmp_path / "in" / digest) == digest
