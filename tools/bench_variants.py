@@ -52,7 +52,7 @@ def measure(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[di
             for what, variants in (("one", names[:1]), ("all", names))
         }
         figure: dict[str, Any] = {"spec": Path(spec).stem, "augmentations": len(names), "samples": samples}
-        figure["planned"] = {what: asked("plan", *arguments)["core_seconds"] for what, arguments in of.items()}
+        figure["planned"] = {what: asked("plan", *arguments)["wall_seconds"] for what, arguments in of.items()}
         figure |= {"one": [], "all": []}
         for what in ("one", "all", "one") * options.rounds:
             figure[what].append(rendered([*of[what], *workers], folder / "dataset"))
@@ -85,11 +85,14 @@ def asked(*arguments: object) -> dict[str, Any]:
 
 
 def table(figures: Sequence[dict[str, Any]]) -> str:
-    """The figures as Markdown. Seconds are medians of all rounds; work is over all workers, without their start."""
+    """The figures as Markdown. Seconds are medians of all rounds; work is over all workers, without their start.
+
+    What is planned is for as many workers as fit.
+    """
     lines = [
-        "| augmentations | samples | one, s | all, s | all / one | work, all / one | planned | "
+        "| augmentations | samples | one, s | all, s | all / one | work, all / one | planned, s | planned, all / one | "
         "pictures | label passes | renders |",
-        "| --- " * 10 + "|",
+        "| --- " * 11 + "|",
     ]
     for figure in figures:
         one, every, plan = figure["one"], figure["all"], figure["planned"]
@@ -99,7 +102,7 @@ def table(figures: Sequence[dict[str, Any]]) -> str:
         lines.append(
             f"| {figure['augmentations']} of {figure['spec']} | {figure['samples']} | {seconds[0]:.1f} | "
             f"{seconds[1]:.1f} | {seconds[1] / seconds[0]:.2f} | {work[1] / work[0]:.2f} | "
-            f"{plan['all'] / plan['one']:.2f} | {counts} |"
+            f"{plan['one']:.1f}, {plan['all']:.1f} | {plan['all'] / plan['one']:.2f} | {counts} |"
         )
     return "\n".join(lines)
 
