@@ -52,9 +52,13 @@ class Matrix:
         return START_S + total.seconds / max(min(workers, total.pictures), 1) if total.pictures else 0.0
 
     def as_json(self) -> dict[str, Any]:
-        rows = [{name: value for name, value in asdict(row).items() if name != "variants"} for row in self.rows]
-        total = {name: value for name, value in asdict(self.total).items() if name not in ("name", "variants")}
-        return {**total, "finished": self.finished, "rows": rows}
+        total = {name: value for name, value in _json(self.total).items() if name != "name"}
+        return {**total, "finished": self.finished, "rows": [_json(row) for row in self.rows]}
+
+
+def _json(row: Row) -> dict[str, Any]:
+    values = {name: value for name, value in asdict(row).items() if name not in ("seconds", "variants")}
+    return {**values, "core_seconds": row.seconds}
 
 
 def matrix(plan: Plan, method: Method, image_suffix: str, out: Path | None = None) -> Matrix:
