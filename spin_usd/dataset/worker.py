@@ -51,8 +51,8 @@ class Worker:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
         with `keep_render`. One that fails leaves none of the files that it wrote, but those in the cache.
 
-        Returns the seconds spent by kind of work, the memory now used, and for "labels" and "render" how many passes
-        of that kind were "made" and how many "shared".
+        Returns the seconds spent by kind of work, the memory now used, and of the "passes" that it needed, "labels" and
+        "render", whether each was "made" now or is "shared" with others.
         """
         watch = Stopwatch()
         with watch("stage"):
@@ -110,7 +110,7 @@ class Worker:
         *,
         keep_render: bool,
     ) -> Future[Any]:
-        """The image and the radiance file, from the cache's render or a new one; returns when that is kept."""
+        """The image and the radiance file, from the cache's render or a new one; the result tells when that is kept."""
         kept: Future[Any] = Future()
         kept.set_result(None)
         if IMAGE not in making.kinds and RADIANCE not in making.kinds:
