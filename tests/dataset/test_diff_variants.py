@@ -130,7 +130,7 @@ def test_what_counts_only_with_others_is_found_by_undoing_it(stage):
 def test_the_keys_that_differ_are_those_of_the_plan(stage):
     """The plan's exposure keys hold the picture's own seed; the others are the same in both."""
     request = RenderRequest(stage=stage, variants=("nominal", "turned"), renderer="blender")
-    pictures = plan(request, progress=quiet)[1]
+    pictures = plan(request, progress=quiet).pictures
     of = {name: [p for p in pictures if p.variant == name] for name in request.variants}
     answer = diff(stage, "nominal", "turned")
     for key in ("geometry", "radiance"):
