@@ -45,7 +45,7 @@ class BlenderRenderer:
         self._lights = LightRig(self._scene)
         self._world = WorldRig(self._scene)
         self._readback = Readback(folder)
-        self._samples = 0
+        self._kept: tuple[int, str] | None = None
 
     def visibility(self, scene: Scene) -> Visibility:
         """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
@@ -73,7 +73,7 @@ class BlenderRenderer:
         self._target.dress(scene.target.materials)
         self._lights.shine(scene.lights, view, self._target.groups)
         self._world.shine(scene)
-        self._forget_samples(samples)
+        self._forget(samples, self._world.image)
         assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
         self._scene.view_layers[0].material_override = None
         keep_apart(self._scene.view_layers[0], names)
@@ -114,16 +114,17 @@ class BlenderRenderer:
             whole.groups[:, *inside], whole.coverage[inside] = part.groups, part.coverage
         return whole
 
-    def _forget_samples(self, samples: int) -> None:
-        """Make Cycles lay out its samples anew where their number changed.
+    def _forget(self, samples: int, world: str) -> None:
+        """Make Cycles prepare all anew where the number of samples or the world's image changed.
 
-        Among the data that it keeps is a table of them, which grew with a render of more than 256 and stayed so:
-        renders of fewer then had other noise than without that one.
+        Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
+        renders of fewer then had other noise than without that one. And an image that comes after another, or after
+        none, gave other noise than in a renderer just opened.
         """
-        if self._samples not in (0, samples):
+        if self._kept not in (None, (samples, world)):
             assign(self._scene.render, {"use_persistent_data": False})
             assign(self._scene.render, {"use_persistent_data": True})
-        self._samples = samples
+        self._kept = samples, world
 
     def _effort(self, samples: int, seed: int) -> dict[str, Any]:
         """What the materials, the lights and the user ask of the path tracer."""

@@ -27,11 +27,14 @@ class WorldRig:
         self._scene = scene
         self._world: Any = None
         self._key = ""
+        self.image = ""
+        """The digest of the image that shines, "" while none does."""
         self._turned = np.zeros((3, 3))
 
     def shine(self, scene: Scene) -> None:
         """Surround the scene with its domes and planets."""
         surroundings = Surroundings.of(scene)
+        self.image = surroundings.key if surroundings and surroundings.uniform is None else ""
         if surroundings is None:
             self._show(None)
             return
