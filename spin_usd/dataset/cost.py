@@ -1,8 +1,9 @@
-"""What making pictures costs: seconds of one core by kind of work, and bytes, from measured constants.
+"""What making pictures costs: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
 
-Measured with one worker held to one core of an x86-64 server (SPEED+ camera, 1920 x 1200; a 23,360-face Tango; 28
-sunlamp poses; 16 and 64 samples). Another machine, target or sky differs: what a dataset's own runs took beside what
-was expected of them is kept in its `cache/measured.json`, and scales what is expected next.
+Of the constants those of Blender's passes, labels, files and their bytes were measured before renders were shared (2
+cores of an x86-64 server, SPEED+ camera, a 23,360-face Tango); those of stage, cache, background, sensor, the ray
+caster's pass and cached renders are rough guesses, not measured. What a dataset's own runs took beside what was
+expected of them is kept in its `cache/measured.json`, and scales what is expected next.
 """
 
 import json
