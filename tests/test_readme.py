@@ -10,13 +10,13 @@ from conftest import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()
 BLOCKS = re.findall(r"^```sh\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
-LAYERS = re.findall(r"`([\w/]+\.usda)`\.[^`]*?^```usda\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+FILES = re.findall(r"as `([\w/]+\.toml)`[^`]*?^```toml\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
 COMMANDS = [line.partition("#")[0].strip() for block in BLOCKS for line in block.splitlines() if line.strip()]
 
 
 def test_all_commands_are_ours():
     assert COMMANDS
-    assert [path for path, _ in LAYERS] == ["my_stage/noisy.usda"]
+    assert [path for path, _ in FILES] == ["my_stage/noisy.toml"]
     assert {shlex.split(c)[0] for c in COMMANDS} <= {"cp", "spin-usd", "tools/demo", "tools/test"}
 
 
@@ -28,11 +28,11 @@ def test_the_commands_work_in_their_order(tmp_path, spin_usd):
             shutil.copy(REPOSITORY / arguments[0], tmp_path / arguments[1])
         elif name == "spin-usd":
             spin_usd(*arguments, cwd=tmp_path)
-        for path, text in LAYERS:
+        for path, text in FILES:
             if (tmp_path / path).parent.is_dir():
                 (tmp_path / path).write_text(text)
     pictures = [path.read_bytes() for path in sorted((tmp_path / "noisy" / "image").rglob("*.png"))]
-    assert len(pictures) == len(set(pictures)) == 2
+    assert len(pictures) == len(set(pictures)) == 4
 
 
 @pytest.mark.slow

@@ -12,7 +12,6 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.eclipse import eclipsed
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
-from spin_usd.scene.sensor import Optics
 from spin_usd.scene.target import Target
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames, read_seed
@@ -98,7 +97,7 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._T_world_usdcam.at(time)
-        body = self._placement(world, self._target_prim, "body")
+        body = _placement(self._target_prim, world, "body", self.metres)
         T_cam_body = T_CAM_USDCAM @ between(T_world_usdcam, body.transform)
         target = self._target_at(time, body.scale)
         centre = T_cam_body.points(target.mesh.centre)
@@ -120,33 +119,30 @@ class StageReader:
     def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
         time = Usd.TimeCode(time_code)
-        body = self._placement(UsdGeom.XformCache(time), self._target_prim, "body")
+        body = _placement(self._target_prim, UsdGeom.XformCache(time), "body", self.metres)
         return T_CAM_USDCAM @ between(self._T_world_usdcam.at(time), body.transform)
 
-    def _placement(self, world: UsdGeom.XformCache, prim: Usd.Prim, frame: str) -> Placement:
-        matrix = world.GetLocalToWorldTransform(prim)
-        return placement(matrix, frame=frame, metres=self.metres, where=prim.GetPath())
-
     def _read_camera_parts(self) -> None:
-        """Say how each part of the camera is read, and which of them can change in time."""
-        prim, names = self._camera_prim, varying(self._camera_prim)
+        """Say how each part of the camera is read, and which of them can change in time.
+
+        The readers know the prim, not this object: a circle would keep its stage open for a while.
+        """
+        prim, metres, names = self._camera_prim, self.metres, varying(self._camera_prim)
         lens = any(not name.startswith((*SENSOR, *OPTICS, *SHUTTER, *FOCUS)) for name in names)
-
-        def T_world_usdcam(time: Usd.TimeCode) -> Transform:
-            return self._placement(UsdGeom.XformCache(time), prim, "usdcam").transform
-
-        def optics(time: Usd.TimeCode) -> Optics:
-            return read_optics(prim, self._camera.at(time), time)
 
         def varies(*prefixes: str) -> bool:
             return lens or any(name.startswith(prefixes) for name in names)
 
+        def T_world_usdcam(time: Usd.TimeCode) -> Transform:
+            return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
+
+        camera = Steady(lens, partial(read_camera, prim))
         self._shutter_varies = varies(*SHUTTER)
         self._T_world_usdcam = Steady(moves(prim), T_world_usdcam)
-        self._camera = Steady(lens, partial(read_camera, prim))
+        self._camera = camera
         self._sensor = Steady(varies(*SENSOR), partial(read_sensor, prim))
-        self._optics = Steady(varies(*OPTICS), optics)
-        self._thin_lens = Steady(varies(*FOCUS), lambda time: read_thin_lens(prim, time, self.metres))
+        self._optics = Steady(varies(*OPTICS), lambda time: read_optics(prim, camera.at(time), time))
+        self._thin_lens = Steady(varies(*FOCUS), lambda time: read_thin_lens(prim, time, metres))
         self._opening: Opening | None = None
 
     def _opening_at(self, time_code: float) -> Opening:
@@ -173,6 +169,11 @@ class StageReader:
             self._target = target
         self._target_scale = scale
         return self._target
+
+
+def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: float) -> Placement:
+    """Where `prim` is at the time of `world`, by the name `frame`."""
+    return placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=metres, where=prim.GetPath())
 
 
 def _metres_per_unit(stage: Usd.Stage) -> float:
