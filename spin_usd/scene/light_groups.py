@@ -18,10 +18,10 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Light
 from spin_usd.scene.model import Scene
-from spin_usd.scene.sensor import LUMINANCE
 from spin_usd.scene.texture import Color
 
 CLASS = 16.0
+SHARE_DIGITS = 12  # lights that are dimmed together keep their shares, whatever the last bits do
 WHITE: Color = (1.0, 1.0, 1.0)
 
 
@@ -56,14 +56,14 @@ class Groups:
 def in_unit_light(scene: Scene) -> UnitLight:
     """`scene` in unit light, and the gains that make it the picture's own."""
     groups, around = Groups.of(scene), _around(scene)
-    strengths = [_irradiance(light, scene) * _luminance(_emission(light)) for light in scene.lights]
+    strengths = [_irradiance(light, scene) * _mean(_emission(light)) for light in scene.lights]
     tied = around if scene.environment.illuminating else []  # planets are lit by them all in proportion
     most = max((strengths[i] for i in tied or range(len(strengths))), default=0.0)
     base = _class(most) if groups.emission else 1.0  # what shines itself has no other measure than its own
     reference, scale = _around_reference(scene), 1.0
-    shares = {i: _divided(_emission(scene.lights[i]), reference) for i in around}
+    shares = {i: _rounded(_divided(_emission(scene.lights[i]), reference)) for i in around}
     if around:
-        relative = [_irradiance(scene.lights[i], scene) * _luminance(share) for i, share in shares.items()]
+        relative = [_irradiance(scene.lights[i], scene) * _mean(share) for i, share in shares.items()]
         scale = (
             base / max(relative) if tied else base * _class(sum(strengths[i] for i in around) / most) / sum(relative)
         )
@@ -168,12 +168,18 @@ def _class(ratio: float) -> float:
     return float(CLASS ** math.floor(math.log(ratio, CLASS) + 0.5))
 
 
-def _luminance(colour: Sequence[float]) -> float:
-    return sum(weight * value for weight, value in zip(LUMINANCE, colour, strict=True))
+def _mean(colour: Sequence[float]) -> float:
+    """Of red, green and blue alike: none of the three is to be noisy."""
+    return sum(colour) / 3
 
 
 def _times(colour: Color, factor: float) -> Color:
     r, g, b = (value * factor for value in colour)
+    return r, g, b
+
+
+def _rounded(colour: Color) -> Color:
+    r, g, b = (float(f"{value:.{SHARE_DIGITS}g}") for value in colour)
     return r, g, b
 
 

@@ -57,6 +57,7 @@ class BlenderRenderer:
         holes = bool(scene.target.cut_out_key)
         assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
         self._scene.view_layers[0].material_override = None if holes else self._label_material
+        keep_apart(self._scene.view_layers[0], [])
         if holes:
             self._target.number(scene.target.materials)
         numbers = self._numbers(label_bands(scene), region)
