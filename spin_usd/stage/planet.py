@@ -98,10 +98,16 @@ def _albedo(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | Color
         r, g, b = value_in(prim, schema.PLANET_ALBEDO, SHARE, time)
         return float(r), float(g), float(b)
     image = images.read(file, "auto", prim).image
-    if image.pixels[..., :3].min() < 0 or image.pixels[..., :3].max() > 1:
+    if not _is_share(image):
         found = f"its image {image.name} is no albedo: it holds numbers outside 0 to 1"
         raise StageError(found, where=prim.GetPath(), do="scale it")
     return image
+
+
+@lru_cache(maxsize=4)
+def _is_share(image: Image) -> bool:
+    """Whether all of its colours are from 0 to 1: looked at once, for a map of a planet has millions of pixels."""
+    return bool(image.pixels[..., :3].min() >= 0 and image.pixels[..., :3].max() <= 1)
 
 
 def _clouds(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
