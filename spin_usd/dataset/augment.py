@@ -70,11 +70,7 @@ def augment_stage(
 
 def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, progress: Progress) -> Augmentation:
     """One augmentation, all its values drawn."""
-    selections = {
-        name: str(Choice(values=variants).draw(stream(spec.seed, entry.name, "select", name)))
-        for name, variants in entry.select.items()
-    }
-    stage = open_selected(path, selections)
+    stage = open_selected(path, entry.select)
     behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
     samples_for(others)  # what is wrong in the words is said before anything is read
@@ -90,7 +86,7 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     )
     del rig
     progress((entry.name, 1, 1))
-    return Augmentation(name=entry.name, selections=selections, what=what, background=background)
+    return Augmentation(name=entry.name, selections=entry.select, what=what, background=background)
 
 
 def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
@@ -100,7 +96,7 @@ def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str
         if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):
             found = "is not one choice among names for each augmentation"
             raise InputError(
-                found, where=BACKGROUND, do='give it distribution = "choice" or "fixed", without per or unit'
+                found, where=BACKGROUND, do='give it distribution = "choice", "in_turn" or "fixed", without per or unit'
             )
         return background_of(stage, str(distribution.draw(stream(seed, name, BACKGROUND))), folder)
     return None

@@ -19,6 +19,7 @@ from spin_usd.resources import schemas
 
 SCHEMA = "augment-1"
 FRAME = "frame"
+IN_TURN = "in_turn"
 FEW = 8  # names that a sentence can list
 NOMINAL = "nominal"  # the name of the stage without any augmentation
 
@@ -35,10 +36,10 @@ class SampleEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentationEntry:
-    """One augmentation: a name of its own, which variants it selects among (set -> variants), what it draws."""
+    """One augmentation: a name of its own, the variants it selects (set -> variant), what it draws."""
 
     name: str
-    select: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    select: Mapping[str, str] = field(default_factory=dict)
     sample: tuple[SampleEntry, ...] = ()
     constraints: Mapping[str, float] = field(default_factory=dict)
 
@@ -109,13 +110,29 @@ def _sentence(error: ValidationError) -> str:
 
 
 def _entries(table: Mapping[str, Any]) -> list[AugmentationEntry]:
-    select = {
-        name: tuple([chosen] if isinstance(chosen, str) else chosen) for name, chosen in table.get("select", {}).items()
-    }
-    sample, constraints = samples_of(table.get("sample", {})), dict(table.get("constraints", {}))
     count, name = table.get("count", 1), table["name"]
     names = [f"{name}_{i + 1}" for i in range(count)] if "count" in table else [name]
-    return [AugmentationEntry(name=n, select=select, sample=sample, constraints=constraints) for n in names]
+    return [_entry(table, own, turn) for turn, own in enumerate(names)]
+
+
+def _entry(table: Mapping[str, Any], name: str, turn: int) -> AugmentationEntry:
+    """The augmentation `name`, for which what is listed to be taken in turn is taken for the `turn`th time, from 0."""
+    select = {
+        group: chosen if isinstance(chosen, str) else chosen[turn % len(chosen)]
+        for group, chosen in table.get("select", {}).items()
+    }
+    sample = {
+        parameter: _fixed(words, turn) if words["distribution"] == IN_TURN else words
+        for parameter, words in table.get("sample", {}).items()
+    }
+    constraints = dict(table.get("constraints", {}))
+    return AugmentationEntry(name=name, select=select, sample=samples_of(sample), constraints=constraints)
+
+
+def _fixed(words: Mapping[str, Any], turn: int) -> dict[str, Any]:
+    """The words of a value taken in turn as those of a fixed one."""
+    rest = {key: value for key, value in words.items() if key != "values"}
+    return {**rest, "distribution": "fixed", "value": words["values"][turn % len(words["values"])]}
 
 
 def _read_toml(path: Path) -> tuple[bytes, dict[str, Any]]:

@@ -48,7 +48,7 @@ def test_the_ablation_has_its_eight_cells():
     cells = [read_spec_file(path).augmentations for path in SHIPPED if path.stem.startswith("ablation")]
     assert len({tuple(one.select[group] for group in GROUPS) for (one,) in cells}) == 8
     for (one,) in cells:
-        rich = [group for group in GROUPS if one.select[group] == ("rich",)]
+        rich = [group for group in GROUPS if one.select[group] == "rich"]
         assert one.name == "ablation_" + ("_".join(rich) or "none")
 
 
@@ -102,3 +102,28 @@ def test_what_is_wrong_is_named_by_its_key(tmp_path, text, sentence):
     with pytest.raises(InputError, match=sentence) as caught:
         read(tmp_path, text)
     assert len(str(caught.value)) < 600
+
+
+def test_what_is_taken_in_turn_is_another_for_each(tmp_path):
+    text = """
+count = 3
+select = { camera = ["plain", "rich"], materials = "rich" }
+[augmentation.sample]
+"optics.glare" = { distribution = "in_turn", values = [0.01, 0.02] }
+"""
+    made = read(tmp_path, GOOD + text).augmentations
+    assert [one.select for one in made] == [{"camera": c, "materials": "rich"} for c in ("plain", "rich", "plain")]
+    assert [one.sample[0].words for one in made] == [{"distribution": "fixed", "value": v} for v in (0.01, 0.02, 0.01)]
+
+
+def test_pictures_take_nothing_in_turn(tmp_path):
+    text = '[augmentation.sample]\n"optics.glare" = { distribution = "in_turn", values = [0.01], per = "frame" }'
+    with pytest.raises(InputError, match=r"sample\.optics\.glare\.per: 'augmentation' was expected"):
+        read(tmp_path, GOOD + text)
+
+
+def test_the_published_augmentation_differs_in_materials_and_background(tmp_path):
+    made = read_spec_file(REPOSITORY / "stages" / "augmentations" / "isda.toml").augmentations
+    assert len(made) == 3
+    assert {one.select["materials"] for one in made} == {"plain", "rich"}
+    assert len({s.words["value"] for one in made for s in one.sample if s.parameter == "background"}) == 3
