@@ -9,7 +9,7 @@ from typing import Any
 from spin_usd.arrays import Float
 from spin_usd.dataset.augment import augment_stage
 from spin_usd.dataset.example import open_example
-from spin_usd.dataset.example_pictures import Shot, draw_poses, draw_samples, shots
+from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shots
 from spin_usd.dataset.new_folder import new_folder
 from spin_usd.errors import InputError
 from spin_usd.formats.camera_file import read_camera_file
@@ -20,12 +20,14 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.stage.author import ROOT, write_stage
 from spin_usd.stage.authorship import Origin
 from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, lens_of, open_camera_layer
+from spin_usd.stage.compose import open_stage
 from spin_usd.stage.extent import box_corners
 from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
-from spin_usd.stage.rig_samples import Samples, set_planet, set_sun
-from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, USUAL, open_rig, rig_by_name
+from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
+from spin_usd.stage.sampled_layer import write_sampled
+from spin_usd.stage.samples import Opinions
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -67,7 +69,7 @@ def author_stage(*, poses: str | Path, out: str | Path, frames: str | None = Non
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
     chosen = chosen_frames(read_pose_list(poses), frames)
-    return _author(Choices(**choices), Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen, {})
+    return _author(Choices(**choices), Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen)
 
 
 def author_example(
@@ -94,8 +96,10 @@ def author_example(
     def pictures(camera: Camera, corners: Float) -> PoseList:
         return draw_poses(chosen, seed, camera, corners, source)
 
-    files = {"example": found.file}
-    return _author(Choices(seed=seed, **usual | given), Path(out), files, pictures, draw_samples(chosen, seed))
+    def light(stage: Any) -> Opinions:
+        return draw_light(stage, chosen, seed, found.constraints)
+
+    return _author(Choices(seed=seed, **usual | given), Path(out), {"example": found.file}, pictures, light)
 
 
 def _chosen(made: tuple[Shot, ...], frames: str | None) -> tuple[Shot, ...]:
@@ -110,9 +114,10 @@ def _author(
     out: Path,
     sources: Mapping[str, Path],
     pictures: Callable[[Camera, Float], PoseList],
-    samples: Samples,
+    light: Callable[[Any], Opinions] | None = None,
 ) -> AuthorReport:
-    """`pictures` gives the poses for a lens and the corners (8, 3) of a target. sources: the files they come from."""
+    """`pictures` gives the poses for a lens and the corners (8, 3) of a target; `light` what is drawn for the opened
+    stage. sources: the files they come from."""
     if not -(2**63) <= choices.seed < 2**63:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
     layer, camera_file = _camera(str(choices.camera))
@@ -125,7 +130,6 @@ def _author(
     rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
     files |= {kind.lower(): file for kind, file in rig_files.items()}
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
-    _set_samples(rigs, settings, samples)
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
     with new_folder(out) as folder:
         asset, notes = _write_target(target_file, folder, choices.units_per_metre)
@@ -141,6 +145,8 @@ def _author(
             preset=settings,
             rigs=rigs,
         )
+        if light is not None:
+            write_sampled(folder / ROOT, light(open_stage(folder / ROOT)), len(poses))
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(
@@ -151,15 +157,6 @@ def _author(
         camera=camera_file.name,
         notes=notes,
     )
-
-
-def _set_samples(rigs: dict[str, Layer], preset: Preset | None, samples: Samples) -> None:
-    """Write the samples on the rigs: where none is chosen, on the preset's or the usual one, which is then chosen."""
-    for kind, set_on, prefix in ((LIGHTS, set_sun, "sun."), (ENVIRONMENT, set_planet, "earth.")):
-        if any(name.startswith(prefix) for name in samples):
-            own = rigs.get(kind) or (preset.rig(kind) if preset else None)
-            rigs[kind] = own or open_rig(rig_by_name(USUAL[kind], kind), kind)
-            set_on(rigs[kind], samples)
 
 
 def _camera(given: str) -> tuple[Layer, Path]:

@@ -1,35 +1,29 @@
 """Examples: what an example file says, as laws to draw from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, radians
 from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.formats.example_file import example_by_name, read_example_file
-from spin_usd.formats.spec_file import check_document
+from spin_usd.formats.spec_file import SampleEntry, check_document, samples_of
 from spin_usd.sampling.distribution import Distribution
 from spin_usd.sampling.poses import Place, PoseLaw
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
 
 SCHEMA = "example-1"
-WORDS = ("unit", "per")  # for readers, and for Sampled: no fields of a distribution
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sampled:
-    """A parameter's law; each: drawn for each "frame" or each "sequence"."""
-
-    law: Distribution
-    each: str
+UNIT = "unit"  # of a distribution's numbers, for readers
+SEQUENCE = "sequence"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
     """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
-    `first_sequence` and `first_picture` · published: the part's own statistics, as the file has them."""
+    `first_sequence` and `first_picture` · sequential: those of `sample` that are drawn for each sequence, which are per
+    frame otherwise · published: the part's own statistics, as the file has them."""
 
     name: str
     names: str
@@ -38,7 +32,8 @@ class Part:
     sequences: int
     first_sequence: int
     first_picture: int
-    sample: Mapping[str, Sampled]
+    sample: tuple[SampleEntry, ...]
+    sequential: frozenset[str]
     published: Mapping[str, Any]
 
     @property
@@ -48,7 +43,8 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Example:
-    """camera, target, preset, lights, environment: names of what travels with spin_usd, None for the usual ·
+    """camera, target, preset, lights, environment: names of what travels with spin_usd, None for the usual; a preset
+    may be a layer's path · constraints: on what is drawn, degrees, by their names in `sampling.constraints` ·
     published: the set's own statistics, as the file has them."""
 
     file: Path
@@ -59,6 +55,7 @@ class Example:
     lights: str | None
     environment: str | None
     notes: tuple[str, ...]
+    constraints: Mapping[str, float]
     parts: tuple[Part, ...]
     published: Mapping[str, Any]
 
@@ -81,17 +78,24 @@ def open_example(given: str | Path) -> Example:
         title=tables["title"],
         camera=tables["camera"],
         target=tables["target"],
-        preset=tables.get("preset"),
+        preset=_beside(tables.get("preset"), file),
         lights=tables.get("lights"),
         environment=tables.get("environment"),
         notes=tuple(tables.get("notes", ())),
+        constraints=tables.get("constraints", {}),
         parts=tuple(_part(table, shared, f"{file}, part {table['name']!r}") for table in tables["part"]),
         published=tables.get("published", {}),
     )
 
 
+def _beside(preset: str | None, file: Path) -> str | None:
+    """A preset's name as it is; that of a layer as its path beside the example's `file`."""
+    return str(file.parent / preset) if preset is not None and Path(preset).suffix else preset
+
+
 def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Part:
     sample = {**shared, **table.get("sample", {})}
+    sequential = frozenset(name for name, words in sample.items() if words.get("per") == SEQUENCE)
     return Part(
         name=table["name"],
         names=table["names"],
@@ -100,7 +104,8 @@ def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Pa
         sequences=table.get("sequences", 1),
         first_sequence=table.get("first_sequence", 1),
         first_picture=table.get("first_picture", 1),
-        sample={name: _sampled(law, f"{where}, sample {name!r}") for name, law in sample.items()},
+        sample=tuple(replace(e, per_frame=e.per_frame or e.parameter in sequential) for e in samples_of(sample)),
+        sequential=sequential,
         published=table.get("published", {}),
     )
 
@@ -156,13 +161,9 @@ def _spin(table: Mapping[str, Any], where: str) -> Spin:
     )
 
 
-def _sampled(table: Mapping[str, Any], where: str) -> Sampled:
-    return Sampled(law=_distribution(table, where), each=table.get("per", "frame"))
-
-
 def _distribution(table: Mapping[str, Any], where: str) -> Distribution:
     """Raises InputError that says where, for one without a possible value."""
-    words = {name: value for name, value in table.items() if name not in WORDS}
+    words = {name: value for name, value in table.items() if name != UNIT}
     try:
         return distribution_of(words)
     except InputError as error:

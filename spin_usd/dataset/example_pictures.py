@@ -1,20 +1,23 @@
 """An example's pictures: which of them, their poses and their light, each from the seed and its own name alone."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.example import Example, Part
+from spin_usd.dataset.sampled import Pictures, drawn
 from spin_usd.errors import InputError
+from spin_usd.formats.spec_file import NOMINAL
 from spin_usd.geometry.camera import Camera
-from spin_usd.sampling.distribution import Value
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.stage.samples import Opinions, in_turn, open_base
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
 
@@ -94,15 +97,36 @@ def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, s
     return PoseList(names=tuple(shot.name for shot in chosen), q_cam_body=q, t_cam_body=t, source=source)
 
 
-def draw_samples(chosen: Sequence[Shot], seed: int) -> Mapping[str, tuple[Value | None, ...]]:
-    """Of each parameter that a part samples, its value in each of the `chosen` pictures; None where it has none."""
-    names = {name for shot in chosen for name in shot.part.sample}
-    return {name: tuple(_value(shot, name, seed) for shot in chosen) for name in sorted(names)}
+def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mapping[str, float]) -> Opinions:
+    """What the samples of their parts make of the opened `stage` of the `chosen` pictures.
+
+    Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    """
+    base, _, _ = open_base(stage)
+    found = []
+    for part, rows in _rows_of_parts(chosen).items():
+        own = replace(base, times=tuple(base.times[i] for i in rows))
+        pictures = pictures_of([chosen[i] for i in rows])
+        what = drawn(own, pictures, part.sample, seed=seed, name=NOMINAL, constraints=constraints)
+        found.append((own.times, what))
+    return in_turn(found)
 
 
-def _value(shot: Shot, name: str, seed: int) -> Value | None:
-    if name not in shot.part.sample:
-        return None
-    sampled = shot.part.sample[name]
-    drawn_for = shot.name if sampled.each == "frame" else shot.sequence_name
-    return sampled.law.draw(stream(seed, name, drawn_for))
+def pictures_of(shots_of_part: Sequence[Shot]) -> Pictures:
+    """Pictures of one part by their names, and by their sequences for what is drawn for those."""
+    sequences = tuple(shot.sequence_name for shot in shots_of_part)
+    shared = dict.fromkeys(shots_of_part[0].part.sequential, sequences)
+    return Pictures(names=tuple(shot.name for shot in shots_of_part), shared=shared)
+
+
+def _rows_of_parts(chosen: Sequence[Shot]) -> Mapping[Part, Sequence[int]]:
+    """By part, which of the pictures are its own. Raises InputError for what some parts sample and others do not."""
+    rows: dict[Part, list[int]] = {}
+    for i, shot in enumerate(chosen):
+        rows.setdefault(shot.part, []).append(i)
+    sampled = [{entry.parameter for entry in part.sample} for part in rows]
+    for parameter in sorted(set().union(*sampled)):
+        if not all(parameter in each for each in sampled):
+            found = "is sampled in some parts only"
+            raise InputError(found, where=f"sample {parameter!r}", do="sample it in all parts")
+    return rows

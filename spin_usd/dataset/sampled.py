@@ -1,7 +1,7 @@
 """A `sample` table drawn for an opened stage: distributions, units and constraints meet what the stage holds."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
-from spin_usd.sampling.sample import Draws, Sample, distribution_of, draw_all, draw_one
+from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.parameters import parameter_named
 from spin_usd.stage.samples import Opinions, open_base, opinions
@@ -40,9 +40,37 @@ def sampled(
     else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
     base, frames, _ = open_base(stage)
+    return drawn(
+        base, Pictures(names=frames), entries, seed=seed, name=name, constraints=constraints, progress=progress
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pictures:
+    """Those of a base, by their names · shared: of parameters per frame that pictures share, what they are drawn for;
+    drawn again for a constraint they change together."""
+
+    names: Sequence[str]
+    shared: Shared = field(default_factory=dict)
+
+    def drawn_for(self, parameter: str) -> Sequence[str]:
+        return self.shared.get(parameter, self.names)
+
+
+def drawn(
+    base: Base,
+    pictures: Pictures,
+    entries: Sequence[SampleEntry],
+    *,
+    seed: int,
+    name: str,
+    constraints: Mapping[str, float] | None = None,
+    progress: Tell = lambda done, total: None,
+) -> Opinions:
+    """As `sampled`, of the `pictures` of `base`."""
     samples = samples_for(entries)
-    draws = draw_all(samples, seed=seed, name=name, frames=frames)
-    draws = _Placing(base, frames, samples, seed, name).placed(draws, constraints or {})
+    draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
+    draws = _Placing(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
@@ -77,18 +105,19 @@ class _Wanted:
 class _Placing:
     """Draws again, group after group, where constraints are not met."""
 
-    def __init__(self, base: Base, frames: Sequence[str], samples: Sequence[Sample], seed: int, name: str) -> None:
-        self._base, self._frames, self._seed, self._name = base, frames, seed, name
+    def __init__(self, base: Base, pictures: Pictures, samples: Sequence[Sample], seed: int, name: str) -> None:
+        self._base, self._pictures, self._seed, self._name = base, pictures, seed, name
         self._samples = {sample.parameter: sample for sample in samples}
 
     def placed(self, draws: Draws, constraints: Mapping[str, float]) -> Draws:
         """`draws` with those drawn again that the constraints bear on."""
         wanted = [_Wanted(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
-        if any(parameter in draws for parameter in GROUPS[1]):
-            wanted.append(_Wanted(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
-        if not wanted:
+        moves_planet = any(parameter in draws for parameter in GROUPS[1])
+        if not wanted and not moves_planet:
             return draws
         sky = read_sky(self._base)
+        if moves_planet and sky.planet is not None:  # without one, what is drawn for it is refused by its own name
+            wanted.append(_Wanted(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
         for want in wanted:
             _refuse_without(want, sky)
         last = {want.name: max((i for i, g in enumerate(GROUPS) if self._bears(want, g)), default=0) for want in wanted}
@@ -114,13 +143,13 @@ class _Placing:
         what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is drawn,"
         found = f"no draw of {what} of {MOST_TRIES} meets" if moving else f"{what} does not meet"
         limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
-        message = f"{found} {want.name}{limit} in picture {self._frames[int(wrong[0])]}"
+        message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
         raise InputError(message, do="widen what is drawn, or loosen the constraint")
 
     def _unmet(self, draws: Draws, wanted: list[_Wanted], sky: Sky) -> tuple[_Wanted, np.ndarray] | None:
         """The first that does not hold, and the indices of the pictures where any does not."""
         now = _seen(draws, sky)
-        count = len(self._frames)
+        count = len(self._pictures.names)
         held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
         for want, holds in zip(wanted, held, strict=True):
             if not holds.all():
@@ -133,11 +162,12 @@ class _Placing:
             if not sample.per_frame:
                 constant[sample.parameter] = draw_one(sample, seed=self._seed, name=self._name, again=again)
                 continue
-            column = list(per_frame[sample.parameter])
-            for i in wrong:
-                frame = self._frames[int(i)]
-                column[int(i)] = draw_one(sample, seed=self._seed, name=self._name, frame=frame, again=again)
-            per_frame[sample.parameter] = column
+            names, column = self._pictures.drawn_for(sample.parameter), per_frame[sample.parameter]
+            values = {
+                own: draw_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
+                for own in dict.fromkeys(names[int(i)] for i in wrong)
+            }
+            per_frame[sample.parameter] = [values.get(own, old) for own, old in zip(names, column, strict=True)]
         return Draws(constant=constant, per_frame=per_frame)
 
 

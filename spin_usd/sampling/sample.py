@@ -73,6 +73,10 @@ def _plain(value: Any, factor: float) -> Any:
     return value * factor
 
 
+Shared = Mapping[str, Sequence[str]]
+"""By a parameter that pictures share: what each picture's value is drawn for, such as its sequence, not its name."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sample:
     """One parameter's distribution; `per_frame`: drawn for each picture, else once."""
@@ -97,14 +101,17 @@ class Draws:
         return self.per_frame[parameter] if parameter in self.per_frame else (self.constant[parameter],)
 
 
-def draw_all(samples: Sequence[Sample], *, seed: int, name: str, frames: Sequence[str]) -> Draws:
+def draw_all(
+    samples: Sequence[Sample], *, seed: int, name: str, frames: Sequence[str], shared: Shared | None = None
+) -> Draws:
     """The first draws of all `samples` for the augmentation `name` of pictures named `frames`."""
     one = {s.parameter: draw_one(s, seed=seed, name=name) for s in samples if not s.per_frame}
-    each = {
-        s.parameter: [draw_one(s, seed=seed, name=name, frame=frame) for frame in frames]
-        for s in samples
-        if s.per_frame
-    }
+    each = {}
+    for sample in samples:
+        if sample.per_frame:
+            names = (shared or {}).get(sample.parameter, frames)
+            values = {own: draw_one(sample, seed=seed, name=name, frame=own) for own in dict.fromkeys(names)}
+            each[sample.parameter] = [values[own] for own in names]
     return Draws(constant=one, per_frame=each)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -75,6 +76,27 @@ def opinions(
             found.append(Opinion(place=place, samples=tuple(zip(base.times, column, strict=True))))
     ordered = sorted(found, key=lambda opinion: (opinion.place.prim, opinion.place.attribute))
     return Opinions(attributes=tuple(ordered), apis=tuple(sorted(apis)))
+
+
+def in_turn(parts: Sequence[tuple[Sequence[float], Opinions]]) -> Opinions:
+    """The opinions of parts of a stage's pictures, each with the part's time codes, as those of all; each part has the
+    same places."""
+    if len(parts) == 1:
+        return parts[0][1]
+    by_place: dict[str, list[tuple[Sequence[float], Opinion]]] = {}
+    for times, what in parts:
+        for opinion in what.attributes:
+            by_place.setdefault(str(opinion.place), []).append((times, opinion))
+    apis = {api for _, what in parts for api in what.apis}
+    return Opinions(attributes=tuple(map(_joined, by_place.values())), apis=tuple(sorted(apis)))
+
+
+def _joined(parts: Sequence[tuple[Sequence[float], Opinion]]) -> Opinion:
+    first = parts[0][1]
+    if all(not opinion.samples and opinion.value == first.value for _, opinion in parts):
+        return first
+    samples = (opinion.samples or tuple((time, opinion.value) for time in times) for times, opinion in parts)
+    return Opinion(place=first.place, samples=tuple(sorted((s for each in samples for s in each), key=itemgetter(0))))
 
 
 def write_opinions(layer: Sdf.Layer, what: Opinions, moves: Mapping[str, str] | None = None) -> None:

@@ -11,13 +11,14 @@ from scipy.stats import ks_2samp
 
 from spin_usd.dataset.author import author_example
 from spin_usd.dataset.example import open_example
-from spin_usd.dataset.example_pictures import draw_poses, draw_samples, shots
+from spin_usd.dataset.example_pictures import draw_poses, shots
 from spin_usd.errors import InputError
 from spin_usd.formats.example_file import example_names
 from spin_usd.formats.pose_list import read_pose_list
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.resources import schemas, stages
 from spin_usd.scene.poses import FRAME_NAME, repeated_name
+from spin_usd.stage import sampled_layer
 from spin_usd.stage.camera_layer import camera_by_name, lens_of, open_camera_layer
 from spin_usd.stage.check import check_stage
 from spin_usd.stage.extent import box_corners
@@ -31,7 +32,8 @@ SEQUENCES = {"cubesat_cdt": {"zero_g": 21, "unity": 50, "blender": 15}, "shirt":
 SEQUENCES["swisscube"] = {"training": 350, "validation": 50, "testing": 100}
 RANGES = {"speedplus": (2.25, 10), "spark": (1.5, 10), "cubesat_cdt": (0.4, 3.8), "urso": (10, 40)}
 SURE = 1e-3  # a sample of the right distribution fails a Kolmogorov-Smirnov test as seldom as this
-ROUNDED = 1e-8  # sampled values have nine digits
+ROUNDED = 1e-6  # degrees; sampled values have nine digits
+EARTH_RADIUS = 6378137.0
 
 
 def drawn(name, count=None, seed=0, step=1):
@@ -44,6 +46,20 @@ def drawn(name, count=None, seed=0, step=1):
 
 def offsets(camera, t):
     return t[:, :2] / t[:, 2:] * (camera.fx, camera.fy)
+
+
+def degrees(a, b):
+    return np.degrees(np.arccos(np.clip(np.dot(a, b) / np.linalg.norm(a) / np.linalg.norm(b), -1, 1)))
+
+
+def lit(root):
+    """Of each picture: its scene, the direction to its Sun, and its planet, if any."""
+    reader = StageReader(root)
+    for frame in reader.frames:
+        scene = reader.scene(frame)
+        sun = next(light for light in scene.lights if light.path.endswith("/Sun"))
+        planets = scene.environment.planets
+        yield scene, -np.array(sun.direction_cam), planets[0] if planets else None
 
 
 def tree(folder):
@@ -69,20 +85,57 @@ def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_pat
     reader, renderer = StageReader(report.root), RaycastRenderer()
     chosen = shots(open_example(name), 3)
     assert [frame.name for frame in reader.frames] == [shot.name for shot in chosen]
-    samples = draw_samples(chosen, 0)
-    for i, frame in enumerate(reader.frames):
-        scene = reader.scene(frame)
-        assert (renderer.visibility(scene).face >= 0).sum() > 200, frame.name
-        sun = next(light for light in scene.lights if light.path.endswith("/Sun"))
-        assert -np.array(sun.direction_cam) == pytest.approx(np.array(samples["sun.direction"][i]), abs=ROUNDED)
-        assert len(scene.environment.planets) == bool(samples.get("earth.visible", [False] * 3)[i])
+    for scene, _, _ in lit(report.root):
+        assert (renderer.visibility(scene).face >= 0).sum() > 200
+
+
+LIT = {"shirt": 70, "speed": 90, "speedplus": 90}  # degrees of the Sun from behind the camera; else 80
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_light_is_as_the_example_says(name, tmp_path):
+    """The Sun is in its cone and above the limb, the Earth's surface behind the target, in pictures spread over all."""
+    step = open_example(name).count // 24
+    report = author_example(example=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
+    suns = []
+    for scene, sun, planet in lit(report.root):
+        suns.append(sun)
+        assert degrees(sun, (0, 0, -1)) <= LIT.get(name, 80) + ROUNDED
+        if planet is not None:
+            centre = np.array(planet.T_cam_planet.translation)
+            assert np.linalg.norm(centre) > EARTH_RADIUS + np.linalg.norm(scene.T_cam_body.translation)
+            if name not in LIT:
+                disc = np.degrees(np.arcsin(EARTH_RADIUS / np.linalg.norm(centre)))
+                assert degrees(sun, centre) >= disc + 5 - ROUNDED
+    assert len(np.unique(np.round(suns, 6), axis=0)) == (2 if name == "shirt" else len(suns))
+
+
+def test_a_sequence_has_one_sun(tmp_path):
+    report = author_example(example="swisscube", out=tmp_path / "stage", frames="60:240:20")
+    suns = np.array([sun for _, sun, _ in lit(report.root)])
+    same = np.isclose(suns[:, None], suns[None], atol=1e-8).all(2)
+    sequence = np.arange(60, 240, 20) // 100
+    assert (same == (sequence[:, None] == sequence[None])).all()
+
+
+def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch):
+    """The same light, whichever file it is in."""
+    found = []
+    for most, suffix in ((4096, "usda"), (5, "usdc")):
+        monkeypatch.setattr(sampled_layer, "MOST_IN_TEXT", most)
+        out = tmp_path / suffix
+        report = author_example(example="speedplus", out=out, count=6)
+        assert [file.name for file in (out / "layers").glob("sampled.*")] == [f"sampled.{suffix}"]
+        assert check_stage(report.root) == ()
+        found.append([(sun.tolist(), planet is None) for _, sun, planet in lit(report.root)])
+    assert found[0] == found[1]
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path):
     for folder, seed in (("a", 4), ("b", 4), ("c", 5)):
         author_example(example="spark", out=tmp_path / folder, count=2, seed=seed)
     assert tree(tmp_path / "a") == tree(tmp_path / "b")
-    for layer in ("poses.usdc", "lights.usda"):
+    for layer in ("poses.usdc", "sampled.usda"):
         assert tree(tmp_path / "a")[f"layers/{layer}"] != tree(tmp_path / "c")[f"layers/{layer}"]
 
 
@@ -93,8 +146,19 @@ def test_a_picture_does_not_depend_on_how_many_there_are(name):
     for i, shot in enumerate(few):
         assert (less.t_cam_body[i] == more.t_cam_body[where[shot.name]]).all()
         assert (less.q_cam_body[i] == more.q_cam_body[where[shot.name]]).all()
-    for parameter, values in draw_samples(few, 0).items():
-        assert all(v == draw_samples(many, 0)[parameter][where[s.name]] for v, s in zip(values, few, strict=True))
+
+
+@pytest.mark.parametrize("name", ["speedplus", "urso", "cubesat_cdt"])
+def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path):
+    """Not even where it was drawn again for a constraint."""
+    found = []
+    for count in (4, 12):
+        report = author_example(example=name, out=tmp_path / str(count), count=count)
+        names = [frame.name for frame in StageReader(report.root).frames]
+        skies = [np.vstack([s, *([p.T_cam_planet.matrix[:3, :3]] if p else [])]) for _, s, p in lit(report.root)]
+        found.append(dict(zip(names, skies, strict=True)))
+    for name, sky in found[0].items():
+        assert found[1][name] == pytest.approx(sky, abs=1e-15)  # that q and -q differ in the last bit
 
 
 def test_a_count_is_shared_out_among_the_parts():
@@ -132,11 +196,11 @@ def test_speedplus_has_the_distributions_of_the_published_poses(shared):
         assert ks_2samp(a, b).pvalue > SURE
 
 
-def test_speedplus_has_the_earth_behind_its_second_half():
-    example = open_example("speedplus")
-    chosen = shots(example)[::1000]
-    visible = draw_samples(chosen, 0)["earth.visible"]
-    assert all(seen == (int(shot.name[3:]) >= 30000) for seen, shot in zip(visible, chosen, strict=True))
+def test_speedplus_has_the_earth_behind_its_second_half(tmp_path):
+    report = author_example(example="speedplus", out=tmp_path / "stage", frames="::2500")
+    visible = [planet is not None for _, _, planet in lit(report.root)]
+    names = [frame.name for frame in StageReader(report.root).frames]
+    assert visible == [int(name[3:]) >= 30000 for name in names]
 
 
 def test_roe1_is_like_the_published_trajectory(shared):
@@ -189,6 +253,7 @@ def test_frames_are_chosen_among_the_pictures(tmp_path):
     assert [frame.name for frame in StageReader(report.root).frames] == ["training_0000_000050", "training_0250_000050"]
 
 
+CONSTRAINTS = "[constraints]\nsun_from_boresight_deg = 10\nsun_from_boresight_at_most_deg = 9\n"
 ROOT = 'schema = "example-1"\ntitle = "mine"\ncamera = "spark"\ntarget = "cubesat"\n'
 PART = """
 [[part]]
@@ -232,6 +297,8 @@ def test_an_example_of_ones_own(tmp_path):
         ({"low": "1", "parts": 2}, "two parts named 'a'"),
         ({"more": SUN.format("moon.direction")}, "moon.direction"),
         ({"more": SUN.format("earth.direction")}, "earth.direction"),
+        ({"more": SUN.format("sun.direction"), "root": ROOT + "[constraints]\nsun_up = 1\n"}, "sun_up"),
+        ({"more": SUN.format("sun.direction"), "root": ROOT + CONSTRAINTS}, "sun_from_boresight"),
         ({"root": ROOT.replace("cubesat", "capsule")}, "picture img1"),
     ],
 )
