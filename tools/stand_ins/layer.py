@@ -8,17 +8,17 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdSemantics, UsdShade
 from stand_ins.craft import Box, Craft, Part, Round
 
 VERSION = "1.0.0"
-# Material -> (grey of the matt look, and of the reflective one: colour, metallic, roughness, clearcoat).
+# Material -> (colour of the matt look, and of the reflective one: colour, metallic, roughness, clearcoat).
 MATERIALS = {
-    "SolarCell": (0.035, ((0.02, 0.025, 0.06), 0.3, 0.18, 1.0)),
-    "Aluminium": (0.50, ((0.66, 0.67, 0.68), 1.0, 0.42, 0.0)),
-    "Rail": (0.45, ((0.45, 0.46, 0.47), 1.0, 0.35, 0.0)),
-    "Tape": (0.45, ((0.75, 0.66, 0.40), 1.0, 0.30, 0.0)),
-    "Foil": (0.60, ((0.83, 0.60, 0.20), 1.0, 0.36, 0.0)),
-    "BlackPaint": (0.06, ((0.040, 0.040, 0.043), 0.0, 0.42, 0.0)),
-    "WhitePaint": (0.80, ((0.80, 0.80, 0.77), 0.0, 0.55, 0.0)),
-    "GreyBlanket": (0.30, ((0.30, 0.31, 0.29), 0.0, 0.65, 0.0)),
-    "DarkBlanket": (0.10, ((0.09, 0.10, 0.09), 0.0, 0.60, 0.0)),
+    "SolarCell": ((0.030, 0.035, 0.060), ((0.02, 0.025, 0.06), 0.3, 0.18, 1.0)),
+    "Aluminium": ((0.50, 0.50, 0.50), ((0.66, 0.67, 0.68), 1.0, 0.42, 0.0)),
+    "Rail": ((0.45, 0.45, 0.45), ((0.45, 0.46, 0.47), 1.0, 0.35, 0.0)),
+    "Tape": ((0.52, 0.45, 0.28), ((0.75, 0.66, 0.40), 1.0, 0.30, 0.0)),
+    "Foil": ((0.66, 0.48, 0.17), ((0.83, 0.60, 0.20), 1.0, 0.36, 0.0)),
+    "BlackPaint": ((0.06, 0.06, 0.06), ((0.040, 0.040, 0.043), 0.0, 0.42, 0.0)),
+    "WhitePaint": ((0.80, 0.80, 0.77), ((0.80, 0.80, 0.77), 0.0, 0.55, 0.0)),
+    "GreyBlanket": ((0.30, 0.31, 0.29), ((0.30, 0.31, 0.29), 0.0, 0.65, 0.0)),
+    "DarkBlanket": ((0.10, 0.11, 0.10), ((0.09, 0.10, 0.09), 0.0, 0.60, 0.0)),
 }
 FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]  # seen from outside
 
@@ -127,7 +127,7 @@ def _looks(stage: Usd.Stage, root: Usd.Prim, craft: Craft) -> None:
 
 
 def _material(stage: Usd.Stage, path: Sdf.Path, name: str, look: str) -> None:
-    grey, (colour, metallic, roughness, clearcoat) = MATERIALS[name]
+    matt, (colour, metallic, roughness, clearcoat) = MATERIALS[name]
     inputs = {
         "diffuseColor": (Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*colour)),
         "metallic": (Sdf.ValueTypeNames.Float, metallic),
@@ -136,7 +136,7 @@ def _material(stage: Usd.Stage, path: Sdf.Path, name: str, look: str) -> None:
         "ior": (Sdf.ValueTypeNames.Float, 1.5),
     }
     if look == "matt":  # an index of refraction of 1 reflects nothing
-        plain = {"diffuseColor": Gf.Vec3f(grey), "metallic": 0.0, "roughness": 1.0, "clearcoat": 0.0, "ior": 1.0}
+        plain = {"diffuseColor": Gf.Vec3f(*matt), "metallic": 0.0, "roughness": 1.0, "clearcoat": 0.0, "ior": 1.0}
         inputs = {key: (kind, plain[key]) for key, (kind, _) in inputs.items()}
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
