@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from spin_usd.errors import GeometryError
 
 Float = NDArray[np.float64]
+_JSON = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
@@ -26,8 +27,9 @@ def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 def finite(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
     """`values` as a frozen float64 array of `shape` (None = any length); NaN and infinity are refused."""
     array = np.asarray(values, dtype=np.float64)
-    fits = array.ndim == len(shape) and all(
-        want is None or want == have for want, have in zip(shape, array.shape, strict=True)
+    fits = array.shape == shape or (
+        array.ndim == len(shape)
+        and all(want is None or want == have for want, have in zip(shape, array.shape, strict=True))
     )
     if not fits:
         raise GeometryError(f"{name} has shape {array.shape}, expected {tuple(shape)}")
@@ -49,7 +51,7 @@ def digest(*items: Any) -> str:
             body: bytes | memoryview = little.tobytes()
         else:
             head = b"json"
-            body = json.dumps(item, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+            body = _JSON.encode(item).encode()
         total.update(len(head).to_bytes(8, "little") + head + len(body).to_bytes(8, "little"))
         total.update(body)
     return total.hexdigest()

@@ -49,7 +49,3 @@ class PlannedPicture:
     @property
     def name(self) -> str:
         return f"{self.variant}/{self.frame}"
-
-    @classmethod
-    def from_json(cls, value: Mapping[str, Any]) -> "PlannedPicture":
-        return cls(**{**value, "region": tuple(value["region"])})

@@ -1,9 +1,10 @@
 """Which pixels can a body cover? The region of interest, from the body's convex hull, in double precision."""
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
@@ -13,6 +14,9 @@ SAMPLES_PER_EDGE = 33  # straight edges bow under distortion; 33 points bound th
 RIM_SAMPLES = 64  # per side of the frame
 PADDING_PX = 2
 DIRECTIONS = 16  # in which a polygon's furthest points are found at once: within them lies nothing of the hull
+TURNS = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)])
+ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
 
@@ -74,12 +78,11 @@ def _without_inner(points: Float) -> Float:
     """
     if len(points) <= DIRECTIONS:
         return points
-    turn = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    furthest = (points @ np.stack([np.cos(turn), np.sin(turn)])).argmax(0)
-    corners = points[furthest[furthest != np.roll(furthest, 1)]]  # counter-clockwise
+    furthest = (points @ TOWARDS).argmax(0)
+    corners = points[furthest[furthest != _following(furthest)]]  # counter-clockwise
     if len(corners) < 3:
         return points
-    (ax, ay), (dx, dy) = corners.T[..., None], (np.roll(corners, -1, axis=0) - corners).T[..., None]
+    (ax, ay), (dx, dy) = corners.T[..., None], (_following(corners) - corners).T[..., None]
     x, y = points.T
     left = dx * (y - ay) - dy * (x - ax)
     outer: Float = points[(left <= ROUNDING * float(np.ptp(points)) ** 2).any(0)]
@@ -94,8 +97,7 @@ def _outline_pixels(camera: Camera, hull: Float) -> Float:
     outline = _clip(hull, *_field_of_view(camera))
     if not camera.distorted:
         return camera.pixels(outline)
-    s = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
-    edges = outline + s * (np.roll(outline, -1, axis=0) - outline)
+    edges = outline + ALONG_EDGE * (_following(outline) - outline)
     return camera.pixels(edges.reshape(-1, 2))
 
 
@@ -117,10 +119,15 @@ def _clip(polygon: Float, low: Float, high: Float) -> Float:
             within = inside >= 0
             if within.all():
                 continue
-            following, next_inside = np.roll(polygon, -1, axis=0), np.roll(inside, -1)
-            crosses = within != np.roll(within, -1)
+            following, next_inside = _following(polygon), _following(inside)
+            crosses = within != _following(within)
             share = inside / np.where(crosses, inside - next_inside, 1)
             crossings = polygon + share[:, None] * (following - polygon)
             kept = np.stack([within, crosses], -1).ravel()
             polygon = np.stack([polygon, crossings], 1).reshape(-1, 2)[kept]
     return polygon
+
+
+def _following(rows: NDArray[Any]) -> NDArray[Any]:
+    """Of each row (N, ...) the next, of the last the first."""
+    return np.concatenate([rows[1:], rows[:1]])

@@ -49,6 +49,8 @@ def meets_cone(radii: Float, apex: Float, centre: Float, radius: float) -> bool:
     ellipsoid is convex in s, for the ellipsoid is: its least value lies beside the least of any row of places.
     """
     low, high = 0.0, 1.0
+    if _nearest(apex, centre) - radius > radii.max():  # as is usual: the ball around the ellipsoid is clear of it all
+        return False
     for _ in range(CONE_ROUNDS):
         s = np.linspace(low, high, CONE_STEPS)
         gap = distance(radii, apex + s[:, None] * (centre - apex)) - s * radius
@@ -57,3 +59,11 @@ def meets_cone(radii: Float, apex: Float, centre: Float, radius: float) -> bool:
             return True
         low, high = s[max(least - 1, 0)], s[min(least + 1, CONE_STEPS - 1)]
     return False
+
+
+def _nearest(start: Float, end: Float) -> float:
+    """How near the straight line from `start` to `end` (3,) comes to the origin."""
+    along = end - start
+    square = float(along @ along)
+    s = min(max(-float(start @ along) / square, 0.0), 1.0) if square else 0.0
+    return float(np.linalg.norm(start + s * along))

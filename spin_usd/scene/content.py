@@ -14,6 +14,8 @@ from spin_usd.arrays import digest
 NAME = {"name": True}
 """Metadata of a dataclass field that no picture depends on."""
 
+PLAIN = frozenset((str, int, float, bool, type(None)))  # most of what there is: told apart first
+
 
 def key_of(value: Any) -> str:
     """sha256 (hex) of the content of `value`."""
@@ -22,6 +24,8 @@ def key_of(value: Any) -> str:
 
 def content(value: Any) -> Any:
     """`value` as JSON: dataclasses by type and field, arrays by digest, anything with a `key` by that."""
+    if type(value) in PLAIN:
+        return value
     if isinstance(value, np.ndarray):
         return digest(value)
     if isinstance(key := getattr(value, "key", None), str):

@@ -10,6 +10,7 @@ from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light
 
 RAYS = 4096  # over the disc: a limb across it is off by some thousandth of the disc
+ROUNDING_RAD = 1e-7  # of an arc cosine near 0, with room
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
@@ -27,13 +28,32 @@ def eclipsed(lights: tuple[Light, ...], planets: tuple[Planet, ...], place_cam: 
 def obscuration(light: DistantLight, planets: tuple[Planet, ...], place_cam: Float) -> float:
     """The share of the light's irradiance at `place_cam` (3,), camera frame, metres, that the planets keep away. Their
     air keeps nothing away."""
+    shadows = [(planet, *_shadow(light, planet, place_cam)) for planet in planets]
+    if any(whole for _, _, whole in shadows):
+        return 1.0
+    crossing = [planet for planet, some, _ in shadows if some]
+    if not crossing:
+        return 0.0
     rays = disc(light)
     hidden = np.zeros(len(rays), bool)
-    for planet in planets:
+    for planet in crossing:
         turn = planet.T_cam_planet.rotation  # row vectors times it are in the planet's axes
         start = (place_cam - planet.T_cam_planet.translation) @ turn
         hidden |= rays_meet(np.array(planet.radii), start, rays @ turn)
     return float(hidden.mean())
+
+
+def _shadow(light: DistantLight, planet: Planet, place_cam: Float) -> tuple[bool, bool]:
+    """Whether the planet may hide some of the light's disc at the place, and whether it hides all of it for certain: by
+    the balls around it and within it, which spare most pictures the rays."""
+    centre = planet.T_cam_planet.translation - place_cam
+    far = float(np.linalg.norm(centre))
+    if far <= max(planet.radii):
+        return True, False
+    apart = np.arccos(np.clip(-centre @ np.array(light.direction_cam) / far, -1, 1))
+    outer, inner = np.arcsin(np.array([max(planet.radii), min(planet.radii)]) / far)
+    margin = light.angle / 2 + ROUNDING_RAD
+    return bool(apart < outer + margin), bool(apart < inner - margin)
 
 
 def disc(light: DistantLight) -> Float:

@@ -41,16 +41,14 @@ class KeyMaker:
 
     def keys(self, scene: Scene) -> Keys:
         """All three, each as the function of its name gives it."""
-        geometry = geometry_key(scene, self.settings.renderer)
-        radiance = digest(
-            geometry,
-            scene.target.mesh.shading_key,
-            [self._materials(scene), self._unit_light(scene), content([scene.thin_lens, scene.shutter])],
-            [self.settings.samples, render_seed(scene, self.settings)],
-        )
+        settings, frame = self.settings, scene.frame
+        geometry = geometry_key(scene, settings.renderer)
+        blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
+        shading = [scene.target.mesh.shading_key, self._materials(scene), self._unit_light(scene), blur]
+        radiance = digest([geometry, shading, settings.samples, settings.seed, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
-        exposure = digest(radiance, [taking, picture_seed(scene, self.settings)])
+        exposure = digest([radiance, taking, frame.variant])
         return Keys(geometry=geometry, radiance=radiance, exposure=exposure)
 
     def _materials(self, scene: Scene) -> str:

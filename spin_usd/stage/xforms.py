@@ -15,6 +15,8 @@ NORM_TOLERANCE = 1e-6
 HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
 # What remains of an accepted quaternion, or of a matrix that passed through float32, is no shear.
 SHEAR_TOLERANCE = 1e-5
+ORTHONORMAL = 1e-12  # so near to a rotation a matrix is taken as it is: that leaves room for 30 roundings
+IDENTITY = np.eye(3)
 UNIT_SCALE_TOLERANCE = 1e-9  # rounding of a product of a few rotations, with room
 
 
@@ -33,6 +35,9 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
     linear = m[:3, :3].T
     if not np.isfinite(m).all():
         raise StageError("its transform is not finite", where=where, do="mend the numbers of its xformOps")
+    if np.abs(linear.T @ linear - IDENTITY).max() < ORTHONORMAL and np.linalg.det(linear) > 0:
+        turned = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
+        return Placement(transform=turned, scale=1.0)
     u, sizes, vt = np.linalg.svd(linear)
     if sizes[2] <= 0 or np.linalg.det(linear) <= 0:
         raise StageError("its transform is mirrored or flat", where=where, do="give it a plain rotation")

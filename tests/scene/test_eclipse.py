@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.eclipse import disc, eclipsed, obscuration
 from spin_usd.scene.environment import Planet
@@ -95,3 +96,18 @@ def test_without_planets_and_for_other_lights_nothing_changes():
     assert same is dome
     assert (dark.at_target, dark.irradiance) == ((0, 0, 0), SUN.irradiance)
     assert SUN.at_target == SUN.irradiance
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.0093, 0.3])
+def test_the_balls_that_spare_the_rays_change_nothing(angle):
+    """Flattened planets all around a light, near its edges above all, against every ray."""
+    rng = np.random.default_rng(3)
+    light, found = replace(SUN, angle=angle), set()
+    for _ in range(300):
+        sine = rng.uniform(0.05, 0.9)
+        body = planet(tilted(np.arcsin(sine) + rng.normal(0, 0.2)), sine, stretch=rng.uniform(0.6, 1, 3))
+        start = PLACE - body.T_cam_planet.translation
+        met = rays_meet(np.array(body.radii), start, disc(light)).mean()
+        assert obscuration(light, (body,), PLACE) == met
+        found.add(met)
+    assert {0.0, 1.0} <= found
