@@ -9,6 +9,8 @@ import typer
 from spin_usd.cli.options import Json, Stage
 from spin_usd.cli.progress import shown
 
+MOST_LISTED = 10
+
 
 def augment(
     context: typer.Context,
@@ -34,4 +36,5 @@ def augment(
         print(json.dumps(report))
         return
     names = report["augmentations"]
-    print(f"{report['root']}   ({len(names)} augmentations of {report['spec']}: {', '.join(names)})")
+    listed = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
+    print(f"{report['root']}   ({len(names)} augmentations of {report['spec']}: {listed})")

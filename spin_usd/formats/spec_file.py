@@ -22,6 +22,8 @@ FRAME = "frame"
 IN_TURN = "in_turn"
 FEW = 8  # names that a sentence can list
 NOMINAL = "nominal"  # the name of the stage without any augmentation
+RESERVED = {NOMINAL: "the stage without augmentation", "all": "every variant together"}  # as --variants has them
+LONGEST_NAME = 100  # it names files too, beside a suffix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +66,11 @@ def read_spec_file(path: str | Path) -> Specification:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"two augmentations are named {name!r}", where=path, do="rename one")
-    if NOMINAL in names:
-        raise InputError(f"{NOMINAL!r} is the name of the stage without augmentation", where=path, do="choose another")
+        if name in RESERVED:
+            raise InputError(f"{name!r} is the name of {RESERVED[name]}", where=path, do="choose another")
+        if len(name) > LONGEST_NAME:
+            found = f"an augmentation's name has {len(name)} characters: {name[:20]}..."
+            raise InputError(found, where=path, do=f"take {LONGEST_NAME} at the most")
     return Specification(
         name=path.stem,
         sha256=hashlib.sha256(data).hexdigest(),

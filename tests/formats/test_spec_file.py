@@ -75,6 +75,8 @@ def test_words_unit_and_per_are_told_apart(tmp_path):
         (GOOD + "count = 0", r"augmentation\[0\].count: 0 is less than"),
         (GOOD + '[[augmentation]]\nname = "a"', "two augmentations are named 'a'"),
         (GOOD.replace('"a"', '"nominal"'), "'nominal' is the name of the stage without"),
+        (GOOD.replace('"a"', '"all"'), "'all' is the name of every variant"),
+        (GOOD.replace('"a"', f'"{"a" * 300}"'), "name has 300 characters: aaaaaaaaaaaaaaaaaaaa...; take 100"),
         (GOOD + "constraints = { sun_far_deg = 3 }", "constraints: there is no 'sun_far_deg'"),
         (
             GOOD + 'sample = { "sun.colour" = { distribution = "fixed", value = 1 } }',
