@@ -1,10 +1,10 @@
 """Which of a picture's keys each difference between two variants changes by itself, found by trying it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
-from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff import PRIM, Difference
 from spin_usd.stage.read import StageReader
@@ -18,12 +18,7 @@ MAX_TRIALS = 200  # each reads the stage again
 
 def neutral_keys(reader: StageReader, frame: FrameId) -> dict[str, str]:
     """The picture's keys as if it were of the nominal variant: no two variants share a picture's own seed."""
-    scene = reader.scene(replace(frame, variant=NOMINAL))
-    return {
-        "geometry": geometry_key(scene, SETTINGS.renderer),
-        "radiance": radiance_key(scene, SETTINGS),
-        "exposure": exposure_key(scene, SETTINGS),
-    }
+    return asdict(KeyMaker(SETTINGS).keys(reader.scene(replace(frame, variant=NOMINAL))))
 
 
 def changed(before: dict[str, str], after: dict[str, str]) -> list[str]:

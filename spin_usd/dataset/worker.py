@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
-from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, picture_seed, radiance_key, render_seed
+from spin_usd.scene.keys import KeyMaker, picture_seed, render_seed
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
@@ -46,6 +46,7 @@ class Worker:
         self.versions = library_versions() | self.renderer.versions()
         self.cache = Cache(root=self.store.cache, versions=versions_digest(self.versions))
         self._reader: StageReader | None = None
+        self._keys = KeyMaker(self.job.settings)
 
     def picture(self, *, variant: str, index: int, kinds: Sequence[str], keep_render: bool = True) -> dict[str, Any]:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
@@ -58,7 +59,7 @@ class Worker:
         with watch("stage"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
-        making = _Making(scene=scene, kinds=kinds, keys=keys(scene, self.job.settings), watch=watch)
+        making = _Making(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(making, keep_render=keep_render)
         with watch("files"):
@@ -253,13 +254,4 @@ def make_record(
             "versions": versions,
             **notes,
         },
-    }
-
-
-def keys(scene: Scene, settings: RenderSettings) -> dict[str, str]:
-    """The picture's three keys."""
-    return {
-        "geometry": geometry_key(scene, settings.renderer),
-        "radiance": radiance_key(scene, settings),
-        "exposure": exposure_key(scene, settings),
     }
