@@ -5,7 +5,7 @@ All is written beside its place first, and read once; then it takes the place of
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -183,6 +183,7 @@ def _work_folder(layers: Path, name: str) -> Iterator[Path]:
     """A folder to write in, gone in the end."""
     work = layers / f".{name}.{os.getpid()}"
     with writing(work):
+        _sweep(layers.glob(f".{name}.*"))
         (work / name).mkdir(parents=True)
     try:
         yield work
@@ -197,11 +198,30 @@ def _work_folder(layers: Path, name: str) -> Iterator[Path]:
 def _trial(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Iterator[Path]:
     """The root layer over what lies in the work folder, gone in the end."""
     trial = path.parent / f".{final.stem}.{os.getpid()}{path.suffix}"
+    _sweep(path.parent.glob(f".{final.stem}.*{path.suffix}"))
     try:
         export(_root_over(path, final, root, layer), trial)
         yield trial
     finally:
         trial.unlink(missing_ok=True)
+
+
+def _sweep(left: Iterable[Path]) -> None:
+    """Remove what runs that were killed have left: files and folders named by a process that is no more."""
+    for path in left:
+        number = path.name.split(".")[2]
+        if number.isdecimal() and not _runs(int(number)):
+            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)  # asks only
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # another's
+        return True
+    return True
 
 
 def _root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:

@@ -1,5 +1,6 @@
 """Augmentations over an authored stage: what is written, what the pictures get, and that bad ones write nothing."""
 
+import os
 import shutil
 
 import numpy as np
@@ -246,6 +247,16 @@ def test_what_cannot_be_is_one_sentence_and_nothing_is_written(stage, spec, body
         augment_stage(stage=stage, spec=spec(body))
     assert files(stage.parent) == before
     assert not list(stage.parent.rglob(".*"))
+
+
+def test_what_a_killed_run_left_is_removed_and_what_another_run_writes_is_not(stage, spec):
+    dead, alive = 1 << 30, os.getppid()
+    for pid in (dead, alive):
+        (stage.parent / "layers" / f".augmentations.{pid}" / "augmentations").mkdir(parents=True)
+        (stage.parent / f".dataset.{pid}.usda").write_text("#usda 1.0")
+    augment_stage(stage=stage, spec=spec(PER_FRAME))
+    left = {path.name for path in stage.parent.rglob(".*")}
+    assert left == {f".augmentations.{alive}", f".dataset.{alive}.usda"}
 
 
 def test_a_constant_direction_holds_in_all_pictures(stage, spec):
