@@ -64,7 +64,7 @@ def shows(blender, monkeypatch):
 
     def compare(scene, value):
         monkeypatch.setattr(materials, "surface_material", glow(value))
-        unique = Material(path="/m", ior=1 + RNG.random())  # one that the library has not built yet
+        unique = Material(path="/m", emissive_color=(1.0,) * 3, ior=1 + RNG.random())  # not built by the library yet
         scene = replace(scene, target=replace(scene.target, materials=(unique,)))
         visibility = blender.visibility(scene)
         seen = visible_surface(scene, visibility)

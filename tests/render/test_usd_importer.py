@@ -10,6 +10,7 @@ import pytest
 from mathutils import Matrix
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
+from spin_usd.render.blender.light_groups import EMISSION
 from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.textures import forget_render_data
 from spin_usd.stage.read import StageReader
@@ -264,6 +265,7 @@ def render_theirs(blender, folder, scene):
             if shown.type == "MESH":
                 shown.parent = None
                 shown.matrix_world = Matrix(place)
+                shown.lightgroup = EMISSION  # as ours is where it shines
         return blender.radiance(scene, samples=SAMPLES, seed=1).rgba
     finally:
         for kind in before:
