@@ -15,24 +15,10 @@ from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
 from spin_usd.cli.command import Command
 from spin_usd.cli.diff import diff
-from spin_usd.cli.options import (
-    Frames,
-    ImageFormat,
-    Json,
-    Labels,
-    LabelsOnly,
-    NoCache,
-    RadianceOption,
-    RendererName,
-    Samples,
-    Seed,
-    Stage,
-    Variants,
-    Workers,
-)
+from spin_usd.cli.options import Json, NoCache, Prune, Workers
 from spin_usd.cli.plan import plan
 from spin_usd.cli.progress import shown
-from spin_usd.cli.request import render_request
+from spin_usd.cli.request import with_request
 from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 
 INTERRUPTED = 130
@@ -94,33 +80,29 @@ app.command(cls=Command)(plan)
 
 
 @app.command(cls=Command)
+@with_request
 def render(
     context: typer.Context,
-    stage: Stage,
+    *,
     out: Annotated[Path, typer.Option(help="The dataset's folder. Run again, it resumes.")],
-    frames: Frames = None,
-    variants: Variants = "",
-    samples: Samples = 16,
-    seed: Seed = None,
+    request: Any,
     workers: Workers = None,
-    labels: Labels = "all",
-    labels_only: LabelsOnly = False,
-    renderer: RendererName = "blender",
-    radiance: RadianceOption = False,
-    image_format: ImageFormat = "png",
     no_cache: NoCache = False,
+    prune: Prune = False,
     as_json: Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
     from spin_usd.dataset import render as rendering
 
-    request = render_request(locals())
     with shown(context.obj["quiet"]) as progress:
-        report = rendering.render(request, out, workers=workers, keep_cache=not no_cache, progress=progress)
+        report = rendering.render(
+            request, out, workers=workers, keep_cache=not no_cache, prune=prune, progress=progress
+        )
     if as_json:
         print(json.dumps(asdict(report)))
     else:
-        made = f"{report.made} pictures made, {report.reused} already there, in {report.seconds:.1f} s"
+        removed = f", {report.pruned} removed" if prune else ""
+        made = f"{report.made} pictures made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
         passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
         print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
     _exit_if_failed(report.failed)

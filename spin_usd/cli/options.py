@@ -20,6 +20,7 @@ RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write lin
 NoCache = Annotated[
     bool, typer.Option("--no-cache", help="Keep no renders for later runs; changes no byte of a picture.")
 ]
+Prune = Annotated[bool, typer.Option("--prune", help="Remove the dataset's pictures that the stage does not have.")]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")

@@ -2,25 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spin_usd.cli.options import (
-    Frames,
-    ImageFormat,
-    Json,
-    Labels,
-    LabelsOnly,
-    RadianceOption,
-    RendererName,
-    Samples,
-    Seed,
-    Stage,
-    Variants,
-)
+from spin_usd.cli.options import Json
 from spin_usd.cli.progress import shown
-from spin_usd.cli.request import render_request
+from spin_usd.cli.request import with_request
 
 if TYPE_CHECKING:
     from spin_usd.dataset.matrix import Matrix, Row
@@ -28,38 +16,35 @@ if TYPE_CHECKING:
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 
+@with_request
 def plan(
     context: typer.Context,
-    stage: Stage,
+    *,
     out: Annotated[Path | None, typer.Option(help="A dataset: plan what is missing of it.")] = None,
-    frames: Frames = None,
-    variants: Variants = "",
-    samples: Samples = 16,
-    seed: Seed = None,
-    labels: Labels = "all",
-    labels_only: LabelsOnly = False,
-    renderer: RendererName = "blender",
-    radiance: RadianceOption = False,
-    image_format: ImageFormat = "png",
+    request: Any,
     as_json: Json = False,
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
     from spin_usd.dataset import render as rendering
+    from spin_usd.dataset.foreign import foreign_pictures, in_words
     from spin_usd.dataset.matrix import matrix
+    from spin_usd.dataset.store import Store
 
-    request = render_request(locals())
     with shown(context.obj["quiet"]) as progress:
         found = rendering.plan(request, progress=progress)
     cost = matrix(found, rendering.method_of(request, found), request.image_suffix, out)
+    foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
-        wall = {"workers": workers, "wall_seconds": cost.seconds(workers)}
+        wall = {"workers": workers, "wall_seconds": cost.seconds(workers), "foreign": len(foreign)}
         print(json.dumps({**cost.as_json(), **wall, "variants": found.variants, "hashes": hashes}))
         return
     print(table(cost))
     if out:
         print(f"already made: {cost.finished} pictures")
+    if foreign:
+        print(f"note: {out} {in_words(foreign)}; a render needs --prune, which removes them, or another folder")
     total = cost.total
     print(f"about {_duration(cost.seconds(workers))} with {workers} workers, {_size(total.bytes)} on disk")
 

@@ -1,27 +1,74 @@
-"""What `plan` and `render` are asked to make, from the options that they share."""
+"""What `plan` and `render` are asked to make: the options that they share, declared once."""
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
+from spin_usd.cli.options import (
+    Frames,
+    ImageFormat,
+    Labels,
+    LabelsOnly,
+    RadianceOption,
+    RendererName,
+    Samples,
+    Seed,
+    Stage,
+    Variants,
+)
 
-def render_request(options: Mapping[str, Any]) -> Any:
-    """The RenderRequest that the options, by the names of the commands' parameters, describe."""
+
+def with_request(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the options of `_request` in the place of its parameter `request`, which gets what they ask."""
+    shared = _by_keyword(inspect.signature(_request))
+    parameters: list[inspect.Parameter] = []
+    for parameter in _by_keyword(inspect.signature(command, eval_str=True)):
+        parameters += shared if parameter.name == "request" else [parameter]
+
+    @wraps(command)
+    def with_options(**given: Any) -> None:
+        request = _request(**{option.name: given.pop(option.name) for option in shared})
+        command(request=request, **given)
+
+    with_options.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]  # typer reads both
+    with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return with_options
+
+
+def _by_keyword(signature: inspect.Signature) -> list[inspect.Parameter]:
+    """Its parameters, which may then stand in any order, with or without a default."""
+    return [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
+
+
+def _request(
+    stage: Stage,
+    frames: Frames = None,
+    variants: Variants = "",
+    samples: Samples = 16,
+    seed: Seed = None,
+    labels: Labels = "all",
+    labels_only: LabelsOnly = False,
+    renderer: RendererName = "blender",
+    radiance: RadianceOption = False,
+    image_format: ImageFormat = "png",
+) -> Any:
+    """The RenderRequest of these options."""
     from spin_usd.dataset.render import RenderRequest
     from spin_usd.labels.label import LABELS
 
     names = {"all": tuple(LABELS), "none": ()}
-    labels = names.get(options["labels"], _names(options["labels"]))
     return RenderRequest(
-        stage=options["stage"],
-        frames=options["frames"],
-        variants=_names(options["variants"]),
-        samples=options["samples"],
-        seed=options["seed"],
-        renderer=options["renderer"],
-        labels=labels,
-        image=not options["labels_only"],
-        radiance=options["radiance"],
-        image_suffix="." + options["image_format"],
+        stage=stage,
+        frames=frames,
+        variants=_names(variants),
+        samples=samples,
+        seed=seed,
+        renderer=renderer,
+        labels=names.get(labels, _names(labels)),
+        image=not labels_only,
+        radiance=radiance,
+        image_suffix=f".{image_format}",
     )
 
 

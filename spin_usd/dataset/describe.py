@@ -7,7 +7,6 @@ from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
-from spin_usd.errors import InputError
 from spin_usd.labels.label import LABELS
 
 MEANINGS = {
@@ -15,7 +14,6 @@ MEANINGS = {
     RADIANCE: "the target's linear radiance R, G, B, W/m2/sr, and the share of the pixel it covers, A; float32",
     **{name: label.meaning for name, label in LABELS.items()},
 }
-SHOWN = 3
 
 
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
@@ -34,20 +32,3 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
         "frames": len(plan.names),
         "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},
     }
-
-
-def refuse_foreign_pictures(store: Store, plan: Plan) -> None:
-    """Raise InputError when the dataset holds pictures that the stage does not: it is another stage's."""
-    names, variants = set(plan.names), set(plan.known_variants)
-    foreign = [
-        f"{record.parent.name}/{record.stem}"
-        for record in store.records()
-        if record.stem not in names or record.parent.name not in variants
-    ]
-    if foreign:
-        listed = ", ".join(foreign[:SHOWN]) + (", ..." if len(foreign) > SHOWN else "")
-        raise InputError(
-            f"holds {len(foreign)} pictures that this stage does not have ({listed})",
-            where=store.root,
-            do="choose another folder, or remove their records and files first",
-        )

@@ -15,7 +15,8 @@ import psutil
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.cost import Making, Measured, Method, expected_work, write_measured
-from spin_usd.dataset.describe import describe, refuse_foreign_pictures
+from spin_usd.dataset.describe import describe
+from spin_usd.dataset.foreign import foreign_pictures, refuse, remove
 from spin_usd.dataset.job import Job, PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
@@ -66,13 +67,14 @@ class RenderRequest:
 
 @dataclass(kw_only=True)
 class RenderReport:
-    """What a run did. `reused`: pictures that were there already. Of the pictures made, so many took a label pass
-    (`label_passes`) and a render (`renders`) of their own, and so many shared another's from the cache. `seconds`:
-    wall-clock; `work`: seconds by kind of work, over all workers."""
+    """What a run did. `reused`: pictures that were there already; `pruned`: pictures removed, which the stage does not
+    have. Of the pictures made, so many took a label pass (`label_passes`) and a render (`renders`) of their own, and so
+    many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers."""
 
     pictures: int
     made: int = 0
     reused: int = 0
+    pruned: int = 0
     label_passes: int = 0
     labels_shared: int = 0
     renders: int = 0
@@ -94,12 +96,19 @@ def method_of(request: RenderRequest, plan: Plan) -> Method:
 
 
 def render(
-    request: RenderRequest, out: Path, *, workers: int | None = None, keep_cache: bool = True, progress: Progress
+    request: RenderRequest,
+    out: Path,
+    *,
+    workers: int | None = None,
+    keep_cache: bool = True,
+    prune: bool = False,
+    progress: Progress,
 ) -> RenderReport:
     """Make the dataset in the folder `out`, or what is missing of it.
 
     Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
-    renders that only one picture needs are not kept in the first place.
+    renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
+    InputError, or are removed with `prune`.
     """
     began = time.monotonic()
     store = Store(root=out.absolute())
@@ -107,7 +116,7 @@ def render(
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
     with store.locked() as lock:
-        report = _render(store, lock, request, workers, keep_cache, progress)
+        report = _render(store, lock, request, workers, keep_cache, prune, progress)
         if not report.failed:
             _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
@@ -115,18 +124,25 @@ def render(
 
 
 def _render(
-    store: Store, lock: int, request: RenderRequest, workers: int | None, keep_cache: bool, progress: Progress
+    store: Store,
+    lock: int,
+    request: RenderRequest,
+    workers: int | None,
+    keep_cache: bool,
+    prune: bool,
+    progress: Progress,
 ) -> RenderReport:
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     plan = _plan(request, None if own else store.work / "stage", progress)
     pictures = plan.pictures
-    refuse_foreign_pictures(store, plan)
+    foreign = foreign_pictures(store, plan)
+    (remove if prune else refuse)(store, foreign)
     copied = store.stage.resolve() if own else store.work / "stage"
     root = (Path(store.stage.name) / plan.root.relative_to(copied)).as_posix()
     write_json(store.description, describe(store, plan, root, request.kinds))
     if not own:
         _adopt_stage(store)
-    report = RenderReport(pictures=len(pictures))
+    report = RenderReport(pictures=len(pictures), pruned=len(foreign))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
     tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
@@ -149,10 +165,11 @@ def _keep_only_shared_renders(tasks: list[Task]) -> None:
 
 
 def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:
-    """Remove from the cache what no record uses; where no picture was made, none has ceased to be used."""
+    """Remove from the cache what no record uses; where no picture was made or removed, none has ceased to be
+    used."""
     if not keep_cache:
         remove_entries(store, but=set())
-    elif report.made:
+    elif report.made or report.pruned:
         remove_entries(store, but=used(store))
 
 

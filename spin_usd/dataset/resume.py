@@ -49,7 +49,8 @@ def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[
     """Path by kind of the record's files; none where the record names what cannot be this picture's."""
     try:
         paths = {kind: entry["path"] for kind, entry in record["files"].items()}
-        if all(path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items()):
+        named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
+        if paths.keys() <= set(KINDS) and all(named):
             return paths
     except (KeyError, TypeError, AttributeError):
         pass

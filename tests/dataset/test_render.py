@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import psutil
 import pytest
@@ -304,6 +305,79 @@ def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, datase
         make(tmp_path / "other" / "dataset.usda", dataset)
     assert digests(dataset) == before
     assert (dataset / "stage" / "layers").is_dir()
+
+
+@pytest.fixture
+def shorter(small_stage, tmp_path, spin_usd):
+    """The small stage's first three pictures, as a stage of their own."""
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    camera = small_stage.parent.parent / "camera.json"
+    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", camera, "--frames", "0:3",
+             "--out", tmp_path / "shorter")  # fmt: skip
+    return tmp_path / "shorter" / "dataset.usda"
+
+
+def cached_labels(dataset):
+    return len(list((dataset / "cache" / "depth").rglob("*.exr")))
+
+
+def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_stage, shorter, dataset, spin_usd):
+    make(small_stage, dataset)
+    (dataset / "image" / "nominal" / "notes.txt").write_text("mine")
+    before = digests(dataset)
+    planned = json.loads(spin_usd("plan", shorter, "--out", dataset, "--json").stdout)
+    assert planned["foreign"] == 5
+    assert "5 pictures" in spin_usd("plan", shorter, "--out", dataset).stdout
+    refused = spin_usd("render", shorter, "--out", dataset, "--renderer", "raycast", code=2).stderr
+    assert "5 pictures" in refused
+    assert "--prune" in refused
+    assert digests(dataset) == before
+    options = ("--renderer", "raycast", "--samples", SAMPLES, "--json", "--prune")
+    report = json.loads(spin_usd("render", shorter, "--out", dataset, *options).stdout)
+    assert (report["pruned"], report["made"], report["reused"]) == (5, 0, 3)
+    kept = {path: digest for path, digest in before.items() if path.split(".")[0][-1] in "123"}
+    assert digests(dataset) == kept
+    assert {p.name for p in (dataset / "image" / "nominal").iterdir()} == {
+        "notes.txt", *(path.rpartition("/")[2] for path in kept if path.startswith("image/"))
+    }  # fmt: skip
+    assert cached_labels(dataset) == 3
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == [
+        {"code": "stray", "where": "image/nominal/notes.txt", "message": "is in no record", "severity": "warning"}
+    ]
+
+
+def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch):
+    make(small_stage, dataset)
+    unlink, removed = Path.unlink, []
+
+    def killed(path, **options):
+        if "img00000" in path.name and len(removed) == 6:  # of a picture's five names, the second picture's first
+            raise KeyboardInterrupt
+        unlink(path, **options)
+        removed.extend([path] * ("img00000" in path.name))
+
+    monkeypatch.setattr(Path, "unlink", killed)
+    with pytest.raises(KeyboardInterrupt):
+        render(RenderRequest(stage=shorter, renderer="raycast", samples=SAMPLES), dataset, prune=True, progress=quiet)
+    monkeypatch.undo()
+    assert [path.suffix for path in removed] == [".json", *(p.suffix for p in removed[1:5]), ".json"]
+    assert all((dataset / path).is_file() for path in digests(dataset))
+    report = render(
+        RenderRequest(stage=shorter, renderer="raycast", samples=SAMPLES), dataset, prune=True, progress=quiet
+    )
+    assert (report.pruned, report.made, report.reused) == (3, 0, 3)
+
+
+@pytest.mark.parametrize("text", ["a note", "{}", '{"files": {"stage": {"path": "stage/nominal/precious.json"}}}'])
+def test_what_is_no_record_is_not_pruned(shorter, dataset, text):
+    """Nor is the picture beside it that would be."""
+    for path in (dataset / "records" / "nominal" / "precious.json", dataset / "stage" / "nominal" / "precious.json"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    before = {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()}
+    with pytest.raises(InputError, match="precious"):
+        render(RenderRequest(stage=shorter, renderer="raycast"), dataset, prune=True, progress=quiet)
+    assert {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()} == before
 
 
 @pytest.mark.parametrize("held", ["dataset.json", "stage/precious.txt", "a.tmp-b.txt"])
