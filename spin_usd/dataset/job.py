@@ -26,7 +26,8 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
-    """One picture to make: where it stands in the stage, the three keys of its content, and the pixels to render."""
+    """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, into how
+    many light groups, and the costly `features` of its image (see `cost`)."""
 
     variant: str
     index: int
@@ -36,6 +37,8 @@ class PlannedPicture:
     radiance: str
     exposure: str
     region: tuple[int, int, int, int]
+    light_groups: int
+    features: tuple[str, ...]
 
     @property
     def region_pixels(self) -> int:

@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.cache import MEASURED, RENDERS, held_keys
-from spin_usd.dataset.cost import START_S, Making, Measured, Method, expected_bytes, expected_work, read_measured
+from spin_usd.dataset.cost import (
+    OPEN_S,
+    START_S,
+    Making,
+    Measured,
+    Method,
+    expected_bytes,
+    expected_work,
+    read_measured,
+)
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import Wanted, is_finished
@@ -113,7 +122,7 @@ def _row(name: str, makings: Sequence[Making], method: Method, measured: Measure
         label_passes=sum(making.label_pass for making in makings),
         renders=sum(making.render for making in makings),
         exposures=exposures,
-        seconds=sum(sum(work.values()) for work in works),
+        seconds=OPEN_S * bool(makings) + sum(sum(work.values()) for work in works),
         bytes=sum(expected_bytes(making, method) for making in makings),
     )
 

@@ -8,11 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.cost import features
 from spin_usd.dataset.planning import COLUMNS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.keys import KeyMaker, RenderSettings
+from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import schema
@@ -125,7 +127,7 @@ def _planned(
         keys = maker.keys(scene)
         region = regions.of(scene, keys.geometry)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, region)
-        for name, value in zip(COLUMNS, row, strict=True):
+        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, features(scene)), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
             progress(PROGRESS_EVERY)

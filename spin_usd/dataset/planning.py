@@ -12,7 +12,7 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.keys import RenderSettings
 
-COLUMNS = ("index", "frame", "time_code", "geometry", "radiance", "exposure", "region")
+COLUMNS = ("index", "frame", "time_code", "geometry", "radiance", "exposure", "region", "light_groups", "features")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
 
@@ -144,9 +144,12 @@ def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any
 def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
     """All pictures; equal keys are one string, for most are those of the variant before."""
     known: dict[str, str] = {}
+    alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     for parts in zip(*answers, strict=True):  # of one variant
         for part in parts:
-            for index, frame, time_code, *keys, region in zip(*(part[name] for name in COLUMNS), strict=True):
+            for index, frame, time_code, *keys, region, groups, features in zip(
+                *(part[name] for name in COLUMNS), strict=True
+            ):
                 geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
                 yield PlannedPicture(
                     variant=part["variant"],
@@ -157,4 +160,6 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
                     radiance=radiance,
                     exposure=exposure,
                     region=tuple(region),
+                    light_groups=groups,
+                    features=alike.setdefault(tuple(features), tuple(features)),
                 )

@@ -56,7 +56,7 @@ class Worker:
         "render", whether each was "made" now or is "shared" with others.
         """
         watch = Stopwatch()
-        with watch("stage"):
+        with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
         making = _Making(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)

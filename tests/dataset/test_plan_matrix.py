@@ -82,6 +82,8 @@ def planned(variant, index, geometry, radiance, exposure):
         radiance=radiance,
         exposure=exposure,
         region=(0, 0, 10, 10),
+        light_groups=1,
+        features=(),
     )
 
 
