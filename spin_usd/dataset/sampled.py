@@ -2,16 +2,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.dataset.within import check_ends, cut, within
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
 from spin_usd.scene.sky import Sky
+from spin_usd.stage.material_factors import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.parameters import parameter_named
 from spin_usd.stage.samples import Opinions, open_base, opinions
 from spin_usd.stage.setting import Base
@@ -68,7 +71,7 @@ def drawn(
     progress: Tell = lambda done, total: None,
 ) -> Opinions:
     """As `sampled`, of the `pictures` of `base`."""
-    samples = samples_for(entries)
+    samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
     draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Placing(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
@@ -78,7 +81,8 @@ def drawn(
 
 
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
-    """The entries' distributions in the parameters' own units. Raises InputError that names the parameter."""
+    """The entries' distributions in the parameters' own units and within their limits. Raises InputError that names
+    the parameter."""
     return tuple(_sample(entry) for entry in entries)
 
 
@@ -87,10 +91,22 @@ def _sample(entry: SampleEntry) -> Sample:
     if entry.per_frame and not parameter.changes:
         raise InputError("cannot change from picture to picture", where=parameter.name, do="leave per out")
     try:
-        distribution = distribution_of(entry.words, parameter.factor(entry.unit))
+        distribution = within(distribution_of(entry.words, parameter.factor(entry.unit)), parameter)
     except InputError as error:
         raise InputError(error.found, where=entry.parameter, do=error.do) from None
     return Sample(parameter=entry.parameter, distribution=distribution, per_frame=entry.per_frame)
+
+
+def _on_base(base: Base, sample: Sample) -> Sample:
+    """Within the limits that a factor has by what it multiplies in `base`."""
+    name = sample.parameter
+    if not is_material_factor(name):
+        return sample
+    check_ends(sample.distribution, partial(check_factor, base, name))
+    try:
+        return replace(sample, distribution=cut(sample.distribution, factor_limits(base, name)))
+    except InputError as error:
+        raise InputError(error.found, where=name, do=error.do) from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ same text everywhere, and a reader of a layer sees whole numbers.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from statistics import NormalDist
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from spin_usd.errors import InputError
 
 DIGITS = 9
-MOST_TRIES = 10_000  # of a truncated distribution
+LEAST_SHARE = 1e-3  # of a normal distribution, that is left of it where it is cut
 
 Value = float | str | tuple[float, ...]
 
@@ -84,15 +85,24 @@ class Normal:
             found = f"mean is {self.mean:g} and sigma {self.sigma:g}"
             raise InputError(found, do="make both finite, and sigma positive")
         if not self.low < self.high:
-            raise InputError(f"no number lies between low {self.low:g} and high {self.high:g}", do="swap them")
+            found = f"no number lies between low {self.low:g} and high {self.high:g}"
+            raise InputError(found, do="give a lower low or a higher high")
+        law = NormalDist(self.mean, self.sigma)
+        if law.cdf(self.high) - law.cdf(self.low) < LEAST_SHARE:
+            few = f"fewer than {LEAST_SHARE:g} of all draws"
+            found = f"{few} about {self.mean:g} +- {self.sigma:g} are from {self.low:g} to {self.high:g}"
+            raise InputError(found, do="move the range to where the distribution is")
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """Those that it has."""
+        return tuple(end for end in (self.low, self.high) if math.isfinite(end))
 
     def draw(self, rng: np.random.Generator) -> float:
-        for _ in range(MOST_TRIES):
-            value = rng.normal(self.mean, self.sigma)
+        while True:  # it ends: LEAST_SHARE
+            value = rounded(rng.normal(self.mean, self.sigma))
             if self.low <= value <= self.high:
-                return rounded(value)
-        found = f"none of {MOST_TRIES} draws about {self.mean:g} +- {self.sigma:g} is {self.low:g} to {self.high:g}"
-        raise InputError(found, do="move the range to where the distribution is")
+                return value
 
 
 @dataclass(frozen=True, kw_only=True)

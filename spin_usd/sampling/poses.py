@@ -8,7 +8,9 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
-from spin_usd.sampling.distribution import MOST_TRIES, Distribution
+from spin_usd.sampling.distribution import Distribution
+
+MOST_TRIES = 10_000  # of a place and an attitude in the picture
 
 
 @dataclass(frozen=True, kw_only=True)

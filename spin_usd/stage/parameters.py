@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from typing import NoReturn
 
 from spin_usd.errors import InputError
 from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage import optics as optics_limits
+from spin_usd.stage import schema
 from spin_usd.stage import sensor as sensor_limits
 from spin_usd.stage import set_camera as camera
 from spin_usd.stage import set_lights as lights
@@ -78,11 +80,20 @@ class Parameter:
             fits = self.kind == ANY or isinstance(value, {TRUTH: bool, NAME: str}[self.kind])
         if not fits:
             raise InputError(f"takes no {value!r}: it is a {self.kind}", where=self.name, do="draw what it takes")
-        if self.kind == NUMBER:
-            for number in numbers:
+        if self.kind in (NUMBER, ANY):
+            for number in filter(_is_number, numbers):
                 if number not in self.limits:
-                    found = f"is drawn as {number:g}{' ' * bool(self.unit)}{self.unit}"
-                    raise InputError(found, where=self.name, do=f"choose {self.limits}")
+                    self._refuse(f"{number:g}", self.limits)
+
+    def check_span(self, low: float, high: float) -> None:
+        """Raise InputError, where it is the name, where not every number from `low` to `high` can be its value."""
+        limits = self.limits if low == high else replace(self.limits, or_0=False)
+        if self.kind in (NUMBER, ANY) and not (low in limits and high in limits):
+            self._refuse(f"{low:g} to {high:g}", limits)
+
+    def _refuse(self, numbers: str, limits: Range) -> NoReturn:
+        found = f"may be drawn as {numbers}{' ' * bool(self.unit)}{self.unit}"
+        raise InputError(found, where=self.name, do=f"choose {limits}")
 
 
 def _is_number(value: object) -> bool:
@@ -268,6 +279,17 @@ FIELDS: Mapping[str, str] = {
     "emissiveColor": "emissive_color",
 }
 """Inputs of a UsdPreviewSurface that can be drawn, and the fields of scene.material that say their limits."""
+OF_ATTRIBUTES: Mapping[str, Range] = {
+    **{schema.OPTICS[field]: limits for field, limits in optics_limits.RANGES.items()},
+    **{schema.SENSOR[field]: limits for field, limits in sensor_limits.RANGES.items()},
+    schema.AUTO_EXPOSURE_LEVEL: sensor_limits.LEVELS,
+    schema.AUTO_EXPOSURE_STOPS: sensor_limits.STOPS,
+    "fStop": F_STOPS,
+    "inputs:angle": ANGLES,
+    "inputs:colorTemperature": TEMPERATURES,
+    **{f"inputs:{name}": _from_limits(LIMITS[field]) for name, field in FIELDS.items()},
+}
+"""Limits of attributes that are drawn by their paths, by the attribute's name; others take any finite number."""
 
 
 def parameter_named(name: str) -> Parameter:
@@ -275,7 +297,9 @@ def parameter_named(name: str) -> Parameter:
     if name in PARAMETERS:
         return PARAMETERS[name]
     if name.startswith("/"):
-        return Parameter(name=name, description="An attribute.", make=materials.attribute_by_path, kind=ANY)
+        limits = OF_ATTRIBUTES.get(name.rpartition(".")[2], FINITE)
+        make = materials.attribute_by_path
+        return Parameter(name=name, description="An attribute.", make=make, kind=ANY, limits=limits)
     if (found := MATERIAL.fullmatch(name)) and found[2] in FIELDS:
         own = Range(0, 1e6) if found[3] else _from_limits(LIMITS[FIELDS[found[2]]])
         return Parameter(name=name, description="Of a material.", make=materials.material_input, limits=own)

@@ -28,6 +28,11 @@ class Range:
             return True
         return bool(np.isfinite(number) and self.low <= number <= self.high and not (self.open and number == self.low))
 
+    @property
+    def least(self) -> float:
+        """The lowest number in it, but for the 0 that means none."""
+        return float(np.nextafter(self.low, INFINITY)) if self.open else self.low
+
     def __str__(self) -> str:
         if self.low == -INFINITY:
             return "finite numbers"

@@ -91,6 +91,8 @@ def test_seed_augmentation_parameter_picture_and_try_all_count():
         ({"distribution": "uniform", "low": 2, "high": 1}, "no number lies between"),
         ({"distribution": "log_uniform", "low": 0, "high": 1}, "no logarithm"),
         ({"distribution": "normal", "mean": 0, "sigma": 0}, "sigma"),
+        ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 3.1}, "fewer than 0.001 of all draws about 0"),
+        ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 2, "high": 2}, "no number lies between"),
         ({"distribution": "choice", "values": []}, "nothing to choose"),
         ({"distribution": "choice", "values": [1, 2], "weights": [0, 0]}, "nothing to choose"),
         ({"distribution": "directions", "least": 50, "most": 40}, "no direction"),
@@ -100,10 +102,3 @@ def test_seed_augmentation_parameter_picture_and_try_all_count():
 def test_what_is_no_distribution_is_said(words, sentence):
     with pytest.raises(InputError, match=sentence):
         distribution_of(words)
-
-
-def test_a_range_far_from_the_mean_names_the_parameter():
-    words = {"distribution": "normal", "mean": 0, "sigma": 1, "low": 50}
-    sample = Sample(parameter="exposure.stops", distribution=distribution_of(words))
-    with pytest.raises(InputError, match=r"^exposure\.stops: none of 10000 draws"):
-        draw_one(sample, seed=0, name="a")

@@ -205,12 +205,12 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
             "material.Gold.roughness: the target has no material 'Gold'; it has .*GoldMli",
         ),
         (
-            SAMPLE + '"optics.glare" = { distribution = "uniform", low = 1.5, high = 2 }',
-            "optics.glare: is drawn as 1.* choose numbers from 0 to 1",
+            SAMPLE + '"optics.glare" = { distribution = "uniform", low = 0.5, high = 1.001 }',
+            "optics.glare: may be drawn as 0.5 to 1.001; choose numbers from 0 to 1",
         ),
         (
             SAMPLE + '"exposure.stops" = { distribution = "normal", mean = 0, sigma = 1, low = 60, unit = "stops" }',
-            "exposure.stops: none of 10000 draws",
+            "exposure.stops: fewer than 0.001 of all draws about 0",
         ),
         (
             SAMPLE + '"background" = { distribution = "choice", values = ["mars"] }',

@@ -281,7 +281,7 @@ def test_units_are_sizes_of_one_another(own):
 
 
 def test_limits_are_those_of_the_reader():
-    with pytest.raises(InputError, match=re.escape("optics.glare: is drawn as 2; choose numbers from 0 to 1")):
+    with pytest.raises(InputError, match=re.escape("optics.glare: may be drawn as 2; choose numbers from 0 to 1")):
         parameter_named("optics.glare").check(2.0)
 
 
