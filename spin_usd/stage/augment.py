@@ -3,45 +3,40 @@
 All is written beside its place first, and read once; then it takes the place of what was there.
 """
 
-import os
-import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pxr import Sdf, Usd
 
 from spin_usd import __version__
-from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.stage import schema
+from spin_usd.stage.augmentation_files import (
+    FOLDER,
+    REPEATED,
+    SET,
+    read_again,
+    repeat,
+    replace,
+    trial,
+    work_folder,
+    write_root,
+)
 from spin_usd.stage.backgrounds import Background, write_background
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.captures import read_frames
 from spin_usd.stage.compose import open_stage
 from spin_usd.stage.content import AUGMENTATION
 from spin_usd.stage.images import Images
-from spin_usd.stage.layer import author_metadata, export, open_layer, writing
+from spin_usd.stage.layer import author_metadata, export, open_layer
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.samples import Opinions, write_opinions
 from spin_usd.stage.sensor import read_sensor
 from spin_usd.stage.thin_lens import read_thin_lens
 
-FOLDER = "layers"
-SET = "augmentations"
 MOST_IN_TEXT = 4096  # pictures whose samples a person would still read
-REPEATED = (
-    "upAxis",
-    "metersPerUnit",
-    "timeCodesPerSecond",
-    "framesPerSecond",
-    "startTimeCode",
-    "endTimeCode",
-    "renderSettingsPrimPath",
-    "defaultPrim",
-)
-"""What USD reads from the root layer only."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,24 +101,18 @@ def write_augmentations(path: Path, out: Path | None, augmentations: Sequence[Au
     if final.resolve().parent != path.resolve().parent:
         raise InputError("is not in the stage's folder", where=out, do=f"write it to {path.parent}")
     name = SET if out is None else f"{out.stem}_{SET}"
-    with _work_folder(path.parent / FOLDER, name) as work:
+    with work_folder(path.parent / FOLDER, name) as work:
         for augmentation in augmentations:
             _write_one(work / name, augmentation, root, frames, source)
         export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
-        with _trial(path, final, root, f"./{FOLDER}/{work.name}/{name}.usda") as trial:
+        with trial(path, final, root, f"./{FOLDER}/{work.name}/{name}.usda") as tried:
             for augmentation in augmentations:
-                _read_once(trial, augmentation.name)
-        _replace(work, path.parent / FOLDER, name)
-        _write_root(path, final, root, f"./{FOLDER}/{name}.usda")
+                _read_once(tried, augmentation.name)
+        replace(work, path.parent / FOLDER, name)
+        write_root(path, final, root, f"./{FOLDER}/{name}.usda")
     for file in (final, path.parent / FOLDER / f"{name}.usda", *(path.parent / FOLDER / name).iterdir()):
-        _read_again(file)
+        read_again(file)
     return final
-
-
-def _read_again(file: Path) -> None:
-    """Let stages that are open in this process see what the file holds now."""
-    if layer := Sdf.Layer.Find(str(file.resolve())):
-        layer.Reload(force=True)
 
 
 def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames: int, source: Source) -> None:
@@ -167,81 +156,15 @@ def _variants(
 def _head(layer: Sdf.Layer, root: Sdf.Layer, frames: int, documentation: str, source: Source) -> None:
     """What every layer repeats, as the stage's root says it."""
     author_metadata(layer, default_prim=root.defaultPrim, documentation=documentation, frames=frames)
-    _repeat(root, layer, [name for name in REPEATED if name != "renderSettingsPrimPath"])
+    repeat(root, layer, [name for name in REPEATED if name != "renderSettingsPrimPath"])
     source.author(layer)
     Sdf.CreatePrimInLayer(layer, Sdf.Path.absoluteRootPath.AppendChild(root.defaultPrim))
 
 
-def _repeat(root: Sdf.Layer, layer: Sdf.Layer, names: Sequence[str]) -> None:
-    for name in names:
-        if root.pseudoRoot.HasInfo(name):
-            layer.pseudoRoot.SetInfo(name, root.pseudoRoot.GetInfo(name))
-
-
-@contextmanager
-def _work_folder(layers: Path, name: str) -> Iterator[Path]:
-    """A folder to write in, gone in the end."""
-    work = layers / f".{name}.{os.getpid()}"
-    with writing(work):
-        _sweep(layers.glob(f".{name}.*"))
-        (work / name).mkdir(parents=True)
-    try:
-        yield work
-    except OutputError as error:
-        where = str(error.where).replace(f"/{work.name}/", "/")
-        raise OutputError(error.found, where=where, do=error.do) from None
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-
-
-@contextmanager
-def _trial(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Iterator[Path]:
-    """The root layer over what lies in the work folder, gone in the end."""
-    trial = path.parent / f".{final.stem}.{os.getpid()}{path.suffix}"
-    _sweep(path.parent.glob(f".{final.stem}.*{path.suffix}"))
-    try:
-        export(_root_over(path, final, root, layer), trial)
-        yield trial
-    finally:
-        trial.unlink(missing_ok=True)
-
-
-def _sweep(left: Iterable[Path]) -> None:
-    """Remove what runs that were killed have left: files and folders named by a process that is no more."""
-    for path in left:
-        number = path.name.split(".")[2]
-        if number.isdecimal() and not _runs(int(number)):
-            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)  # asks only
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # another's
-        return True
-    return True
-
-
-def _root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:
-    """The stage's root layer with `layer` as its strongest sublayer; for another file a new one over the stage's."""
-    made = Sdf.Layer.CreateAnonymous(path.suffix)
-    if final == path:
-        made.TransferContent(root)
-        own = f"./{FOLDER}/{SET}.usda"
-        made.subLayerPaths = [layer, *(sublayer for sublayer in root.subLayerPaths if sublayer != own)]
-    else:
-        _repeat(root, made, REPEATED)
-        made.documentation = f"{path.name} with augmentations."
-        made.subLayerPaths = [layer, f"./{path.name}"]
-    return made
-
-
-def _read_once(trial: Path, variant: str) -> None:
+def _read_once(root: Path, variant: str) -> None:
     """Raise InputError where camera or lights of the first picture could not be used."""
     try:
-        stage = open_stage(trial, variant=variant)
+        stage = open_stage(root, variant=variant)
         frame = read_frames(stage, variant)[0]
         camera, time = find_camera(stage), Usd.TimeCode(frame.time_code)
         lens = read_camera(camera, time)
@@ -252,47 +175,3 @@ def _read_once(trial: Path, variant: str) -> None:
     except SpinError as error:
         where = f"augmentation {variant}: {error.where}"
         raise InputError(error.found, where=where, do=error.do) from None
-
-
-def _replace(work: Path, layers: Path, name: str) -> None:
-    """Put what was written into its place, or leave what was there."""
-    own, old = layers / name, work / "old"
-    with writing(own):
-        if own.exists():
-            os.replace(own, old)
-        try:
-            os.replace(work / name, own)
-            os.replace(work / f"{name}.usda", layers / f"{name}.usda")
-        except OSError:
-            if old.exists():
-                shutil.rmtree(own, ignore_errors=True)
-                os.replace(old, own)
-            raise
-
-
-def _write_root(path: Path, final: Path, root: Sdf.Layer, layer: str) -> None:
-    """Let the root name the layer, where it does not yet: a comment in it stays where its text can be kept."""
-    if final == path and layer in root.subLayerPaths:
-        return
-    made = _root_over(path, final, root, layer)
-    temporary = final.with_name(f".{final.name}.{os.getpid()}")
-    with writing(final):
-        text = _with_sublayer(path, made, layer) if final == path else None
-        if text is None:
-            export(made, temporary.with_suffix(path.suffix))
-            os.replace(temporary.with_suffix(path.suffix), final)
-        else:
-            temporary.write_text(text, encoding="utf-8")
-            os.replace(temporary, final)
-
-
-def _with_sublayer(path: Path, made: Sdf.Layer, layer: str) -> str | None:
-    """The text of the root with `layer` put first into its sublayers, if that says the same as `made`."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        return None
-    edited = text.replace("subLayers = [", f"subLayers = [\n        @{layer}@,", 1)
-    parsed = Sdf.Layer.CreateAnonymous(".usda")
-    same = parsed.ImportFromString(edited) and parsed.ExportToString() == made.ExportToString()
-    return edited if same and edited != text else None

@@ -1,0 +1,148 @@
+"""The files of augmentations: all is written beside its place and tried there, and only then put into it."""
+
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from glob import escape
+from pathlib import Path
+
+from pxr import Sdf
+
+from spin_usd.errors import OutputError
+from spin_usd.stage.layer import export, writing
+
+FOLDER = "layers"
+SET = "augmentations"
+REPEATED = (
+    "upAxis",
+    "metersPerUnit",
+    "timeCodesPerSecond",
+    "framesPerSecond",
+    "startTimeCode",
+    "endTimeCode",
+    "renderSettingsPrimPath",
+    "defaultPrim",
+)
+"""What USD reads from the root layer only."""
+
+
+@contextmanager
+def work_folder(layers: Path, name: str) -> Iterator[Path]:
+    """A folder to write in, gone in the end."""
+    work = layers / f".{name}.{os.getpid()}"
+    with writing(work):
+        _sweep(layers, f".{name}.")
+        (work / name).mkdir(parents=True)
+    try:
+        yield work
+    except OutputError as error:
+        where = str(error.where).replace(f"/{work.name}/", "/")
+        raise OutputError(error.found, where=where, do=error.do) from None
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+@contextmanager
+def trial(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Iterator[Path]:
+    """The root layer over what lies in the work folder, gone in the end."""
+    temporary = _beside(final)
+    _sweep(final.parent, f".{final.stem}.")
+    try:
+        export(_root_over(path, final, root, layer), temporary)
+        yield temporary
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _beside(final: Path) -> Path:
+    """Where a root layer is written first."""
+    return final.with_name(f".{final.stem}.{os.getpid()}{final.suffix}")
+
+
+def _sweep(folder: Path, prefix: str) -> None:
+    """Remove what runs that were killed have left: files and folders of that prefix and a process that is no more."""
+    for path in folder.glob(f"{escape(prefix)}*"):
+        number = path.name.removeprefix(prefix).partition(".")[0]
+        if number.isdecimal() and not _runs(int(number)):
+            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)  # asks only
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # another's
+        return True
+    return True
+
+
+def replace(work: Path, layers: Path, name: str) -> None:
+    """Put what was written into its place, or leave what was there."""
+    own, old = layers / name, work / "old"
+    with writing(own):
+        if own.exists():
+            os.replace(own, old)
+        try:
+            os.replace(work / name, own)
+            os.replace(work / f"{name}.usda", layers / f"{name}.usda")
+        except OSError:
+            if old.exists():
+                shutil.rmtree(own, ignore_errors=True)
+                os.replace(old, own)
+            raise
+
+
+def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str) -> None:
+    """Let the root name the layer, where it does not yet: a comment in it stays where its text can be kept."""
+    if final == path and layer in root.subLayerPaths:
+        return
+    made = _root_over(path, final, root, layer)
+    temporary = _beside(final)
+    with writing(final):
+        text = _with_sublayer(path, made, layer) if final == path else None
+        if text is None:
+            export(made, temporary)
+        else:
+            temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, final)
+
+
+def _root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:
+    """The stage's root layer with `layer` as its strongest sublayer; for another file a new one over the stage's."""
+    made = Sdf.Layer.CreateAnonymous(path.suffix)
+    if final == path:
+        made.TransferContent(root)
+        own = f"./{FOLDER}/{SET}.usda"
+        made.subLayerPaths = [layer, *(sublayer for sublayer in root.subLayerPaths if sublayer != own)]
+    else:
+        repeat(root, made, REPEATED)
+        made.documentation = f"{path.name} with augmentations."
+        made.subLayerPaths = [layer, f"./{path.name}"]
+    return made
+
+
+def _with_sublayer(path: Path, made: Sdf.Layer, layer: str) -> str | None:
+    """The text of the root with `layer` put first into its sublayers, if that says the same as `made`."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        return None
+    edited = text.replace("subLayers = [", f"subLayers = [\n        @{layer}@,", 1)
+    parsed = Sdf.Layer.CreateAnonymous(".usda")
+    same = parsed.ImportFromString(edited) and parsed.ExportToString() == made.ExportToString()
+    return edited if same and edited != text else None
+
+
+def repeat(root: Sdf.Layer, layer: Sdf.Layer, names: Sequence[str]) -> None:
+    """Say in `layer` what the root says of these."""
+    for name in names:
+        if root.pseudoRoot.HasInfo(name):
+            layer.pseudoRoot.SetInfo(name, root.pseudoRoot.GetInfo(name))
+
+
+def read_again(file: Path) -> None:
+    """Let stages that are open in this process see what the file holds now."""
+    if layer := Sdf.Layer.Find(str(file.resolve())):
+        layer.Reload(force=True)
