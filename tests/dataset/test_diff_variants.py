@@ -4,27 +4,13 @@ import json
 import shutil
 
 import pytest
+from layers import over_stage
 
 from spin_usd.dataset.diff_stage import Selection, compare
 from spin_usd.dataset.render import RenderRequest, plan
 from spin_usd.errors import InputError
 
-ROOT = """#usda 1.0
-(
-    defaultPrim = "World"
-    endTimeCode = 7
-    framesPerSecond = 24
-    metersPerUnit = 1
-    startTimeCode = 0
-    subLayers = [@./dataset.usda@]
-    timeCodesPerSecond = 24
-    upAxis = "Z"
-)
-
-over "World" (
-    prepend variantSets = ["augmentation", "tint"]
-)
-{
+SETS = """
     variantSet "augmentation" = {
         VARIANTS
     }
@@ -39,7 +25,6 @@ over "World" (
             }
         }
     }
-}
 """
 OPTICS = 'prepend apiSchemas = ["SpinOpticsAPI"]'
 
@@ -93,7 +78,8 @@ def stage(small_stage, tmp_path_factory):
     folder = tmp_path_factory.mktemp("diff") / "stage"
     shutil.copytree(small_stage.parent, folder)
     all_of = "".join(f'"{name}" {{\n{text}\n}}\n' for name, text in VARIANTS.items())
-    (folder / "variants.usda").write_text(ROOT.replace("VARIANTS", all_of))
+    sets = 'prepend variantSets = ["augmentation", "tint"]'
+    (folder / "variants.usda").write_text(over_stage(frames=8, metadata=sets, body=SETS.replace("VARIANTS", all_of)))
     return folder / "variants.usda"
 
 
@@ -143,6 +129,15 @@ def test_variants_that_are_the_same_differ_in_their_noise_alone(stage, spin_usd)
     assert "only what is drawn at random differs in the images" in told
 
 
+def test_a_variant_does_not_differ_from_itself(stage, spin_usd):
+    told = spin_usd("diff", stage, "same", "same", "--frames", ":1").stdout.splitlines()
+    assert told == [
+        "same is composed as same is",
+        "of 1 picture: labels differ in 0, renders in 0, images in 0",
+        "nothing differs in any picture",
+    ]
+
+
 def test_other_sets_can_be_compared(stage, spin_usd):
     answer = json.loads(spin_usd("diff", stage, "dim", "dim,tint=warm", "--frames", "2:5", "--json").stdout)
     assert [each["where"] for each in answer["differences"]][-1] == "/World/Lights/Sun.inputs:color"
@@ -151,7 +146,7 @@ def test_other_sets_can_be_compared(stage, spin_usd):
 
 def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd):
     told = spin_usd("diff", stage, "nominal", "late").stdout
-    assert "exposure:time   0.01 -> 0.02   (at 6, the first of 1 time samples that differ)   [image]" in told
+    assert "exposure:time   0.01 -> 0.02   (at 6, the only time sample that differs)   [image]" in told
     assert "layers/camera.usda -> variants.usda {augmentation=late}" in told
     assert "of 8 pictures: labels differ in 0, renders in 0, images in 2" in told
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from layers import over_stage
 
 from spin_usd.dataset.author import author_stage
 from spin_usd.resources import stages
@@ -10,27 +11,6 @@ from spin_usd.stage.check import check_stage
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 FRAMES = 3
-LAYER = """#usda 1.0
-(
-    defaultPrim = "World"
-    endTimeCode = 2
-    framesPerSecond = 24
-    metersPerUnit = 1
-    startTimeCode = 0
-    subLayers = [@./dataset.usda@]
-    timeCodesPerSecond = 24
-    upAxis = "Z"
-)
-
-over "World" (
-    {metadata}
-    prepend variantSets = {sets}
-)
-{{
-    {local}
-    {variants}
-}}
-"""
 VALUES = """#usda 1.0
 (
     defaultPrim = "World"
@@ -63,7 +43,8 @@ class Edited:
         given = "\n".join(f'"{name}" {text}' for name, text in augmentations.items())
         variants = f'variantSet "augmentation" = {{\n{given}\n}}\n{other}'
         sets = '["augmentation", "dust"]' if other else '"augmentation"'
-        text = LAYER.format(metadata=metadata, sets=sets, local=local, variants=variants)
+        metadata = f"{metadata}\nprepend variantSets = {sets}"
+        text = over_stage(frames=FRAMES, metadata=metadata, body=f"{local}\n{variants}")
         path = self.authored.parent / f"{self.name}.usda"
         path.write_text(text)
         return path

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from layers import over_stage
 from PIL import Image
 from pxr import Usd
 
@@ -31,26 +32,6 @@ NO_COLOUR = (0.0, 0.0, 0.0)  # where a mesh has faces without the primvar
 # W/m2 of the group's Sun: Kopp and Lean (2011); SPIN's 3,500 lux at its 124,261 lux for 1361 W/m2.
 SUN = {"rich": 1361.0, "plain": 3_500 * 1361 / 124_261}
 DIGITS = 1e-4  # relative: the layers give irradiances with five digits
-LAYER = """#usda 1.0
-(
-    defaultPrim = "World"
-    endTimeCode = {end}
-    startTimeCode = 0
-    framesPerSecond = 24
-    metersPerUnit = 1
-    subLayers = [@./dataset.usda@]
-    timeCodesPerSecond = 24
-    upAxis = "Z"
-)
-
-over "World" (
-    variants = {{
-        {selections}
-    }}
-)
-{{
-}}
-"""
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +48,7 @@ def scene(root: Path, **selections: str) -> Scene:
     """The first picture of the stage with these variants selected."""
     text = "\n".join(f'string {name} = "{variant}"' for name, variant in selections.items())
     path = root.parent / ("_".join(("cell", *(n for pair in selections.items() for n in pair))) + ".usda")
-    path.write_text(LAYER.format(end=1, selections=text))
+    path.write_text(over_stage(frames=2, metadata=f"variants = {{\n{text}\n}}"))
     reader = StageReader(path)
     return reader.scene(reader.frames[0])
 
