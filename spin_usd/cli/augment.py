@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.cli.counted import counted
 from spin_usd.cli.options import Json, Stage
 from spin_usd.cli.progress import shown
 
@@ -37,4 +38,4 @@ def augment(
         return
     names = report["augmentations"]
     listed = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
-    print(f"{report['root']}   ({len(names)} augmentations of {report['spec']}: {listed})")
+    print(f"{report['root']}   ({counted(len(names), 'augmentation')} of {report['spec']}: {listed})")

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from spin_usd.cli.counted import counted
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.progress import shown
 
@@ -58,7 +59,8 @@ def _difference(each: Mapping[str, Any]) -> Iterator[str]:
     reach = f"   [{REACHES[each['reaches']]}]" if each["reaches"] else ""
     samples = ""
     if each["samples"]:
-        samples = f"   (at {each['time_code']:g}, the first of {each['samples']} time samples that differ)"
+        which = "the only time sample" if each["samples"] == 1 else f"the first of {each['samples']} time samples"
+        samples = f"   (at {each['time_code']:g}, {which} that differ{'s' * (each['samples'] == 1)})"
     yield f"  {subject}   {_text(each['before'])} -> {_text(each['after'])}{samples}{reach}"
     if each["before_from"] or each["after_from"]:
         yield f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
@@ -85,21 +87,26 @@ def _text(value: str | None) -> str:
 def _summary(answer: Mapping[str, Any]) -> Iterator[str]:
     pictures, count = answer["pictures"], len(answer["differences"])
     before, after = answer["before"], answer["after"]
-    places = "1 place" if count == 1 else f"{count} places"
+    places, total = counted(count, "place"), counted(pictures["compared"], "picture")
     yield f"{after} differs from {before} in {places}" if count else f"{after} is composed as {before} is"
     labels, renders, images = (pictures[key] for key in ("geometry", "radiance", "exposure"))
-    total = pictures["compared"]
-    yield f"of {total} pictures: labels differ in {labels}, renders in {renders}, images in {images}"
+    yield f"of {total}: labels differ in {labels}, renders in {renders}, images in {images}"
     for key, name in (("only_before", before), ("only_after", after)):
         if pictures[key]:
-            yield f"{pictures[key]} pictures are only in {name}"
-    yield _cost(total, labels, renders, images)
+            yield f"{counted(pictures[key], 'picture')} only in {name}"
+    yield _cost(answer)
 
 
-def _cost(total: int, labels: int, renders: int, images: int) -> str:
+def _cost(answer: Mapping[str, Any]) -> str:
+    labels, renders, images, total = (
+        answer["pictures"][key] for key in ("geometry", "radiance", "exposure", "compared")
+    )
+    if not images and not answer["redrawn"]:
+        return "nothing differs in any picture"
     if not images:
         return "only what is drawn at random differs in the images: noise and back plates; nothing is rendered again"
     if not renders:
-        return f"nothing is rendered again: {total} images are developed from the same renders"
-    again = f"{renders} of {total} pictures are rendered again"
+        developed = counted(total if answer["redrawn"] else images, "image")
+        return f"nothing is rendered again: {developed} developed from the same renders"
+    again = f"{renders} of {counted(total, 'picture')} rendered again"
     return f"{again}, and {labels} labelled again" if labels else f"{again}; labels are the same"

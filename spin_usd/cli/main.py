@@ -14,6 +14,7 @@ import spin_usd
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
 from spin_usd.cli.command import Command
+from spin_usd.cli.counted import counted
 from spin_usd.cli.diff import diff
 from spin_usd.cli.options import Json, NoCache, Prune, Workers
 from spin_usd.cli.plan import plan
@@ -125,7 +126,8 @@ def check(
     else:
         for finding in findings:
             print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
-        print(f"{kind} {path}: {len(errors)} errors, {len(findings) - len(errors)} warnings")
+        warnings = counted(len(findings) - len(errors), "warning")
+        print(f"{kind} {path}: {counted(len(errors), 'error')}, {warnings}")
     if errors:
         raise typer.Exit(FINDINGS)
 

@@ -50,7 +50,8 @@ def compare(
     differences: as stage.diff tells them, each with what it `reaches` by itself: the first of the keys "geometry",
     "radiance", "exposure" that it changes, "nothing", or None, as Trials.reach finds. pictures: how many both have
     (`compared`), in how many of them each key differs, and how many only one has (`only_before`, `only_after`).
-    The picture's own seed, which no two variants share, is left out of the keys. `progress` is told what is done, and
+    redrawn: whether the two are other augmentations, whose pictures' own seeds, left out of the keys, differ: so noise
+    and back plates do. `progress` is told what is done, and
     how many of how many.
     """
     selections = Selection.parse(before), Selection.parse(after)
@@ -79,7 +80,8 @@ def compare(
         progress(["trying each", done, len(found)])
         listed.append({**asdict(each), "reaches": trials.reach(each)})
     progress(["trying each", len(found), len(found)])
-    return {"before": before, "after": after, "differences": listed, "pictures": pictures}
+    redrawn = selections[0].variant != selections[1].variant
+    return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
 
 
 def _pairs(

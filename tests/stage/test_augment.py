@@ -270,7 +270,7 @@ def test_a_constant_direction_holds_in_all_pictures(stage, spec):
 
 def test_the_command(stage, spec, spin_usd):
     done = spin_usd("augment", stage, "--spec", spec(PER_FRAME))
-    assert "1 augmentations of spec: a" in done.stdout
+    assert "1 augmentation of spec: a" in done.stdout
     many = spin_usd("augment", stage, "--spec", spec("count = 12"))
     assert "12 augmentations of spec: a_1, a_2, a_3, a_4, a_5, a_6, a_7, a_8, a_9, ..., a_12)" in many.stdout
     done = spin_usd("augment", stage, "--spec", "isad", code=2)
