@@ -284,6 +284,7 @@ OF_ATTRIBUTES: Mapping[str, Range] = {
     **{schema.SENSOR[field]: limits for field, limits in sensor_limits.RANGES.items()},
     schema.AUTO_EXPOSURE_LEVEL: sensor_limits.LEVELS,
     schema.AUTO_EXPOSURE_STOPS: sensor_limits.STOPS,
+    **{attribute: PARAMETERS[name].limits for name, attribute in camera.EXPOSURE.items()},
     "fStop": F_STOPS,
     "inputs:angle": ANGLES,
     "inputs:colorTemperature": TEMPERATURES,

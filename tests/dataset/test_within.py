@@ -35,6 +35,7 @@ def entries(name, **words):
         ("focus.distance", {"distribution": "uniform", "low": 0, "high": 8, "unit": "m"}, "choose numbers above 0"),
         ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "takes no 0: it is a truth"),
         ("sun.factor", {"distribution": "uniform", "low": -0.001, "high": 2}, "choose numbers from 0 to"),
+        ("/World/Camera.exposure:time", {"distribution": "fixed", "value": 0}, "choose numbers from 1e-09 to 1e"),
         ("material.*.ior", {"distribution": "uniform", "low": 0.99, "high": 2}, "choose numbers from 1 to 1000"),
         ("/World/Camera.spin:optics:glare", {"distribution": "uniform", "low": 0, "high": 1.1}, "numbers from 0 to 1"),
     ],
