@@ -67,8 +67,9 @@ def plan_pictures(
     """
     regions = Regions()
     answer = []
+    reader: StageReader | None = None
     for variant in variants:
-        reader = StageReader(root, variant=variant)
+        reader = StageReader(root, variant=variant, after=reader)
         planned = _planned(reader, range(*chosen), RenderSettings(**settings), image_suffix, regions, progress)
         stage = stage_provenance(reader) if variant in provenance else None
         answer.append({"variant": variant, "stage": stage, **planned})

@@ -172,7 +172,7 @@ class Worker:
     def reader(self, variant: str) -> StageReader:
         """The stage in that variant. One is kept: pictures come ordered by variant."""
         if self._reader is None or self._reader.variant != variant:
-            self._reader = StageReader(self.store.root / self.job.stage, variant=variant)
+            self._reader = StageReader(self.store.root / self.job.stage, variant=variant, after=self._reader)
         return self._reader
 
 

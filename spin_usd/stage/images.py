@@ -5,6 +5,7 @@ before any interpolation; alpha is never a colour, and never multiplied into one
 """
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -37,9 +38,11 @@ class Decoded:
 
 @dataclass(eq=False)
 class Images:
-    """Decodes each file once for each colour space."""
+    """Decodes each file once for each colour space. `before`: those that another reader has decoded of the same files,
+    as its `decoded`; they have not changed since."""
 
-    _decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
+    before: Mapping[tuple[str, str], Decoded] = field(default_factory=dict)
+    decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
     _pixels: int = 0
 
     def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Decoded:
@@ -50,18 +53,18 @@ class Images:
         """
         path = _checked(asset, prim)
         key = (path, color_space)
-        if key not in self._decoded:
+        if key not in self.decoded:
             try:
-                self._decoded[key] = _decode(path, color_space)
+                self.decoded[key] = self.before.get(key) or _decode(path, color_space)
             except SpinError as error:
                 raise type(error)(
                     f"its image @{asset.path}@ {error.found}", where=prim.GetPath(), do=error.do
                 ) from None
-            self._pixels += self._decoded[key].image.pixels[..., 0].size
+            self._pixels += self.decoded[key].image.pixels[..., 0].size
         if self._pixels > MAX_TOTAL_PIXELS:
             found = f"its image @{asset.path}@ brings the stage's images to more than {MAX_TOTAL_PIXELS} pixels"
             raise StageError(found, where=prim.GetPath(), do="make them smaller")
-        return self._decoded[key]
+        return self.decoded[key]
 
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:

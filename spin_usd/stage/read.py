@@ -43,8 +43,16 @@ class StageReader:
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
     """
 
-    def __init__(self, path: str | Path, *, variant: str = NOMINAL, stage: Usd.Stage | None = None):
-        """`stage`: that at `path` in that variant where it is open already, perhaps with other sets' selections."""
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        variant: str = NOMINAL,
+        stage: Usd.Stage | None = None,
+        after: "StageReader | None" = None,
+    ):
+        """`stage`: that at `path` in that variant where it is open already, perhaps with other sets' selections.
+        `after`: a reader of another variant of the same files, whose images this one need not decode again."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
@@ -52,7 +60,7 @@ class StageReader:
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
         refuse_geometry_outside(self._target_prim)
-        self._images = Images()
+        self._images: Images = Images(before=after._images.decoded if after else {})
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)

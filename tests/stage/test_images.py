@@ -142,6 +142,13 @@ def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch):
     assert len(calls) == 2
 
 
+def test_what_another_reader_has_decoded_is_not_decoded_again(decode):
+    first = Images()
+    image = decode("a.png", "raw", data=png(RGB.astype(int), color=2), reader=first)
+    assert decode("a.png", "raw", reader=Images(before=first.decoded)) is image
+    assert decode("a.png", "raw", reader=Images()) is not image
+
+
 def test_an_image_within_a_package(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "a.png").write_bytes(png(RGB.astype(int), color=2))
