@@ -17,7 +17,7 @@ from conftest import REPOSITORY
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store
+from spin_usd.dataset.store import TEMPORARY, Store
 from spin_usd.dataset.worker import Worker
 from spin_usd.errors import InputError, RenderError
 from spin_usd.scene.keys import RenderSettings
@@ -183,7 +183,7 @@ def workers_of(process):
 
 
 def records_of(out):
-    return len(list((out / "records").glob("*/*.json")))
+    return len([path for path in (out / "records").glob("*/*.json") if TEMPORARY not in path.name])
 
 
 def killed(victims, chance):
