@@ -44,6 +44,7 @@ FILE_PIXEL_S = 3.3e-8  # of the whole frame, a file: encode, decode again, hash,
 CACHE_S, CACHE_PIXEL_S = 0.001, 6.5e-8  # look-ups and links; a pixel of the region of a render that is read
 BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0, "depth": 1.3, "segmentation": 0.03, "dense_pose": 4.0}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
+NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
 CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region
 LEAST_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
@@ -118,6 +119,8 @@ def expected_bytes(making: Making, method: Method) -> float:
     region, frame = making.picture.region_pixels, method.frame_pixels
     kinds = [kind for kind in method.kinds if making.label_pass or kind not in LABELS]
     size = sum(region * BYTES_PER_REGION_PIXEL[kind] + frame * BYTES_PER_FRAME_PIXEL for kind in kinds)
+    if "noise" in making.picture.features and IMAGE in kinds:
+        size += frame * NOISE_BYTES
     channels = 3 * making.picture.light_groups + 1
     return size + (region * channels * CACHED_CHANNEL_BYTES if making.render else 0)
 
