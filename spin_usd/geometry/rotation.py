@@ -74,10 +74,16 @@ def turn_between(start: ArrayLike, end: ArrayLike, share: float) -> Float:
 def check_rotation(rotation: ArrayLike) -> Float:
     """`rotation` as (3, 3) float64, or GeometryError when it is not orthonormal and right-handed."""
     r = finite(rotation, (3, 3), "rotation")
-    (a, b, c), (d, e, f), (g, h, i) = r.tolist()  # plain numbers: every pose of every picture is looked at
+    off, right_handed = off_rotation(r)
+    if off > ORTHONORMAL_TOLERANCE or not right_handed:
+        raise GeometryError(f"rotation is not orthonormal and right-handed (off by {off:.3g})")
+    return r
+
+
+def off_rotation(matrix: Float) -> tuple[float, bool]:
+    """By how much the rows of `matrix` (3, 3) miss being orthonormal, and whether they are right-handed."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()  # plain numbers: every pose of every picture is looked at
     lengths = (a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, g * g + h * h + i * i - 1)
     angles = (a * d + b * e + c * f, d * g + e * h + f * i, g * a + h * b + i * c)
     off = max(map(abs, (*lengths, *angles)))
-    if off > ORTHONORMAL_TOLERANCE or a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) < 0:
-        raise GeometryError(f"rotation is not orthonormal and right-handed (off by {off:.3g})")
-    return r
+    return off, a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) >= 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spin_usd.arrays import Float, finite
+from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import FrameError
 from spin_usd.geometry.rotation import check_rotation, matrix_from_quaternion, quaternion_from_matrix
 
@@ -31,6 +31,19 @@ class Transform:
         """From a unit quaternion (4,), scalar first, and a translation (3,) in metres."""
         return cls(to=to, of=of, rotation=matrix_from_quaternion(q), translation=np.asarray(t, np.float64))
 
+    @classmethod
+    def following(cls, *, to: str, of: str, rotation: Float, translation: Float) -> "Transform":
+        """Of a product of rotations that were checked, which is one but for rounding: every picture takes several."""
+        made = object.__new__(cls)
+        for name, value in (
+            ("to", to),
+            ("of", of),
+            ("rotation", frozen(rotation)),
+            ("translation", frozen(translation)),
+        ):
+            object.__setattr__(made, name, value)
+        return made
+
     @property
     def quaternion(self) -> Float:
         """(4,) scalar first, scalar part not negative."""
@@ -45,14 +58,14 @@ class Transform:
 
     def inverse(self) -> "Transform":
         r = self.rotation.T
-        return Transform(to=self.of, of=self.to, rotation=r, translation=-r @ self.translation)
+        return Transform.following(to=self.of, of=self.to, rotation=r, translation=-r @ self.translation)
 
     def __matmul__(self, other: "Transform") -> "Transform":
         if self.of != other.to:
             raise FrameError(
                 f"T_{self.to}_{self.of} @ T_{other.to}_{other.of} does not join: '{self.of}' is not '{other.to}'"
             )
-        return Transform(
+        return Transform.following(
             to=self.to,
             of=other.of,
             rotation=self.rotation @ other.rotation,

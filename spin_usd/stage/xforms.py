@@ -7,6 +7,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.convert import quaternion
 
@@ -16,7 +17,6 @@ HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
 # What remains of an accepted quaternion, or of a matrix that passed through float32, is no shear.
 SHEAR_TOLERANCE = 1e-5
 ORTHONORMAL = 1e-12  # so near to a rotation a matrix is taken as it is: that leaves room for 30 roundings
-IDENTITY = np.eye(3)
 UNIT_SCALE_TOLERANCE = 1e-9  # rounding of a product of a few rotations, with room
 
 
@@ -35,7 +35,8 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
     linear = m[:3, :3].T
     if not np.isfinite(m).all():
         raise StageError("its transform is not finite", where=where, do="mend the numbers of its xformOps")
-    if np.abs(linear.T @ linear - IDENTITY).max() < ORTHONORMAL and np.linalg.det(linear) > 0:
+    off, right_handed = off_rotation(linear)
+    if off < ORTHONORMAL and right_handed:
         turned = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
         return Placement(transform=turned, scale=1.0)
     u, sizes, vt = np.linalg.svd(linear)
@@ -53,7 +54,7 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
 def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
     """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
     inverse = T_world_a.rotation.T
-    return Transform(
+    return Transform.following(
         to=T_world_a.of,
         of=T_world_b.of,
         rotation=inverse @ T_world_b.rotation,
