@@ -1,7 +1,8 @@
 """What making pictures costs: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
 
 The constants were measured on one core of a 2-core x86-64 server: four Sunlamp poses of Tango, 1920x1200, 1 and 17
-samples; `relight` over them; background and sensor each alone. Groups of lights cost nothing that could be measured.
+samples; `relight` over them; background and sensor each alone. Groups of lights cost nothing that could be measured. A
+dome is taken for a back plate, unmeasured.
 What a dataset's own runs took beside what was expected of them is kept in its `cache/measured.json`, and scales what is
 expected next.
 """

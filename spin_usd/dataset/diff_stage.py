@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from spin_usd.dataset.reach import KEYS, Side, Trials, changed, neutral_keys
+from spin_usd.dataset.reach import KEYS, NeutralKeys, Side, Trials, changed
 from spin_usd.errors import InputError
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.model import NOMINAL, FrameId
@@ -59,10 +59,11 @@ def compare(
     found = list(differences(first.stage, second.stage))
     pairs, pictures = _pairs(first, second, frames)
     telling: dict[str, tuple[FrameId, FrameId]] = {}
+    keys = NeutralKeys(first), NeutralKeys(second)
     for done, pair in enumerate(pairs):
         if done % PROGRESS_EVERY == 0:
             progress(["comparing", done, len(pairs)])
-        for key in changed(neutral_keys(first, pair[0]), neutral_keys(second, pair[1])):
+        for key in changed(keys[0].of(pair[0]), keys[1].of(pair[1])):
             pictures[key] += 1
             telling.setdefault(key, pair)
     progress(["comparing", len(pairs), len(pairs)])

@@ -16,9 +16,16 @@ SETTINGS = RenderSettings(renderer="blender", samples=1, seed=0)  # the same for
 MAX_TRIALS = 200  # each reads the stage again
 
 
-def neutral_keys(reader: StageReader, frame: FrameId) -> dict[str, str]:
-    """The picture's keys as if it were of the nominal variant: no two variants share a picture's own seed."""
-    return asdict(KeyMaker(SETTINGS).keys(reader.scene(replace(frame, variant=NOMINAL))))
+class NeutralKeys:
+    """The keys of a reader's pictures as if they were of the nominal variant: no two variants share a picture's own
+    seed."""
+
+    def __init__(self, reader: StageReader) -> None:
+        self._reader, self._maker = reader, KeyMaker(SETTINGS)
+
+    def of(self, frame: FrameId) -> dict[str, str]:
+        """By name."""
+        return asdict(self._maker.keys(self._reader.scene(replace(frame, variant=NOMINAL))))
 
 
 def changed(before: dict[str, str], after: dict[str, str]) -> list[str]:
@@ -37,7 +44,7 @@ class Side:
     def keys(self, frame: FrameId) -> dict[str, str]:
         """Of the picture as it is."""
         if frame not in self.known:
-            self.known[frame] = neutral_keys(self.reader, frame)
+            self.known[frame] = NeutralKeys(self.reader).of(frame)
         return self.known[frame]
 
     def changed_by(
@@ -51,8 +58,8 @@ class Side:
             for each in differences:
                 transplant(each, other.reader.stage, self.trial)
                 add_schemas(each.where, other.reader.stage, self.trial)
-            reader = StageReader("", variant=self.reader.variant, stage=self.trial)
-            return {key for frame in frames for key in changed(self.keys(frame), neutral_keys(reader, frame))}
+            tried = NeutralKeys(StageReader("", variant=self.reader.variant, stage=self.trial))
+            return {key for frame in frames for key in changed(self.keys(frame), tried.of(frame))}
         except SpinError:
             return None
         finally:

@@ -25,7 +25,12 @@ class RenderSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Keys:
-    """The three keys of a picture."""
+    """The three keys of a picture.
+
+    geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
+    where light comes from, depth of field, shutter, samples and seed; not how strong or of what colour the lights are ·
+    exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed.
+    """
 
     geometry: str
     radiance: str
@@ -40,7 +45,7 @@ class KeyMaker:
         self._known: dict[str, tuple[tuple[object, ...], str]] = {}
 
     def keys(self, scene: Scene) -> Keys:
-        """All three, each as the function of its name gives it."""
+        """Of `scene`; the same whatever was seen before."""
         settings, frame = self.settings, scene.frame
         geometry = geometry_key(scene, settings.renderer)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
@@ -77,17 +82,6 @@ def geometry_key(scene: Scene, renderer: str) -> str:
     """Decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves visibility."""
     target, pose = scene.target, scene.T_cam_body
     return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
-
-
-def radiance_key(scene: Scene, settings: RenderSettings) -> str:
-    """Decides the target's radiance in unit light: geometry, shading, materials, where light comes from, depth of
-    field, shutter, samples and seed; not how strong or of what colour the lights are."""
-    return KeyMaker(settings).keys(scene).radiance
-
-
-def exposure_key(scene: Scene, settings: RenderSettings) -> str:
-    """Decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed."""
-    return KeyMaker(settings).keys(scene).exposure
 
 
 def render_seed(scene: Scene, settings: RenderSettings) -> int:

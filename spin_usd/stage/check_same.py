@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.keys import RenderSettings, exposure_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.stage.read import StageReader
 
@@ -20,12 +20,13 @@ class SameVariants:
 
     path: str | Path
     _probes: dict[str, dict[int, str]] = field(default_factory=dict)
+    _keys: KeyMaker = field(default_factory=lambda: KeyMaker(SETTINGS))
 
     def see(self, scene: Scene, pictures: int) -> None:
         """One picture of the `pictures` of its variant."""
         at = scene.frame.index
         if at * PROBES // pictures != (at - 1) * PROBES // pictures:
-            self._probes.setdefault(scene.frame.variant, {})[at] = _content(scene)
+            self._probes.setdefault(scene.frame.variant, {})[at] = _content(scene, self._keys)
 
     def findings(self, variant: str) -> Iterator[Finding]:
         """Of a variant, all of whose pictures were seen, among those before it."""
@@ -44,9 +45,10 @@ class SameVariants:
 
 
 def _contents(reader: StageReader, frames: tuple[FrameId, ...]) -> Iterator[str]:
-    return (_content(reader.scene(frame)) for frame in frames)
+    keys = KeyMaker(SETTINGS)
+    return (_content(reader.scene(frame), keys) for frame in frames)
 
 
-def _content(scene: Scene) -> str:
+def _content(scene: Scene, keys: KeyMaker) -> str:
     """Digest of all that decides the picture, its variant's seed left out."""
-    return exposure_key(replace(scene, frame=replace(scene.frame, variant=NOMINAL)), SETTINGS)
+    return keys.keys(replace(scene, frame=replace(scene.frame, variant=NOMINAL))).exposure

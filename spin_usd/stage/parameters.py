@@ -126,6 +126,10 @@ def _strength(name: str, description: str, unit: str = "") -> Parameter:
     )
 
 
+def _temperature(name: str, description: str) -> Parameter:
+    return Parameter(name=name, description=description, make=lights.temperature, unit="K", limits=TEMPERATURES)
+
+
 _ALL = (
     Parameter(
         name="sun.direction",
@@ -137,27 +141,9 @@ _ALL = (
     _strength("sun.factor", "Factor on the Sun's irradiance."),
     _strength("fill.factor", "Factor on the intensity of every light but the Sun."),
     _strength("lights.factor", "Factor on the intensity of every light."),
-    Parameter(
-        name="sun.temperature",
-        description="The Sun's colour temperature.",
-        make=lights.temperature,
-        unit="K",
-        limits=TEMPERATURES,
-    ),
-    Parameter(
-        name="fill.temperature",
-        description="The colour temperature of every light but the Sun.",
-        make=lights.temperature,
-        unit="K",
-        limits=TEMPERATURES,
-    ),
-    Parameter(
-        name="lights.temperature",
-        description="The colour temperature of every light.",
-        make=lights.temperature,
-        unit="K",
-        limits=TEMPERATURES,
-    ),
+    _temperature("sun.temperature", "The Sun's colour temperature."),
+    _temperature("fill.temperature", "The colour temperature of every light but the Sun."),
+    _temperature("lights.temperature", "The colour temperature of every light."),
     Parameter(
         name="sun.angle",
         description="The Sun's apparent diameter; its irradiance stays where it is normalised.",

@@ -8,7 +8,7 @@ from spin_usd.dataset.cost import Making, Measured, Method, expected_bytes, expe
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.matrix import MANY, Row, in_lines, matrix
 from spin_usd.dataset.planning import Plan, Question, make_plan
-from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage.read import StageReader
 
 METHOD = Method(renderer="blender", samples=16, kinds=("image", "depth"), frame_pixels=1000)
@@ -94,8 +94,8 @@ def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmente
         reader = StageReader(augmented, variant=picture.variant)
         scene, region = reader.scene(reader.frames[picture.index]), picture.region
         assert picture.geometry == geometry_key(scene, SETTINGS.renderer)
-        assert picture.radiance == radiance_key(scene, SETTINGS)
-        assert picture.exposure == exposure_key(scene, SETTINGS)
+        assert picture.radiance == KeyMaker(SETTINGS).keys(scene).radiance
+        assert picture.exposure == KeyMaker(SETTINGS).keys(scene).exposure
         assert region == (*(getattr(scene.picture_region, side) for side in ("x0", "y0", "x1", "y1")),)
     monkeypatch.setattr("spin_usd.dataset.planning.SHARED_FROM", 2)
     shared = asked(augmented, processes=2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import pose, scene, soup, target
 
-from spin_usd.scene.keys import RenderSettings, exposure_key, geometry_key, picture_seed, radiance_key, render_seed
+from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
@@ -73,7 +73,9 @@ CHANGES = {
 
 
 def keys(s, settings=SETTINGS):
-    return geometry_key(s, settings.renderer), radiance_key(s, settings), exposure_key(s, settings)
+    made = KeyMaker(settings).keys(s)
+    assert made.geometry == geometry_key(s, settings.renderer)
+    return made.geometry, made.radiance, made.exposure
 
 
 @pytest.mark.parametrize("change", CHANGES)

@@ -9,7 +9,7 @@ import scenes
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
 from spin_usd.scene.environment import Environment, Planet
-from spin_usd.scene.keys import RenderSettings, exposure_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
 from spin_usd.scene.light_groups import CLASS, Groups, in_unit_light
 from spin_usd.scene.material import Material
@@ -147,8 +147,8 @@ def test_one_light_may_be_stronger_and_of_another_colour(name, colour):
     light, factor = INDEPENDENT[name]
     others = () if isinstance(light, DistantLight) else (sun(), lamp((50.0, 60.0, 70.0), "sphere", (0.3,)))
     before, after = scene(light, *others), scene(scaled(light, np.multiply(factor, colour)), *others)
-    assert radiance_key(before, SETTINGS) == radiance_key(after, SETTINGS)
-    assert exposure_key(before, SETTINGS) != exposure_key(after, SETTINGS)
+    assert KeyMaker(SETTINGS).keys(before).radiance == KeyMaker(SETTINGS).keys(after).radiance
+    assert KeyMaker(SETTINGS).keys(before).exposure != KeyMaker(SETTINGS).keys(after).exposure
     one, two = in_unit_light(before).gains, in_unit_light(after).gains
     changed = [i for i, (a, b) in enumerate(zip(one, two, strict=True)) if a != b]
     assert changed == [len(one) - 1 if isinstance(light, DomeLight) else 0]
@@ -170,5 +170,9 @@ def test_a_sun_in_eclipse_gets_fewer_rays(left):
 
 def test_a_planet_that_is_only_seen_decides_the_picture_but_not_the_render():
     bare, seen, lighting = (scene(sun(), planets=planets) for planets in ([], [planet(illuminates=False)], [planet()]))
-    assert radiance_key(bare, SETTINGS) == radiance_key(seen, SETTINGS) != radiance_key(lighting, SETTINGS)
-    assert exposure_key(bare, SETTINGS) != exposure_key(seen, SETTINGS)
+    assert (
+        KeyMaker(SETTINGS).keys(bare).radiance
+        == KeyMaker(SETTINGS).keys(seen).radiance
+        != KeyMaker(SETTINGS).keys(lighting).radiance
+    )
+    assert KeyMaker(SETTINGS).keys(bare).exposure != KeyMaker(SETTINGS).keys(seen).exposure

@@ -11,7 +11,7 @@ from spin_usd.dataset.augment import augment_stage, spec_names
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.scene.keys import RenderSettings, geometry_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage import augment as augmenting
 from spin_usd.stage.read import StageReader
 
@@ -187,8 +187,8 @@ def test_relighting_needs_one_render(stage):
     plain = scenes(stage, "nominal")[0]
     behind = [scene for scene in every if not scene.environment.planets]
     assert len(behind) == len(every)  # its backgrounds have no planet: nothing but the Sun lights the target
-    assert len({radiance_key(scene, SETTINGS) for scene in every}) == 1
-    assert radiance_key(plain, SETTINGS) != radiance_key(every[0], SETTINGS)
+    assert len({KeyMaker(SETTINGS).keys(scene).radiance for scene in every}) == 1
+    assert KeyMaker(SETTINGS).keys(plain).radiance != KeyMaker(SETTINGS).keys(every[0]).radiance
 
 
 SAMPLE = "[augmentation.sample]\n"

@@ -14,7 +14,7 @@ from pxr import Usd
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.scene.keys import RenderSettings, geometry_key, radiance_key
+from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Optics, Sensor
@@ -54,7 +54,7 @@ def scene(root: Path, **selections: str) -> Scene:
 
 
 def radiance(taken: Scene) -> str:
-    return radiance_key(taken, SETTINGS)
+    return KeyMaker(SETTINGS).keys(taken).radiance
 
 
 @pytest.mark.parametrize("cell", CELLS, ids="-".join)
