@@ -15,6 +15,7 @@ from spin_usd.stage.check_pictures import camera_findings
 from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import MAX_VARIANTS
 from spin_usd.stage.content import AUGMENTATION
+from spin_usd.stage.opinions import says_something
 from spin_usd.stage.prim_opinions import Opinion, Selection, opinions
 
 FIELDS = ("active", "instanceable")  # of a prim; the strongest opinion holds
@@ -184,15 +185,7 @@ def _unreached(prim: Usd.Prim) -> str:
 
 
 def _has_value(spec: Sdf.PropertySpec | None) -> bool:
-    if isinstance(spec, Sdf.RelationshipSpec):
-        return bool(spec.targetPathList.isExplicit or spec.targetPathList.GetAddedOrExplicitItems())
-    return spec is not None and bool(
-        spec.HasDefaultValue()
-        or spec.layer.GetNumTimeSamplesForPath(spec.path)
-        or spec.HasInfo("spline")
-        or spec.connectionPathList.isExplicit
-        or spec.connectionPathList.GetAddedOrExplicitItems()
-    )
+    return spec is not None and says_something(spec)
 
 
 def _beats(spec: Sdf.PropertySpec | None) -> bool:

@@ -21,7 +21,7 @@ def origin(prim: Usd.Prim, spec: Sdf.Spec) -> str:
 
 def strongest(stack: list[Sdf.PropertySpec]) -> Sdf.PropertySpec | None:
     """The first of a property's specs, strongest first, that says more than that there is such a property."""
-    return next((spec for spec in stack if _says_something(spec)), None)
+    return next((spec for spec in stack if says_something(spec)), None)
 
 
 def _layer_name(layer: Sdf.Layer, stage: Usd.Stage) -> str:
@@ -30,13 +30,15 @@ def _layer_name(layer: Sdf.Layer, stage: Usd.Stage) -> str:
     return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else str(layer.identifier)
 
 
-def _says_something(spec: Sdf.PropertySpec) -> bool:
+def says_something(spec: Sdf.PropertySpec) -> bool:
+    """Whether it has a value, targets or connections, or says that there are none."""
     if isinstance(spec, Sdf.RelationshipSpec):
-        return bool(spec.HasInfo("targetPaths"))
+        return bool(spec.targetPathList.isExplicit or spec.targetPathList.GetAddedOrExplicitItems())
     return bool(
         spec.HasDefaultValue()
-        or spec.HasInfo("timeSamples")
+        or spec.layer.GetNumTimeSamplesForPath(spec.path)
         or spec.HasInfo("spline")
+        or spec.connectionPathList.isExplicit
         or spec.connectionPathList.GetAddedOrExplicitItems()
     )
 
