@@ -17,6 +17,7 @@ from spin_usd import resources
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.render import RenderRequest, usable_cpus
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.stage.read import StageReader
 
@@ -80,7 +81,7 @@ def author(options: argparse.Namespace, folder: Path) -> Path:
 
 
 def start_ours(stage: Path, folder: Path, renderer: str, samples: int, cpus: list[int]) -> Child:
-    settings = RenderSettings(renderer=renderer, samples=samples, seed=0)
+    settings = RenderSettings(renderer=renderer, effort=Effort(samples=samples), seed=0)
     job = Job(root=str(folder / renderer), stage=str(stage), image_suffix=".png", settings=settings)
     child = Child(scratch=folder)
     child.call("open_worker", job=job.as_json(), cpus=cpus)

@@ -56,13 +56,14 @@ def _request(
     """The RenderRequest of these options."""
     from spin_usd.dataset.render import RenderRequest
     from spin_usd.labels.label import LABELS
+    from spin_usd.scene.effort import Effort
 
     names = {"all": tuple(LABELS), "none": ()}
     return RenderRequest(
         stage=stage,
         frames=frames,
         variants=_names(variants),
-        samples=samples,
+        effort=Effort(samples=samples),
         seed=seed,
         renderer=renderer,
         labels=names.get(labels, _names(labels)),

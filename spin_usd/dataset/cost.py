@@ -17,6 +17,7 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import IMAGE, RADIANCE
 from spin_usd.dataset.store import write_json
 from spin_usd.labels.label import LABELS
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
 
@@ -78,10 +79,10 @@ class Making:
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """How all pictures of a run are made: renderer, samples a pixel, kinds of file, pixels of the whole frame."""
+    """How all pictures of a run are made: renderer, effort, kinds of file, pixels of the whole frame."""
 
     renderer: str
-    samples: int
+    effort: Effort
     kinds: tuple[str, ...]
     frame_pixels: int
 
@@ -105,7 +106,7 @@ def expected_work(making: Making, method: Method) -> dict[str, float]:
         work["label pass"] = LABEL_PASS_S + LABEL_PASS_PIXEL_S[method.renderer] * region
         work["labels"] = LABEL_PIXEL_S * region
     if making.render:
-        work["beauty pass"] = RENDER_S + SAMPLE_S[method.renderer] * region * method.samples
+        work["beauty pass"] = RENDER_S + SAMPLE_S[method.renderer] * region * method.effort.samples
     elif method.lit:
         work["cache"] += CACHE_PIXEL_S * region
     if IMAGE in method.kinds:

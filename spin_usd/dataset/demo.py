@@ -9,6 +9,7 @@ from spin_usd.dataset.contact_sheet import write_contact_sheet
 from spin_usd.dataset.planning import Progress
 from spin_usd.dataset.render import RenderReport, RenderRequest, render
 from spin_usd.errors import InputError
+from spin_usd.scene.effort import Effort
 
 POSES = "tango_speedplus_poses.json"
 SAMPLES = 16
@@ -34,7 +35,7 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
         with Child() as child:
             poses = str(resources.stages() / "examples" / POSES)
             child.call("author", poses=poses, target="tango", camera="speedplus", out=str(stage.parent.absolute()))
-    dataset = out / "dataset"
-    report = render(RenderRequest(stage=stage, samples=SAMPLES), dataset, workers=workers, progress=progress)
+    dataset, request = out / "dataset", RenderRequest(stage=stage, effort=Effort(samples=SAMPLES))
+    report = render(request, dataset, workers=workers, progress=progress)
     sheet = write_contact_sheet(dataset, out / "contact_sheet.png")
     return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)

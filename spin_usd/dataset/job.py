@@ -21,7 +21,7 @@ class Job:
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Job":
-        return cls(**{**value, "settings": RenderSettings(**value["settings"])})
+        return cls(**{**value, "settings": RenderSettings.from_json(value["settings"])})
 
 
 @dataclass(frozen=True, kw_only=True)

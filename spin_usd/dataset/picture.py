@@ -60,7 +60,7 @@ def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, wa
     """The target in unit light: a render that all pictures with this radiance key share."""
     with watch("beauty pass"):
         seed = render_seed(light.scene, settings)
-        return renderer.radiance(light.scene, samples=settings.samples, seed=seed)
+        return renderer.radiance(light.scene, settings.effort, seed=seed)
 
 
 def make_image(

@@ -70,7 +70,7 @@ def plan_pictures(
     reader: StageReader | None = None
     for variant in variants:
         reader = StageReader(root, variant=variant, after=reader)
-        planned = _planned(reader, range(*chosen), RenderSettings(**settings), image_suffix, regions, progress)
+        planned = _planned(reader, range(*chosen), RenderSettings.from_json(settings), image_suffix, regions, progress)
         stage = stage_provenance(reader) if variant in provenance else None
         answer.append({"variant": variant, "stage": stage, **planned})
     return answer

@@ -10,6 +10,7 @@ from typing import Any
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 
 COLUMNS = ("index", "frame", "time_code", "geometry", "radiance", "exposure", "region", "light_groups", "features")
@@ -29,7 +30,7 @@ class Question:
     variants: tuple[str, ...]
     frames: str | None
     renderer: str
-    samples: int
+    effort: Effort
     seed: int | None
     image_suffix: str | None
     copy_to: Path | None = None
@@ -81,7 +82,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
             copy_to=str(question.copy_to) if question.copy_to else None,
             within_s=STAGE_PATIENCE_S,
         )
-        settings = RenderSettings(renderer=question.renderer, samples=question.samples, seed=opened["seed"])
+        settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
         chosen, variants = range(*opened["chosen"]), opened["variants"]
         count = min(processes, STAGE_SHARE) if len(chosen) * len(variants) >= SHARED_FROM else 1
         children = [first, *(stack.enter_context(Child(memory=stage_memory())) for _ in range(count - 1))]

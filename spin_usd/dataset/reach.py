@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff import PRIM, Difference
@@ -12,7 +13,7 @@ from spin_usd.stage.transplant import Stage, add_schemas, can_transplant, transp
 
 KEYS = ("geometry", "radiance", "exposure")
 NOTHING = "nothing"
-SETTINGS = RenderSettings(renderer="blender", samples=1, seed=0)  # the same for both variants: any will do
+SETTINGS = RenderSettings(renderer="blender", effort=Effort(), seed=0)  # the same for both variants: any will do
 MAX_TRIALS = 200  # each reads the stage again
 
 

@@ -8,6 +8,7 @@ from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.dataset.worker import Worker
 from spin_usd.errors import InputError
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 
 
@@ -20,7 +21,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
         stage=str(Path(dataset) / provenance["stage"]["root"]),
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
         settings=RenderSettings(
-            renderer=render["renderer"], samples=render["samples"], seed=provenance["seed"]["dataset"]
+            renderer=render["renderer"], effort=Effort(**render["effort"]), seed=provenance["seed"]["dataset"]
         ),
     )
     worker = Worker(job=job.as_json())

@@ -25,6 +25,7 @@ from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
 from spin_usd.errors import InputError
 from spin_usd.labels.label import LABELS
+from spin_usd.scene.effort import Effort
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 IMAGE_SUFFIXES = (".png", ".jpg")
@@ -37,7 +38,7 @@ class RenderRequest:
     stage: Path
     frames: str | None = None
     variants: tuple[str, ...] = ()
-    samples: int = 16
+    effort: Effort = Effort()  # noqa: RUF009 - frozen
     seed: int | None = None
     renderer: str = "blender"
     labels: tuple[str, ...] = tuple(LABELS)
@@ -49,8 +50,6 @@ class RenderRequest:
         for label in self.labels:
             if label not in LABELS:
                 raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
-        if not 1 <= self.samples <= 1 << 20:
-            raise InputError(f"--samples is {self.samples}", do="choose 1 to 1048576")
         if self.renderer not in ("blender", "raycast"):
             raise InputError(f"there is no renderer {self.renderer!r}", do="choose blender or raycast")
         if self.image_suffix not in IMAGE_SUFFIXES:
@@ -92,7 +91,7 @@ def plan(request: RenderRequest, *, progress: Progress) -> Plan:
 def method_of(request: RenderRequest, plan: Plan) -> Method:
     """How all pictures of the run are made."""
     width, height = plan.description["camera"]
-    return Method(renderer=request.renderer, samples=request.samples, kinds=request.kinds, frame_pixels=width * height)
+    return Method(renderer=request.renderer, effort=request.effort, kinds=request.kinds, frame_pixels=width * height)
 
 
 def render(
@@ -215,7 +214,7 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> P
         variants=request.variants,
         frames=request.frames,
         renderer=request.renderer,
-        samples=request.samples,
+        effort=request.effort,
         seed=request.seed,
         image_suffix=request.image_suffix if request.image else None,
         copy_to=copy_to,

@@ -241,8 +241,7 @@ def make_record(
             "keys": keys,
             "render": {
                 "renderer": job.settings.renderer,
-                "samples": job.settings.samples,
-                "denoised": False,
+                "effort": asdict(job.settings.effort),
                 "region": [region.x0, region.y0, region.x1, region.y1],
             },
             "time_code": scene.frame.time_code,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.render import lambert
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import Links
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.lookup import is_there
@@ -47,10 +48,10 @@ class RaycastRenderer:
             face[band.y0 - region.y0 : band.y1 - region.y0] = self.cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
         return Visibility(region=region, face=face)
 
-    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
-        """The preview: `samples` rays spread over each pixel's square, one through its centre when it is 1. It ignores
-        thin lens and shutter: it is sharp."""
-        region = scene.picture_region
+    def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
+        """The preview: `effort.samples` rays spread over each pixel's square, one through its centre when it is 1.
+        It ignores thin lens and shutter: it is sharp."""
+        region, samples = scene.picture_region, effort.samples
         picture = Radiance.dark(region, groups=Groups.of(scene).count)
         rng = np.random.default_rng(seed)
         for band in region.bands():

@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
@@ -18,10 +19,11 @@ class Renderer(Protocol):
         """The face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
         ...
 
-    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
-        """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square by `samples`
-        rays. Nothing that lies behind the target is in it. It is given by light group: one plane for each of
-        scene.light_groups.Groups.of(scene), in that order, also for a group whose light does not reach the target."""
+    def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
+        """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square with so
+        much effort, by rays that `seed` spreads. Nothing that lies behind the target is in it. It is given by light
+        group: one plane for each of scene.light_groups.Groups.of(scene), in that order, also for a group whose light
+        does not reach the target."""
         ...
 
     def versions(self) -> dict[str, str]:

@@ -3,12 +3,14 @@
 Equal keys mean equal results, so the work is done once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.scene.content import content, key_of
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
@@ -16,11 +18,16 @@ from spin_usd.scene.model import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class RenderSettings:
-    """What a user can choose about a render. `samples` per pixel; `seed` of the dataset."""
+    """What a user can choose about a render. `seed` of the dataset."""
 
     renderer: str
-    samples: int
+    effort: Effort
     seed: int
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "RenderSettings":
+        """Of what `dataclasses.asdict` made of it."""
+        return cls(**{**value, "effort": Effort(**value["effort"])})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +35,7 @@ class Keys:
     """The three keys of a picture.
 
     geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
-    where light comes from, depth of field, shutter, samples and seed; not how strong or of what colour the lights are ·
+    where light comes from, depth of field, shutter, effort and seed; not how strong or of what colour the lights are ·
     exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed.
     """
 
@@ -42,6 +49,7 @@ class KeyMaker:
 
     def __init__(self, settings: RenderSettings) -> None:
         self.settings = settings
+        self._effort = key_of(settings.effort)
         self._known: dict[str, tuple[tuple[object, ...], str]] = {}
 
     def keys(self, scene: Scene) -> Keys:
@@ -50,7 +58,7 @@ class KeyMaker:
         geometry = geometry_key(scene, settings.renderer)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
         shading = [scene.target.mesh.shading_key, self._materials(scene), self._unit_light(scene), blur]
-        radiance = digest([geometry, shading, settings.samples, settings.seed, frame.name])
+        radiance = digest([geometry, shading, self._effort, settings.seed, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])

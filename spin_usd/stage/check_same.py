@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.stage.read import StageReader
 
 # Any settings do: they are the same for both of two pictures.
-SETTINGS = RenderSettings(renderer="", samples=1, seed=0)
+SETTINGS = RenderSettings(renderer="", effort=Effort(), seed=0)
 PROBES = 8  # pictures of a variant that are looked at first
 
 

@@ -15,6 +15,7 @@ from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import TEMPORARY, Store
 from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.scene.effort import Effort
 
 VARIANTS = ("nominal", "dim", "starry", "matt", "wide", "noisy")
 FRAMES = "0:3"
@@ -103,7 +104,13 @@ def stage(small_stage, tmp_path_factory):
 
 
 def make(stage, out, *, workers=1, keep_cache=True, **request):
-    request = {"samples": 2, "renderer": "raycast", "frames": FRAMES, "variants": VARIANTS, "radiance": True, **request}
+    request = {
+        "effort": Effort(samples=2),
+        "renderer": "raycast",
+        "frames": FRAMES,
+        "variants": VARIANTS,
+        "radiance": True,
+    } | request
     made = render(
         RenderRequest(stage=stage, **request), out, workers=workers, keep_cache=keep_cache, progress=lambda *_: None
     )

@@ -6,6 +6,7 @@ import pytest
 
 from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.formats.image_file import read_image
+from spin_usd.scene.effort import Effort
 
 RECOVERED = 0.02
 SIDE = 256
@@ -79,7 +80,7 @@ def rendered(folder, levels, *, time=0.01):
     samples = ", ".join(f"{i}: {np.pi * level}" for i, level in enumerate(levels))
     text = STAGE.format(last=len(levels) - 1, time=time, responsivity=1 / time, intensities="{" + samples + "}")
     (folder / "stage.usda").write_text(text)
-    request = RenderRequest(stage=folder / "stage.usda", labels=(), samples=1, renderer="raycast")
+    request = RenderRequest(stage=folder / "stage.usda", labels=(), effort=Effort(samples=1), renderer="raycast")
     assert not render(request, folder / "out", workers=1, progress=lambda *_: None).failed
     return [read_image(path)[0].astype(float) for path in sorted((folder / "out" / "image" / "nominal").iterdir())]
 

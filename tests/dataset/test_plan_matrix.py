@@ -8,11 +8,12 @@ from spin_usd.dataset.cost import Making, Measured, Method, expected_bytes, expe
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.matrix import MANY, Row, in_lines, matrix
 from spin_usd.dataset.planning import Plan, Question, make_plan
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage.read import StageReader
 
-METHOD = Method(renderer="blender", samples=16, kinds=("image", "depth"), frame_pixels=1000)
-SETTINGS = RenderSettings(renderer="raycast", samples=3, seed=5)
+METHOD = Method(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)
+SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=3), seed=5)
 AUGMENTATIONS = """#usda 1.0
 over "World" (
     prepend variantSets = "augmentation"
@@ -65,7 +66,7 @@ def asked(stage, processes=1, variants=("all",)):
         variants=variants,
         frames="1:7:2",
         renderer=SETTINGS.renderer,
-        samples=SETTINGS.samples,
+        effort=SETTINGS.effort,
         seed=SETTINGS.seed,
         image_suffix=".png",
     )

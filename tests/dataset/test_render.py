@@ -20,9 +20,11 @@ from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import TEMPORARY, Store
 from spin_usd.dataset.worker import Worker
 from spin_usd.errors import InputError, RenderError
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 
 SAMPLES = 2
+FEW = Effort(samples=SAMPLES)
 
 
 def quiet(*_):
@@ -36,7 +38,7 @@ def digests(dataset):
 
 
 def make(stage, out, *, workers=1, **request):
-    request = {"samples": SAMPLES, "renderer": "raycast", **request}
+    request = {"effort": FEW, "renderer": "raycast", **request}
     return render(RenderRequest(stage=stage, **request), out, workers=workers, progress=quiet)
 
 
@@ -112,7 +114,7 @@ def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
 
 def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset):
     before = digests(dataset)
-    assert make(small_stage, dataset, frames="0:2", samples=SAMPLES + 1).made == 2
+    assert make(small_stage, dataset, frames="0:2", effort=Effort(samples=SAMPLES + 1)).made == 2
     changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
     assert changed == {"image/nominal/img000001.png", "image/nominal/img000002.png"}
 
@@ -152,7 +154,7 @@ def test_check_finds_labels_that_lie(dataset, spin_usd):
 
 def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, monkeypatch):
     """Its labels are made before its image fails; the pictures beside it keep all that they have."""
-    settings = RenderSettings(renderer="raycast", samples=SAMPLES + 1, seed=0)
+    settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
     job = Job(root=str(dataset), stage="stage/dataset.usda", image_suffix=".png", settings=settings)
     worker = Worker(job=job.as_json())
 
@@ -358,13 +360,11 @@ def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shor
 
     monkeypatch.setattr(Path, "unlink", killed)
     with pytest.raises(KeyboardInterrupt):
-        render(RenderRequest(stage=shorter, renderer="raycast", samples=SAMPLES), dataset, prune=True, progress=quiet)
+        render(RenderRequest(stage=shorter, renderer="raycast", effort=FEW), dataset, prune=True, progress=quiet)
     monkeypatch.undo()
     assert [path.suffix for path in removed] == [".json", *(p.suffix for p in removed[1:5]), ".json"]
     assert all((dataset / path).is_file() for path in digests(dataset))
-    report = render(
-        RenderRequest(stage=shorter, renderer="raycast", samples=SAMPLES), dataset, prune=True, progress=quiet
-    )
+    report = render(RenderRequest(stage=shorter, renderer="raycast", effort=FEW), dataset, prune=True, progress=quiet)
     assert (report.pruned, report.made, report.reused) == (3, 0, 3)
 
 

@@ -9,6 +9,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.sun import Sun, shining_along
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
@@ -38,7 +39,7 @@ def inner(picture):
 
 
 def render(blender, scene, samples=1, seed=0):
-    return blender.radiance(scene, samples=samples, seed=seed)
+    return blender.radiance(scene, Effort(samples=samples), seed=seed)
 
 
 @pytest.mark.parametrize("irradiance", [1e-3, 1.0, 1361.0, 1e6])
@@ -138,7 +139,10 @@ def test_many_samples_leave_nothing_behind(blender, make_scene, square, speedplu
 
 
 def test_seed_takes_effect_by_itself_and_only_as_noise(blender, noisy):
-    one, two = render(blender, noisy, samples=16, seed=1).rgb, render(blender, noisy, samples=16, seed=2).rgb
+    one, two = (
+        render(blender, noisy, samples=16, seed=1).rgb,
+        render(blender, noisy, samples=16, seed=2).rgb,
+    )
     assert not np.array_equal(one, two)
     assert one.mean() == pytest.approx(two.mean(), rel=NOISE)
     assert np.array_equal(one, render(blender, noisy, samples=16, seed=1).rgb)
@@ -249,7 +253,7 @@ def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speed
         pictures = []
         for cost in (1e18, 0.0):  # one band; as many as there are
             monkeypatch.setattr("spin_usd.render.blender.bands.BAND_COST_SAMPLES", cost)
-            pictures.append((blender.visibility(scene).face, blender.radiance(scene, samples=3, seed=5).rgb))
+            pictures.append((blender.visibility(scene).face, blender.radiance(scene, Effort(samples=3), seed=5).rgb))
         assert (pictures[0][0] >= 0).any()
         assert np.array_equal(pictures[0][0], pictures[1][0])
         assert np.array_equal(pictures[0][1], pictures[1][1])

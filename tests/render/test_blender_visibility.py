@@ -14,6 +14,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.blender.passes import face_indices
+from spin_usd.scene.effort import Effort
 
 EDGE_PX = 1e-3  # how near an edge float32 (Blender's and Embree's own) may take a ray to the other side
 BOUNDARY_PIXELS = 2  # silhouette pixels of a picture that may lie so near an edge
@@ -135,7 +136,7 @@ def test_region_is_cut_from_the_same_picture(blender, make_scene, needles):
 def test_target_out_of_view_gives_empty_arrays(blender, make_scene, needles):
     scene = make_scene(*needles, t=(50, 0, 4))
     assert blender.visibility(scene).face.shape == (0, 0)
-    assert blender.radiance(scene, samples=1, seed=0).rgb.shape == (0, 0, 3)
+    assert blender.radiance(scene, Effort(samples=1), seed=0).rgb.shape == (0, 0, 3)
 
 
 def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, square):

@@ -7,6 +7,7 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.surface import visible_surface
@@ -85,12 +86,12 @@ def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, the
 def test_labels_and_pictures_take_turns(blender, make_scene, square):
     """Numbers and materials share the mesh's slots where there are holes."""
     scene = layers(make_scene, square, 2, lights=[SUN])
-    face, rgb = blender.visibility(scene).face, blender.radiance(scene, samples=4, seed=0).rgb
+    face, rgb = blender.visibility(scene).face, blender.radiance(scene, Effort(samples=4), seed=0).rgb
     other = layers(make_scene, square, 2, materials=[WHOLE, WHOLE], lights=[SUN])
     whole = blender.visibility(other).face
     assert (whole != face).mean() > 0.2
     assert np.array_equal(blender.visibility(scene).face, face)
-    assert np.array_equal(blender.radiance(scene, samples=4, seed=0).rgb, rgb)
+    assert np.array_equal(blender.radiance(scene, Effort(samples=4), seed=0).rgb, rgb)
 
 
 def test_the_preview_lets_light_through_holes(make_scene, square):
@@ -99,13 +100,15 @@ def test_the_preview_lets_light_through_holes(make_scene, square):
                    camera=replace(CAMERA, fx=170e5, fy=170e5))  # fmt: skip
     renderer = RaycastRenderer()
     seen = visible_surface(scene, renderer.visibility(scene))
-    rgb = renderer.radiance(scene, samples=1, seed=0).rgb[seen.rows - scene.region.y0, seen.columns - scene.region.x0]
+    rgb = renderer.radiance(scene, Effort(samples=1), seed=0).rgb[
+        seen.rows - scene.region.y0, seen.columns - scene.region.x0
+    ]
     behind = seen.face >= 2
     within = (np.abs(seen.body[:, :2]) < 1).all(1)
     assert (behind & within).sum() > 500
     assert (rgb[behind & within, 0] > 0).mean() > 0.99
     slanted = replace(scene, lights=(replace(SUN, direction_cam=(0.25 / 1.5, 0.0, np.sqrt(1 - (0.25 / 1.5) ** 2))),))
-    rgb = renderer.radiance(slanted, samples=1, seed=0).rgb
+    rgb = renderer.radiance(slanted, Effort(samples=1), seed=0).rgb
     rgb = rgb[seen.rows - scene.region.y0, seen.columns - scene.region.x0]
     assert (rgb[behind & within, 0] > 0).mean() < 0.2  # a field further on, the chequer stands between
 

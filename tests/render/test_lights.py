@@ -14,6 +14,7 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 from spin_usd.stage.area_lights import LEAST_SIZE_M, MOST_M
@@ -256,7 +257,7 @@ def plane(make_scene, square):
 
 def measured(blender, scene, samples=SAMPLES):
     """Irradiance (3,) of the white plane's middle."""
-    return np.pi * blender.radiance(scene, samples=samples, seed=1).rgb.astype(float).mean((0, 1))
+    return np.pi * blender.radiance(scene, Effort(samples=samples), seed=1).rgb.astype(float).mean((0, 1))
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -312,7 +313,9 @@ MIRROR = Material(path="/mirror", diffuse_color=(1, 1, 1), metallic=1.0, roughne
 def test_reflections_show_what_the_camera_does_not(blender, make_scene, square, kind):
     """A lamp between the camera and a mirror: its own side is seen in the mirror, it is not in the way."""
     lights = read(lux(kind, at=(0, 0, -2)))
-    seen = blender.radiance(make_scene(*square, camera=CAMERA, materials=[MIRROR], lights=lights), samples=64, seed=1)
+    seen = blender.radiance(
+        make_scene(*square, camera=CAMERA, materials=[MIRROR], lights=lights), Effort(samples=64), seed=1
+    )
     assert seen.rgb == pytest.approx(L, rel=RADIOMETRY)
     white = make_scene(*square, camera=CAMERA, lights=lights)
     assert measured(blender, white).max() < 0.5 * np.pi * L
@@ -346,7 +349,9 @@ def test_shadows_and_links(blender, make_scene, kind):
     scene = stripes(make_scene, materials=[Material(path="/w", diffuse_color=(0.01,) * 3, use_specular_workflow=True)])
 
     def lit(**links):
-        rgb = blender.radiance(replace(scene, lights=(replace(light, **links),)), samples=16, seed=1).rgb[0, :, 0]
+        rgb = blender.radiance(replace(scene, lights=(replace(light, **links),)), Effort(samples=16), seed=1).rgb[
+            0, :, 0
+        ]
         free = rgb[OPEN].mean()
         return [bool(rgb[part].mean() > 0.3 * reference) for part in (SHADED, OPEN, STRIP)], free
 
@@ -388,10 +393,10 @@ def test_frames_do_not_depend_on_the_lights_before(blender, make_scene):
     scenes = [replace(base, lights=tuple(light for text in texts for light in read(text))) for texts in sets]
     last = replace(scenes[-1].lights[1], lights=frozenset({0}))
     scenes.append(replace(base, lights=(scenes[-1].lights[0], last)))
-    first = [blender.radiance(scene, samples=3, seed=5).rgb.tobytes() for scene in scenes]
+    first = [blender.radiance(scene, Effort(samples=3), seed=5).rgb.tobytes() for scene in scenes]
     assert len(set(first)) == len(first)
     for i in np.random.default_rng(3).permutation(np.repeat(np.arange(len(scenes)), 3)):
-        assert blender.radiance(scenes[i], samples=3, seed=5).rgb.tobytes() == first[i]
+        assert blender.radiance(scenes[i], Effort(samples=3), seed=5).rgb.tobytes() == first[i]
 
 
 def test_many_lamps_add_up(blender, plane):

@@ -12,6 +12,7 @@ from spin_usd.render.blender import material as materials
 from spin_usd.render.blender import textures
 from spin_usd.render.blender.nodes import Nodes
 from spin_usd.render.blender.textures import node_value
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
@@ -69,7 +70,7 @@ def shows(blender, monkeypatch):
         visibility = blender.visibility(scene)
         seen = visible_surface(scene, visibility)
         wanted = values_at(value, scene.target.mesh, seen.face, weights_at(scene.target.mesh, seen.face, seen.body))
-        found = blender.radiance(scene, samples=1, seed=0).rgb[visibility.face >= 0]
+        found = blender.radiance(scene, Effort(samples=1), seed=0).rgb[visibility.face >= 0]
         assert len(found) > 2000
         assert np.ptp(wanted) > 0
         assert np.abs(found - wanted).max() < TEXEL
@@ -120,7 +121,7 @@ def test_a_constant_is_the_same_as_texture_or_primvar(blender, make_scene, squar
         scene = make_scene(*square, q=(1, 0.2, 0.1, 0), camera=CAMERA, lights=[replace(SUN, angle=0.5)],
                            materials=[Material(**common, **inputs | values)],
                            primvars={"st": textured(square), **primvars})  # fmt: skip
-        return blender.radiance(scene, samples=16, seed=1).rgba
+        return blender.radiance(scene, Effort(samples=16), seed=1).rgba
 
     constant = picture()
     assert constant.any()
@@ -140,7 +141,7 @@ def test_each_surface_shows_its_own_picture_and_the_unused_are_freed(blender, ma
     for value in np.linspace(0.05, 0.95, 25):
         glow = replace(BLACK, emissive_color=uniform((value, 0.5, 0.2)))
         scene = make_scene(*square, camera=CAMERA, materials=[glow], primvars={"st": textured(square)})
-        assert inner(blender.radiance(scene, samples=1, seed=0))[:, 0] == pytest.approx(value, rel=RADIOMETRY)
+        assert inner(blender.radiance(scene, Effort(samples=1), seed=0))[:, 0] == pytest.approx(value, rel=RADIOMETRY)
     kept = sum(image.name.startswith("texture") for image in bpy.data.images)
     assert kept == 1 if limit == 0 else kept >= 25
 
@@ -167,7 +168,7 @@ def test_the_specular_workflow_reflects_its_colour_head_on(blender, make_scene, 
     mirror = replace(BLACK, path="/mirror", specular_color=color, roughness=0.0)
     st = np.concatenate([textured(square)] * 2)
     scene = before_a_glow(make_scene, square, mirror, primvars={"st": st})
-    seen = inner(blender.radiance(scene, samples=16, seed=0)).mean(0)
+    seen = inner(blender.radiance(scene, Effort(samples=16), seed=0)).mean(0)
     assert seen == pytest.approx(100 * np.array(f0), rel=MIRROR, abs=MIRROR)
 
 
@@ -192,21 +193,21 @@ def test_what_is_not_reflected_passes(blender, make_scene, square, values, share
         reflected, passed = share * opacity, np.ones(3) * (1 - opacity)
     for behind, wanted in ((False, reflected), (True, passed)):
         scene = before_a_glow(make_scene, square, material, behind=behind)
-        found = inner(blender.radiance(scene, samples=64, seed=0)).mean(0)
+        found = inner(blender.radiance(scene, Effort(samples=64), seed=0)).mean(0)
         assert found == pytest.approx(100 * wanted, rel=NOISE, abs=0.1)
 
 
 @pytest.mark.parametrize(("mode", "left"), [("transparent", 1.0), (PRESENCE, 0.25)])
 def test_a_clear_surface_still_glows_and_one_that_fades_does_not(blender, make_scene, square, mode, left):
     glow = replace(BLACK, emissive_color=(8.0, 4.0, 2.0), opacity=0.25, opacity_mode=mode)
-    found = inner(blender.radiance(make_scene(*square, materials=[glow]), samples=64, seed=0)).mean(0)
+    found = inner(blender.radiance(make_scene(*square, materials=[glow]), Effort(samples=64), seed=0)).mean(0)
     assert found == pytest.approx(left * np.array([8, 4, 2]), rel=NOISE)
 
 
 @pytest.mark.parametrize("opacity", [0.3, 0.5, 0.7])
 def test_a_cut_out_is_there_or_not(blender, make_scene, square, lambert, opacity):
     holed = replace(lambert, opacity=opacity, opacity_threshold=0.5)
-    picture = blender.radiance(make_scene(*square, materials=[holed], lights=[SUN]), samples=4, seed=0)
+    picture = blender.radiance(make_scene(*square, materials=[holed], lights=[SUN]), Effort(samples=4), seed=0)
     there = float(opacity >= 0.5)
     assert inner(picture) == pytest.approx(there * 1000 / np.pi, rel=RADIOMETRY)
     assert picture.rgba[..., 3].max() == there
@@ -275,7 +276,7 @@ def test_normal_maps_tilt_along_their_texture(blender, make_scene, square, lambe
                        primvars={"st": st, "tilt": np.tile(TILT, (2, 3, 1))})  # fmt: skip
     wanted = 1000 / np.pi * max(-light @ tilted, 0)
     assert wanted > 20
-    assert inner(blender.radiance(scene, samples=4, seed=0)) == pytest.approx(wanted, rel=RADIOMETRY)
+    assert inner(blender.radiance(scene, Effort(samples=4), seed=0)) == pytest.approx(wanted, rel=RADIOMETRY)
 
 
 def test_a_normal_map_tilts_along_the_primvar_of_its_own_texture(blender, make_scene, square, lambert):
@@ -285,7 +286,7 @@ def test_a_normal_map_tilts_along_the_primvar_of_its_own_texture(blender, make_s
     pictures = [
         blender.radiance(
             make_scene(*square, camera=CAMERA, materials=[replace(lambert, normal=map_)], lights=[light],
-                       primvars={"st": textured(square), "other": turned}), samples=1, seed=0).rgb
+                       primvars={"st": textured(square), "other": turned}), Effort(samples=1), seed=0).rgb
         for map_ in (normal, as_texture(TILT))
     ]  # fmt: skip
     assert not np.allclose(pictures[0], pictures[1], rtol=0.1)

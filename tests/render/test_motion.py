@@ -10,6 +10,7 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.blender.rays import View
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Scene, Shutter
 
@@ -65,7 +66,7 @@ def metres(scene, pixels):
 
 def coverage(blender, scene, samples=SAMPLES, seed=3):
     """(rows, columns) of the whole frame."""
-    picture = blender.radiance(scene, samples=samples, seed=seed)
+    picture = blender.radiance(scene, Effort(samples=samples), seed=seed)
     frame = np.zeros(scene.camera.frame.shape)
     frame[picture.region.slices] = picture.rgba[..., 3]
     return frame
@@ -137,13 +138,13 @@ def test_labels_are_those_of_the_middle_at_rest(blender, make_scene, needles, sp
         scene = make_scene(*needles, camera=magnified(speedplus, z), q=(0.5, -0.3, 0.7, 0.2), t=(0.1, 0, z))
         blurred = moving(scene, along=(0.3, 0, 0), turn=(0, 0.2, 0))
         rolling = replace(blurred, shutter=replace(blurred.shutter, readout=0.5))
-        labels, at_rest = blender.visibility(scene).face, blender.radiance(scene, samples=4, seed=1).rgba
-        pictures = [blender.radiance(s, samples=4, seed=1).rgba for s in (blurred, rolling)]
+        labels, at_rest = blender.visibility(scene).face, blender.radiance(scene, Effort(samples=4), seed=1).rgba
+        pictures = [blender.radiance(s, Effort(samples=4), seed=1).rgba for s in (blurred, rolling)]
         assert not np.array_equal(*pictures)
         for moved, picture in zip((blurred, rolling), pictures, strict=True):
             assert np.array_equal(blender.visibility(moved).face, labels)
-            assert np.array_equal(blender.radiance(moved, samples=4, seed=1).rgba, picture)
-        assert np.array_equal(blender.radiance(scene, samples=4, seed=1).rgba, at_rest)
+            assert np.array_equal(blender.radiance(moved, Effort(samples=4), seed=1).rgba, picture)
+        assert np.array_equal(blender.radiance(scene, Effort(samples=4), seed=1).rgba, at_rest)
         assert np.array_equal(blender.visibility(scene).face, labels)
 
 

@@ -9,6 +9,7 @@ from scenes import SMALL, scene, target
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.preview_light import mean_radiance
 from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Shaping
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Texture
@@ -23,7 +24,7 @@ RENDERER = RaycastRenderer()
 
 def middle(lights, material=WHITE, **fields):
     s = scene(target(POINTS, FACES, materials=(material,), **fields), camera=CENTRED, lights=lights)
-    picture = RENDERER.radiance(s, samples=1, seed=0)
+    picture = RENDERER.radiance(s, Effort(samples=1), seed=0)
     rows, columns = picture.region.shape
     return picture.rgb[rows // 2, columns // 2].astype(float)
 
@@ -104,7 +105,7 @@ def test_shadows_end_at_the_light():
             (replace(lamp, shadowed_by=frozenset({0})), False),
             (replace(lamp, shadowed_by=frozenset({1})), shaded),
         ):
-            picture = RENDERER.radiance(scene(both, camera=CENTRED, lights=[given]), samples=1, seed=0)
+            picture = RENDERER.radiance(scene(both, camera=CENTRED, lights=[given]), Effort(samples=1), seed=0)
             rows, columns = picture.region.shape
             assert (picture.rgb[rows // 2, columns // 2, 0] == 0) == is_shaded
 

@@ -9,6 +9,7 @@ from scenes import BARREL, SMALL, box, pose, scene, soup, target
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.surface import visible_surface
@@ -130,7 +131,7 @@ def test_the_same_faces_whatever_the_region():
 def test_nothing_in_view_is_an_empty_picture():
     s = scene(target(*box()), T_cam_body=pose(t=(0, 0, -5)))
     assert RENDERER.visibility(s).face.shape == (0, 0)
-    assert RENDERER.radiance(s, samples=2, seed=0).rgb.shape == (0, 0, 3)
+    assert RENDERER.radiance(s, Effort(samples=2), seed=0).rgb.shape == (0, 0, 3)
 
 
 def test_meshes_are_kept_apart_and_let_go():
@@ -157,7 +158,7 @@ def lit_square(material=WHITE, **kwargs):
 
 
 def middle(s, samples=1):
-    radiance = RENDERER.radiance(s, samples=samples, seed=1)
+    radiance = RENDERER.radiance(s, Effort(samples=samples), seed=1)
     rows, columns = radiance.region.shape
     return radiance.rgb[rows // 2, columns // 2].astype(float)
 
@@ -204,7 +205,12 @@ def test_shadows_are_hard_and_where_they_belong(size):
         lights=[sun((1, 0, 1))],
     )
     surface = visible_surface(s, RENDERER.visibility(s))
-    lit = RENDERER.radiance(s, samples=1, seed=0).rgb[surface.rows - s.region.y0, surface.columns - s.region.x0, 0] > 0
+    lit = (
+        RENDERER.radiance(s, Effort(samples=1), seed=0).rgb[
+            surface.rows - s.region.y0, surface.columns - s.region.x0, 0
+        ]
+        > 0
+    )
     x, y = surface.body[:, 0] / size - height, surface.body[:, 1] / size
     shaded = (surface.part == 1) & (np.abs(x) < small) & (np.abs(y) < small)
     rim = (surface.part == 1) & (np.abs(np.maximum(np.abs(x), np.abs(y)) - small) < 1e-3)
@@ -218,7 +224,7 @@ def test_a_round_body_does_not_shade_itself():
     normals = np.asarray(ball.vertices)[ball.faces]
     s = scene(target(ball.vertices, ball.faces, corner_normals=normals, materials=(WHITE,)), lights=[sun((0, 0, 1))])
     surface = visible_surface(s, RENDERER.visibility(s))
-    rgb = RENDERER.radiance(s, samples=1, seed=0).rgb[surface.rows - s.region.y0, surface.columns - s.region.x0]
+    rgb = RENDERER.radiance(s, Effort(samples=1), seed=0).rgb[surface.rows - s.region.y0, surface.columns - s.region.x0]
     facing = surface.body[:, 2] < -0.1
     assert facing.sum() > 500
     expected = -surface.body[facing, 2] / np.linalg.norm(surface.body[facing], axis=1) * 1361 / np.pi
@@ -233,14 +239,14 @@ def test_samples_fill_the_pixel():
     s = scene(target(corners, [[0, 1, 2]], materials=(glowing,)), camera=camera)
     a, b = (corners[1:] - corners[0])[:, :2] * camera.fx / 4
     area = abs(a[0] * b[1] - a[1] * b[0]) / 2
-    total = RENDERER.radiance(s, samples=64, seed=3).rgb[..., 0].sum()
+    total = RENDERER.radiance(s, Effort(samples=64), seed=3).rgb[..., 0].sum()
     assert total == pytest.approx(area, rel=SILHOUETTE)
 
 
 def test_the_seed_decides_the_samples():
     points, faces, parts = soup(4)
     s = scene(target(points, faces, parts=parts, materials=(WHITE,)), lights=[sun((0.3, 0.2, 1))])
-    first, again, other = (RENDERER.radiance(s, samples=4, seed=seed).rgb for seed in (1, 1, 2))
+    first, again, other = (RENDERER.radiance(s, Effort(samples=4), seed=seed).rgb for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
 
@@ -249,7 +255,7 @@ def test_one_sample_is_the_pixel_centre():
     """Then the preview shows exactly what the labels describe."""
     points, faces, parts = soup(4)
     s = scene(target(points, faces, parts=parts, materials=(replace(WHITE, emissive_color=(1, 1, 1)),)))
-    bright = RENDERER.radiance(s, samples=1, seed=9).rgb[..., 0] > 0
+    bright = RENDERER.radiance(s, Effort(samples=1), seed=9).rgb[..., 0] > 0
     np.testing.assert_array_equal(bright, RENDERER.visibility(s).face >= 0)
 
 

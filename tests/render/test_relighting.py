@@ -8,6 +8,7 @@ import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
 from spin_usd.scene.light_groups import Groups, in_unit_light
@@ -108,11 +109,11 @@ SOURCES = {
 EACH = pytest.mark.parametrize("name", SOURCES)
 
 
-def as_one(blender, monkeypatch, scene, **options):
+def as_one(blender, monkeypatch, scene, effort, **options):
     """The picture without groups."""
     with monkeypatch.context() as patch:
         patch.setattr("spin_usd.render.blender.renderer.group_names", lambda groups: ["all"])
-        return blender.radiance(scene, **options)
+        return blender.radiance(scene, effort, **options)
 
 
 def assert_sum(apart, whole, *, samples):
@@ -124,10 +125,10 @@ def assert_sum(apart, whole, *, samples):
 def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name):
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)
-    apart = blender.radiance(scene, samples=SAMPLES, seed=1)
+    apart = blender.radiance(scene, Effort(samples=SAMPLES), seed=1)
     assert len(apart.groups) == Groups.of(scene).count
     assert all(group.any() for group in apart.groups)
-    assert_sum(apart, as_one(blender, monkeypatch, scene, samples=SAMPLES, seed=1), samples=SAMPLES)
+    assert_sum(apart, as_one(blender, monkeypatch, scene, Effort(samples=SAMPLES), seed=1), samples=SAMPLES)
 
 
 def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blender, taken, monkeypatch):
@@ -142,29 +143,29 @@ def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blen
     blurred = replace(scene, shutter=Shutter(poses=poses), thin_lens=ThinLens(radius=0.01, focus=3.5))
     for case in (scene, blurred):
         assert len(picture_bands(case, samples=64)) > 1
-        apart = blender.radiance(case, samples=64, seed=1)
-        assert_sum(apart, as_one(blender, monkeypatch, case, samples=64, seed=1), samples=64)
+        apart = blender.radiance(case, Effort(samples=64), seed=1)
+        assert_sum(apart, as_one(blender, monkeypatch, case, Effort(samples=64), seed=1), samples=64)
 
 
 def test_each_group_is_what_its_source_makes_alone(blender, taken):
     """The order is that of Groups: lights by their places, then what shines from around, then what glows."""
     lights, fields = SOURCES["everything"]
-    groups = blender.radiance(taken(*lights, **fields), samples=256, seed=1).groups.mean((1, 2))
+    groups = blender.radiance(taken(*lights, **fields), Effort(samples=256), seed=1).groups.mean((1, 2))
     domeless = [taken(light) for light in lights[:3]]
     around = taken(lights[0], lights[3], planets=[PLANET])
-    alone = [blender.radiance(scene, samples=256, seed=2).rgb.mean((0, 1)) for scene in domeless]
-    alone.append(blender.radiance(around, samples=256, seed=2).groups[1].mean((0, 1)))
-    alone.append(blender.radiance(taken(glowing=True), samples=256, seed=2).rgb.mean((0, 1)))
+    alone = [blender.radiance(scene, Effort(samples=256), seed=2).rgb.mean((0, 1)) for scene in domeless]
+    alone.append(blender.radiance(around, Effort(samples=256), seed=2).groups[1].mean((0, 1)))
+    alone.append(blender.radiance(taken(glowing=True), Effort(samples=256), seed=2).rgb.mean((0, 1)))
     np.testing.assert_allclose(groups, alone, rtol=0.05)  # what surfaces that do not glow here reflect is alike
 
 
 def test_scenes_of_other_groups_do_not_disturb_one_another(blender, taken):
     """In any order, with labels between them, each is rendered as at first; nothing that Blender keeps is left over."""
     made = [taken(*lights, **fields) for lights, fields in SOURCES.values()]
-    first = [blender.radiance(scene, samples=4, seed=2) for scene in made]
+    first = [blender.radiance(scene, Effort(samples=4), seed=2) for scene in made]
     faces = blender.visibility(made[0]).face
     for index in np.random.default_rng(0).integers(0, len(made), 3 * len(made)):
-        again = blender.radiance(made[index], samples=4, seed=2)
+        again = blender.radiance(made[index], Effort(samples=4), seed=2)
         np.testing.assert_array_equal(again.groups, first[index].groups)
         np.testing.assert_array_equal(again.coverage, first[index].coverage)
         if index % 3 == 0:
@@ -175,7 +176,7 @@ def test_scenes_of_other_groups_do_not_disturb_one_another(blender, taken):
 def test_a_light_that_reaches_nothing_has_a_plane_of_its_own(request, taken, renderer):
     drawer = RaycastRenderer() if renderer == "raycast" else request.getfixturevalue("blender")
     scene = taken(sun(), replace(RIGHT, lights=frozenset()), LEFT)
-    dark = drawer.radiance(scene, samples=4, seed=1).groups
+    dark = drawer.radiance(scene, Effort(samples=4), seed=1).groups
     assert [bool(group.any()) for group in dark] == [True, False, True]
 
 
@@ -184,8 +185,8 @@ def test_the_preview_relit_is_the_preview(taken, name):
     lights, fields = SOURCES[name]
     scene, raycast = taken(*lights, **fields), RaycastRenderer()
     unit = in_unit_light(scene)
-    relit = raycast.radiance(unit.scene, samples=2, seed=1).relit(unit.gains)
-    direct = raycast.radiance(scene, samples=2, seed=1)
+    relit = raycast.radiance(unit.scene, Effort(samples=2), seed=1).relit(unit.gains)
+    direct = raycast.radiance(scene, Effort(samples=2), seed=1)
     np.testing.assert_array_equal(relit.coverage, direct.coverage)
     np.testing.assert_allclose(relit.rgb, direct.rgb, rtol=EXACT, atol=EXACT * direct.rgb.max())
 
@@ -194,8 +195,8 @@ def test_the_preview_relit_is_the_preview(taken, name):
 def test_one_light_relit_is_that_light(blender, taken, lights):
     scene = taken(*lights)
     unit = in_unit_light(scene)
-    relit = blender.radiance(unit.scene, samples=SAMPLES, seed=1).relit(unit.gains)
-    direct = blender.radiance(scene, samples=SAMPLES, seed=1)
+    relit = blender.radiance(unit.scene, Effort(samples=SAMPLES), seed=1).relit(unit.gains)
+    direct = blender.radiance(scene, Effort(samples=SAMPLES), seed=1)
     np.testing.assert_allclose(relit.rgb, direct.rgb, rtol=EXACT, atol=EXACT * direct.rgb.max())
 
 
@@ -204,9 +205,9 @@ def test_relit_renders_are_unbiased_and_no_noisier(blender, taken, name):
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)
     unit = in_unit_light(scene)
-    direct = [blender.radiance(scene, samples=SAMPLES, seed=seed).rgb for seed in range(SEEDS)]
+    direct = [blender.radiance(scene, Effort(samples=SAMPLES), seed=seed).rgb for seed in range(SEEDS)]
     relit = [
-        blender.radiance(unit.scene, samples=SAMPLES, seed=seed).relit(unit.gains).rgb
+        blender.radiance(unit.scene, Effort(samples=SAMPLES), seed=seed).relit(unit.gains).rgb
         for seed in range(SEEDS, 2 * SEEDS)
     ]
     means = [np.mean(pictures, (1, 2), np.float64) for pictures in (direct, relit)]

@@ -7,6 +7,7 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.blender.rays import View
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Scene, ThinLens
 
@@ -45,7 +46,7 @@ def edge_profile(distance, radius):
 
 def coverage(blender, scene, samples=SAMPLES):
     """(rows, columns) of the whole frame."""
-    picture = blender.radiance(scene, samples=samples, seed=3)
+    picture = blender.radiance(scene, Effort(samples=samples), seed=3)
     frame = np.zeros(scene.camera.frame.shape)
     frame[picture.region.slices] = picture.rgba[..., 3]
     return frame
@@ -103,12 +104,12 @@ def test_labels_never_know_of_the_lens(blender, make_scene, needles, speedplus):
     for z, camera in ((4, speedplus), (4000, far)):
         scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.1, 0, z))
         blurred = defocused(scene, 5.0, z / 2)
-        labels, picture = blender.visibility(scene).face, blender.radiance(scene, samples=4, seed=1).rgba
-        through = blender.radiance(blurred, samples=4, seed=1)
+        labels, picture = blender.visibility(scene).face, blender.radiance(scene, Effort(samples=4), seed=1).rgba
+        through = blender.radiance(blurred, Effort(samples=4), seed=1)
         assert (labels >= 0).any()
         assert np.array_equal(blender.visibility(blurred).face, labels)
-        assert np.array_equal(blender.radiance(blurred, samples=4, seed=1).rgba, through.rgba)
-        assert np.array_equal(blender.radiance(scene, samples=4, seed=1).rgba, picture)
+        assert np.array_equal(blender.radiance(blurred, Effort(samples=4), seed=1).rgba, through.rgba)
+        assert np.array_equal(blender.radiance(scene, Effort(samples=4), seed=1).rgba, picture)
 
 
 def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch):

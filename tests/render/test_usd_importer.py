@@ -13,6 +13,7 @@ from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.light_groups import EMISSION
 from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.textures import forget_render_data
+from spin_usd.scene.effort import Effort
 from spin_usd.stage.read import StageReader
 
 LIKE_THE_IMPORTER = 0.01  # mean difference relative to the mean
@@ -244,7 +245,7 @@ def render_ours(blender, folder, materials, binding=BOUND, mesh=BUMP):
     (folder / "asset.usda").write_text(ASSET.format(mesh=mesh, binding=binding, materials=materials))
     reader = StageReader(folder / "stage.usda")
     scene = reader.scene(reader.frames[0])
-    return scene, blender.radiance(scene, samples=SAMPLES, seed=1).rgba
+    return scene, blender.radiance(scene, Effort(samples=SAMPLES), seed=1).rgba
 
 
 def render_theirs(blender, folder, scene):
@@ -266,7 +267,7 @@ def render_theirs(blender, folder, scene):
                 shown.parent = None
                 shown.matrix_world = Matrix(place)
                 shown.lightgroup = EMISSION  # as ours is where it shines
-        return blender.radiance(scene, samples=SAMPLES, seed=1).rgba
+        return blender.radiance(scene, Effort(samples=SAMPLES), seed=1).rgba
     finally:
         for kind in before:
             for item in set(getattr(bpy.data, kind)) - before[kind]:

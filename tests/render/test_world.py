@@ -9,6 +9,7 @@ import scenes
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.background.latlong import bilinear_latlong, planes
 from spin_usd.render.background.surroundings import Surroundings
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.light_groups import Groups
@@ -41,7 +42,7 @@ def sun(direction, irradiance=SUN):
 
 def seen(blender, scene, samples=SAMPLES):
     """Mean radiance (3,) of the pixels that the target fills."""
-    rgba = blender.radiance(scene, samples=samples, seed=3).rgba
+    rgba = blender.radiance(scene, Effort(samples=samples), seed=3).rgba
     full = rgba[..., 3] > 0.9999
     assert full.sum() > 20
     return rgba[full][:, :3].mean(0)
@@ -67,9 +68,9 @@ def facing(make_scene, square, tiny):
 def test_without_domes_and_planets_there_is_no_world(blender, facing):
     import bpy
 
-    blender.radiance(facing(lights=[dome()]), samples=1, seed=0)
+    blender.radiance(facing(lights=[dome()]), Effort(samples=1), seed=0)
     assert bpy.context.scene.world
-    blender.radiance(facing(lights=[sun((0, 0, 1))], planets=()), samples=1, seed=0)
+    blender.radiance(facing(lights=[sun((0, 0, 1))], planets=()), Effort(samples=1), seed=0)
     assert bpy.context.scene.world is None
     assert Surroundings.of(facing(planets=[planet((0, 0, 1e8))])) is None  # no Sun shines on it
 
@@ -77,7 +78,7 @@ def test_without_domes_and_planets_there_is_no_world(blender, facing):
 def test_white_furnace(blender, make_scene, tiny, lambert):
     """A white convex body in the light of 1 from everywhere is 1 everywhere: it cannot be seen."""
     scene = make_scene(*scenes.box(), camera=tiny, q=(0.8, 0.3, 0.4, 0.2), materials=[lambert], lights=[dome()])
-    rgba = blender.radiance(scene, samples=SAMPLES, seed=0).rgba
+    rgba = blender.radiance(scene, Effort(samples=SAMPLES), seed=0).rgba
     full = rgba[..., 3] > 0.9999
     assert full.sum() > 50
     np.testing.assert_allclose(rgba[full][:, :3], 1, rtol=PRECISION)
@@ -195,7 +196,9 @@ def test_a_change_of_the_world_takes_effect(blender, facing):
     first = facing(lights=[dome((1.0, 1.0, 1.0), image)])
     second = facing(lights=[dome((1.0, 1.0, 1.0), image, AROUND_X)])
     third = facing(lights=[dome((3.0, 3.0, 3.0))])
-    pictures = [blender.radiance(scene, samples=8, seed=0).rgba.tobytes() for scene in (first, second, third, first)]
+    pictures = [
+        blender.radiance(scene, Effort(samples=8), seed=0).rgba.tobytes() for scene in (first, second, third, first)
+    ]
     assert len(set(pictures)) == 3
     assert pictures[0] == pictures[3]
 
@@ -275,5 +278,5 @@ def test_a_planet_that_does_not_illuminate_leaves_the_target_as_it_is_without(bl
     dark = facing(lights=lights[:1], planets=[seen_only])
     assert Surroundings.of(dark) is None
     assert Groups.of(dark).count == 1
-    plain = [blender.radiance(scene, samples=4, seed=0).rgba for scene in (dark, facing(lights=lights[:1]))]
+    plain = [blender.radiance(scene, Effort(samples=4), seed=0).rgba for scene in (dark, facing(lights=lights[:1]))]
     np.testing.assert_array_equal(*plain)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scenes import pose, scene, soup, target
 
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
@@ -13,7 +14,7 @@ from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.target import Part
 
-SETTINGS = RenderSettings(renderer="raycast", samples=4, seed=7)
+SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)
 METAL = Material(path="/m", metallic=0.1)
 LIGHT = DistantLight(path="/sun", direction_cam=(0, 0, 1), irradiance=(1, 1, 1))
 
@@ -87,7 +88,7 @@ def test_scene(change):
 
 @pytest.mark.parametrize(
     ("change", "expected"),
-    [({}, NOTHING), ({"samples": 5}, PICTURE), ({"seed": 8}, PICTURE), ({"renderer": "blender"}, ALL)],
+    [({}, NOTHING), ({"effort": Effort(samples=5)}, PICTURE), ({"seed": 8}, PICTURE), ({"renderer": "blender"}, ALL)],
 )
 def test_settings(change, expected):
     before, after = keys(base()), keys(base(), replace(SETTINGS, **change))

@@ -8,6 +8,7 @@ import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
@@ -15,7 +16,7 @@ from spin_usd.scene.light_groups import CLASS, Groups, in_unit_light
 from spin_usd.scene.material import Material
 
 DOUBLE = 1e-12
-SETTINGS = RenderSettings(renderer="raycast", samples=4, seed=7)
+SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)
 GLOWING = Material(path="/glow", emissive_color=(0.0, 0.5, 0.0))
 WARM = (3.0, 2.0, 1.0)
 

@@ -11,12 +11,13 @@ from spin_usd.dataset.augment import augment_stage, spec_names
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage import augment as augmenting
 from spin_usd.stage.read import StageReader
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
-SETTINGS = RenderSettings(renderer="raycast", samples=1, seed=0)
+SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 CELLS = [name for name in spec_names() if name.startswith("ablation")]
 HEAD = 'schema = "augment-1"\nseed = 5\n'
 

@@ -14,6 +14,7 @@ from pxr import Usd
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
@@ -27,7 +28,7 @@ from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, rig_names
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 GROUPS = ("camera", "environment", "materials")
 CELLS = tuple(product(("plain", "rich"), repeat=3))
-SETTINGS = RenderSettings(renderer="raycast", samples=1, seed=0)
+SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 NO_COLOUR = (0.0, 0.0, 0.0)  # where a mesh has faces without the primvar
 # W/m2 of the group's Sun: Kopp and Lean (2011); SPIN's 3,500 lux at its 124,261 lux for 1361 W/m2.
 SUN = {"rich": 1361.0, "plain": 3_500 * 1361 / 124_261}

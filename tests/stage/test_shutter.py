@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import StageError
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage.read import StageReader
 
@@ -65,7 +66,7 @@ def test_labels_are_those_of_a_still_stage_at_the_middle(reader):
     blurred, still = at(reader(shutter_text(0.0, 2.0)), 3), at(reader(name="still.usda"), 4)
     assert np.array_equal(blurred.T_cam_body.matrix, still.T_cam_body.matrix)
     assert geometry_key(blurred, "blender") == geometry_key(still, "blender")
-    settings = RenderSettings(renderer="blender", samples=1, seed=0)
+    settings = RenderSettings(renderer="blender", effort=Effort(samples=1), seed=0)
     assert KeyMaker(settings).keys(blurred).radiance != KeyMaker(settings).keys(still).radiance
     assert blurred.frame.time_code == 3  # the picture keeps its own time code
 

@@ -20,8 +20,16 @@ from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
 from spin_usd.render.blender.rays import View
-from spin_usd.render.blender.settings import BEAUTY, LABEL, LABEL_LAYERS, TRANSPARENT_BOUNCES, assign, cycles_scene
+from spin_usd.render.blender.settings import (
+    LABEL,
+    LABEL_LAYERS,
+    TRANSPARENT_BOUNCES,
+    assign,
+    cycles_effort,
+    cycles_scene,
+)
 from spin_usd.render.blender.world import WorldRig
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
@@ -45,7 +53,7 @@ class BlenderRenderer:
         self._lights = LightRig(self._scene)
         self._world = WorldRig(self._scene)
         self._readback = Readback(folder)
-        self._kept: tuple[int, str] | None = None
+        self._kept: tuple[Effort, str] | None = None
 
     def visibility(self, scene: Scene) -> Visibility:
         """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
@@ -63,7 +71,7 @@ class BlenderRenderer:
         numbers = self._numbers(label_bands(scene), region)
         return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
 
-    def radiance(self, scene: Scene, *, samples: int, seed: int) -> Radiance:
+    def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
         """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
         region, names = scene.picture_region, group_names(Groups.of(scene))
         if region.empty:
@@ -74,11 +82,11 @@ class BlenderRenderer:
         self._target.dress(scene.target.materials)
         self._lights.shine(scene.lights, view, self._target.groups)
         self._world.shine(scene)
-        self._forget(samples, self._world.image)
-        assign(self._scene.cycles, {**BEAUTY, **self._effort(samples, seed)})
+        self._forget(effort, self._world.image)
+        assign(self._scene.cycles, {**self._required(effort), "seed": seed})
         self._scene.view_layers[0].material_override = None
         keep_apart(self._scene.view_layers[0], names)
-        return self._light(picture_bands(scene, samples=samples), region, names)
+        return self._light(picture_bands(scene, samples=effort.samples), region, names)
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -115,25 +123,25 @@ class BlenderRenderer:
             whole.groups[:, *inside], whole.coverage[inside] = part.groups, part.coverage
         return whole
 
-    def _forget(self, samples: int, world: str) -> None:
-        """Make Cycles prepare all anew where the number of samples or the world's image changed.
+    def _forget(self, effort: Effort, world: str) -> None:
+        """Make Cycles prepare all anew where the effort or the world's image changed.
 
         Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
         renders of fewer then had other noise than without that one. And an image that comes after another, or after
         none, gave other noise than in a renderer just opened.
         """
-        if self._kept not in (None, (samples, world)):
+        if self._kept not in (None, (effort, world)):
             assign(self._scene.render, {"use_persistent_data": False})
             assign(self._scene.render, {"use_persistent_data": True})
-        self._kept = samples, world
+        self._kept = effort, world
 
-    def _effort(self, samples: int, seed: int) -> dict[str, Any]:
-        """What the materials, the lights and the user ask of the path tracer."""
+    def _required(self, effort: Effort) -> dict[str, Any]:
+        """Cycles' settings for what the materials, the lights and the user ask of the path tracer."""
         clear = self._target.transparent or self._lights.has_lamps
         return {
-            "samples": samples,
-            "seed": seed,
-            "use_light_tree": self._target.emissive or self._lights.needs_tree,  # one Sun needs no tree
+            **cycles_effort(effort),
+            # One Sun needs no tree.
+            "use_light_tree": effort.light_tree and (self._target.emissive or self._lights.needs_tree),
             "transparent_max_bounces": TRANSPARENT_BOUNCES if clear else 0,
         }
 

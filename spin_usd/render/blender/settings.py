@@ -10,15 +10,14 @@ import bpy
 import numpy as np
 
 from spin_usd.errors import RenderError
+from spin_usd.scene.effort import Effort
 
-BOUNCES = 4  # diffuse and glossy: a spacecraft's parts light each other
 TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
 LABEL_LAYERS = 1024  # holes that one ray of the labels may pass through: as many as Blender takes
 SINGLE_PRECISION = 1e-6  # relative rounding of a float32 property, with room for its unit conversion
 
 CYCLES: Mapping[str, Any] = {
     "device": "CPU",
-    "use_adaptive_sampling": False,
     "use_denoising": False,
     "sampling_pattern": "TABULATED_SOBOL",
     "use_animated_seed": False,
@@ -30,7 +29,6 @@ CYCLES: Mapping[str, Any] = {
     "auto_scrambling_distance": False,
     "pixel_filter_type": "BOX",  # the pixel's own square; its width is always 1, whatever filter_width says
     "sample_clamp_direct": 0.0,
-    "sample_clamp_indirect": 0.0,
     "light_sampling_threshold": 0.0,
     "blur_glossy": 0.0,
     "min_light_bounces": 0,
@@ -69,18 +67,13 @@ LAYERS: Mapping[str, Any] = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "
 LABEL: Mapping[str, Any] = {  # one ray per pixel that stops where it lands; Cycles sends the first through the centre
     "samples": 1,
     "seed": 0,
+    "use_adaptive_sampling": False,
     "max_bounces": 0,
     "diffuse_bounces": 0,
     "glossy_bounces": 0,
     "transmission_bounces": 0,
     "transparent_max_bounces": 0,
     "use_light_tree": False,
-}
-BEAUTY: Mapping[str, Any] = {
-    "max_bounces": BOUNCES,
-    "diffuse_bounces": BOUNCES,
-    "glossy_bounces": BOUNCES,
-    "transmission_bounces": BOUNCES,
 }
 
 
@@ -94,6 +87,19 @@ def cycles_scene() -> Any:
     assign(scene.view_settings, {"view_transform": "Raw", "look": "None", "exposure": 0.0, "gamma": 1.0})
     scene.world = None  # black; a new world would be grey
     return scene
+
+
+def cycles_effort(effort: Effort) -> dict[str, Any]:
+    """Cycles' own settings for the effort of a picture."""
+    kinds = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
+    adaptive = {"adaptive_threshold": effort.adaptive, "adaptive_min_samples": 0} if effort.adaptive else {}
+    return {
+        "samples": effort.samples,
+        "use_adaptive_sampling": bool(effort.adaptive),
+        **adaptive,
+        "sample_clamp_indirect": effort.clamp,
+        **dict.fromkeys(kinds, effort.bounces),
+    }
 
 
 def assign(owner: Any, values: Mapping[str, Any]) -> None:

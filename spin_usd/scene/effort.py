@@ -1,0 +1,81 @@
+"""What a picture's light may cost: the settings that trade speed for accuracy."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from spin_usd.errors import InputError
+
+DENOISERS = ("none", "fast", "balanced", "high")
+MOST_SAMPLES = 1 << 20
+MOST_BOUNCES = 1024  # as many as Cycles takes
+REDUCTIONS = (1, 2, 4, 8)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """How hard a renderer tries. The defaults are those of `render`.
+
+    samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, as Cycles measures it
+    (0.01 to 0.1 is usual); 0: every pixel takes all · denoiser: quality of Open Image Denoise, or "none" · bounces:
+    how often light may go from part to part of the target before it reaches the camera · clamp: the most that one
+    indirect sample counts, in multiples of the strongest light's irradiance / 16 or more (see scene.light_groups);
+    0: any · light_tree: choose among several lights by what they do where they are looked for, else by their power ·
+    reduction: each rendered pixel stands for a square of so many, a side.
+    """
+
+    samples: int = 16
+    adaptive: float = 0.0
+    denoiser: str = "none"
+    bounces: int = 4
+    clamp: float = 0.0
+    light_tree: bool = True
+    reduction: int = 1
+
+    def __post_init__(self) -> None:
+        self._refuse_unless("samples", 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
+        self._refuse_unless("adaptive", 0 <= self.adaptive < 1, "at least 0 and below 1")
+        self._refuse_unless("denoiser", self.denoiser in DENOISERS, f"one of {', '.join(DENOISERS)}")
+        self._refuse_unless("bounces", 0 <= self.bounces <= MOST_BOUNCES, f"0 to {MOST_BOUNCES}")
+        self._refuse_unless("clamp", 0 <= self.clamp < float("inf"), "0 or more")
+        self._refuse_unless("reduction", self.reduction in REDUCTIONS, f"one of {', '.join(map(str, REDUCTIONS))}")
+
+    def _refuse_unless(self, name: str, well: bool, do: str) -> None:
+        if not well:
+            raise InputError(f"{name} is {getattr(self, name)}", where="effort", do=f"make it {do}")
+
+    @property
+    def text(self) -> str:
+        """As a person writes it, `samples=16,denoiser=fast`: the samples, and what is not as usual."""
+        usual = Effort()
+        said = {f.name: getattr(self, f.name) for f in fields(self)}
+        return ",".join(f"{k}={_text(v)}" for k, v in said.items() if k == "samples" or v != getattr(usual, k))
+
+
+def parse_effort(text: str) -> Effort:
+    """The effort that `Effort.text` writes so. Raises InputError for what is none."""
+    kinds = {f.name: f.type for f in fields(Effort)}
+    given: dict[str, Any] = {}
+    for part in text.split(","):
+        name, equals, value = (each.strip() for each in part.partition("="))
+        if name not in kinds or not equals or name in given:
+            do = f"write name=value,... with each at most once of {', '.join(kinds)}"
+            raise InputError(f"{part.strip()!r} says no effort", where=text, do=do)
+        given[name] = _parsed(name, value, text)
+    return Effort(**given)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _parsed(name: str, value: str, where: str) -> Any:
+    usual = getattr(Effort(), name)
+    try:
+        if isinstance(usual, bool):
+            return {"on": True, "off": False}[value]
+        return type(usual)(value)
+    except (KeyError, ValueError):
+        kind = "on or off" if isinstance(usual, bool) else "a number"
+        raise InputError(f"{name} is {value!r}", where=where, do=f"make it {kind}") from None

@@ -1,0 +1,52 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spin_usd.errors import InputError
+from spin_usd.scene.effort import DENOISERS, MOST_BOUNCES, MOST_SAMPLES, REDUCTIONS, Effort, parse_effort
+
+SIX_DIGITS = st.integers(1, 999_999)  # as many as are written
+
+efforts = st.builds(
+    Effort,
+    samples=st.integers(1, MOST_SAMPLES),
+    adaptive=SIX_DIGITS.map(lambda n: n / 1e6),
+    denoiser=st.sampled_from(DENOISERS),
+    bounces=st.integers(0, MOST_BOUNCES),
+    clamp=SIX_DIGITS.map(lambda n: n / 1e2),
+    light_tree=st.booleans(),
+    reduction=st.sampled_from(REDUCTIONS),
+)
+
+
+@given(efforts)
+def test_an_effort_is_read_as_it_was_written(effort):
+    assert parse_effort(effort.text) == effort
+
+
+def test_only_what_is_unusual_is_said():
+    assert Effort().text == "samples=16"
+    assert Effort(samples=4, denoiser="fast", light_tree=False).text == "samples=4,denoiser=fast,light_tree=off"
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("samples=0", "samples is 0"),
+        ("samples=1.5", "samples is '1.5'"),
+        ("adaptive=1", "adaptive is 1"),
+        ("adaptive=nan", "adaptive is nan"),
+        ("denoiser=optix", "denoiser is optix"),
+        ("bounces=-1", "bounces is -1"),
+        ("clamp=inf", "clamp is inf"),
+        ("light_tree=yes", "light_tree is 'yes'"),
+        ("reduction=3", "reduction is 3"),
+        ("samples", "'samples' says no effort"),
+        ("sampels=4", "'sampels=4' says no effort"),
+        ("samples=4,samples=5", "'samples=5' says no effort"),
+        ("", "'' says no effort"),
+    ],
+)
+def test_what_is_no_effort_is_refused(text, names):
+    with pytest.raises(InputError, match=names):
+        parse_effort(text)
