@@ -1,0 +1,148 @@
+"""What `measure` found of a stage: of each setting, on each of a few pictures, its cost and its error.
+
+Errors are of the target's pixels against a converged reference. In linear light they are relative: of each pixel's
+deviation over its own radiance (see measuring.error).
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.scene.effort import Effort
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """A way to render: renderer and effort."""
+
+    renderer: str
+    effort: Effort
+
+    @property
+    def text(self) -> str:
+        return f"{self.renderer} {self.effort.text}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """A picture that was measured, and its reference.
+
+    region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those of the target in the
+    reference · reference_samples: what the reference took a pixel · reference_error: its own error, relative, as
+    estimated from its parts · noise_dn: RMS of the detector's own noise and rounding over the target's pixels, digital
+    numbers.
+    """
+
+    name: str
+    index: int
+    region: tuple[int, int, int, int]
+    target_pixels: int
+    reference_samples: int
+    reference_error: float
+    noise_dn: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures:
+    """A setting on a picture.
+
+    seeds: so many renders with different seeds · cpu_s, wall_s: median seconds of a render; memory_bytes: the most that
+    its process held · variance, bias_squared: of the relative error, so that their sum is its mean square; brightness:
+    the target's light over the reference's, minus 1 · error_dn: RMS difference after the detector, without its noise,
+    digital numbers · structure: 1 - SSIM of the image around the target.
+    """
+
+    frame: str
+    setting: Setting
+    seeds: int
+    cpu_s: float
+    wall_s: float
+    memory_bytes: int
+    variance: float
+    bias_squared: float
+    brightness: float
+    error_dn: float
+    structure: float
+
+    @property
+    def error(self) -> float:
+        """Relative, root mean square."""
+        return float((self.variance + max(self.bias_squared, 0.0)) ** 0.5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelFigures:
+    """Labels of a picture against another renderer's: silhouette's intersection over union; of the pixels both see,
+    worst |difference| in depth, metres; worst reprojection of the dense pose, pixels; pixels whose part differs."""
+
+    frame: str
+    renderer: str
+    against: str
+    iou: float
+    depth_m: float
+    reprojection_px: float
+    part_pixels: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Execution:
+    """The pictures made all together with so many processes of so many threads, with or without the crop to the
+    target's region: seconds of wall clock, and whether every pixel was the same as of the first."""
+
+    processes: int
+    threads: int
+    crop: bool
+    wall_s: float
+    same: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Saving:
+    """Work that the scene does not need and that was left out (see render.requirements), measured on a picture: median
+    CPU seconds of the same render without it and with it, and the RMS difference between the two, relative, beside
+    what another seed makes (`noise`)."""
+
+    frame: str
+    what: str
+    cpu_s: float
+    cpu_s_with: float
+    difference: float
+    noise: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """All that `measure` found. stage: its hash; machine: what it ran on; versions: of the software."""
+
+    stage: str
+    variant: str
+    machine: Mapping[str, Any]
+    versions: Mapping[str, str]
+    frames: tuple[Frame, ...]
+    figures: tuple[Figures, ...]
+    labels: tuple[LabelFigures, ...] = ()
+    execution: tuple[Execution, ...] = ()
+    savings: tuple[Saving, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """By the schema measure-1."""
+        return {"schema": "measure-1", **asdict(self)}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Measurement":
+        """Of what `as_json` made, checked by the schema."""
+        return cls(
+            stage=value["stage"],
+            variant=value["variant"],
+            machine=value["machine"],
+            versions=value["versions"],
+            frames=tuple(Frame(**{**frame, "region": tuple(frame["region"])}) for frame in value["frames"]),
+            figures=tuple(Figures(**{**each, "setting": _setting(each["setting"])}) for each in value["figures"]),
+            labels=tuple(LabelFigures(**each) for each in value["labels"]),
+            execution=tuple(Execution(**each) for each in value["execution"]),
+            savings=tuple(Saving(**each) for each in value["savings"]),
+        )
+
+
+def _setting(value: Mapping[str, Any]) -> Setting:
+    return Setting(renderer=value["renderer"], effort=Effort(**value["effort"]))
