@@ -1,0 +1,52 @@
+"""Author the three stages that speed and accuracy are measured on, into OUT/NAME/dataset.usda.
+
+matt: matt materials, one Sun, black sky, a detector with noise · sunlamp: reflective, the preset sunlamp · earth: the
+preset speedplus_synthetic with Earth behind, which lights the target too. Tango through the lens of SPEED+.
+Run with the project's environment: .venv/bin/python tools/three_stages.py OUT [--poses FILE] [--frames A:B:STEP]
+"""
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+from spin_usd import resources
+
+POSES = resources.stages() / "examples" / "tango_speedplus_poses.json"
+STAGES = {
+    "matt": ("--preset", "speedplus_synthetic", "--lights", "sun"),
+    "sunlamp": ("--preset", "sunlamp"),
+    "earth": ("--preset", "speedplus_synthetic", "--environment", "earth_full"),
+}
+
+
+def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = None) -> Path:
+    """Author the stage `name` of STAGES into the folder `out` of the poses that `frames`, A:B:STEP, chooses; returns
+    its root layer. One that is there already stays as it is."""
+    root = out / "dataset.usda"
+    if root.is_file():
+        return root
+    of = ["--poses", str(poses), "--target", "tango", "--camera", "speedplus", *STAGES[name], "--out", str(out)]
+    chosen = ["--frames", frames] if frames else []
+    command = [sys.executable, "-m", "spin_usd.cli.main", "--quiet", "author", *of, *chosen]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return root
+
+
+def author_all(out: Path, *, poses: Path = POSES, frames: str | None = None) -> dict[str, Path]:
+    """All three into folders of their names below `out`; returns their root layers."""
+    return {name: author(name, out / name, poses=poses, frames=frames) for name in STAGES}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--poses", type=Path, default=POSES, help="SPEED+, SPEED, SHIRT or SPIN JSON")
+    parser.add_argument("--frames", metavar="A:B:STEP", help="of the pose list; all if not given")
+    options = parser.parse_args()
+    for root in author_all(options.out, poses=options.poses, frames=options.frames).values():
+        print(root)
+
+
+if __name__ == "__main__":
+    main()
