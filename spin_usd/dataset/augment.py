@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.sampled import sampled, samples_for
+from spin_usd.dataset.sampled import Pictures, drawn, samples_for
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
 from spin_usd.resources import stages
@@ -15,6 +15,7 @@ from spin_usd.sampling.stream import stream
 from spin_usd.stage.augment import Augmentation, Source, open_selected, write_augmentations
 from spin_usd.stage.backgrounds import Background, background_of, bring_in
 from spin_usd.stage.parameters import BACKGROUND
+from spin_usd.stage.samples import open_base
 
 Progress = Callable[[tuple[str, int, int]], None]
 
@@ -76,8 +77,10 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     samples_for(others)  # what is wrong in the words is said before anything is read
     background = _background(stage, behind, spec.seed, entry.name, folder)
     rig = bring_in(stage, background) if background else None
-    what = sampled(
-        stage,
+    base, frames, _ = open_base(stage)
+    what = drawn(
+        base,
+        Pictures(names=frames),
         others,
         seed=spec.seed,
         name=entry.name,

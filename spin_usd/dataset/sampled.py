@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, dra
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.material_factors import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.parameters import parameter_named
-from spin_usd.stage.samples import Opinions, open_base, opinions
+from spin_usd.stage.samples import Opinions, opinions
 from spin_usd.stage.setting import Base
 from spin_usd.stage.sky import read_sky
 
@@ -26,26 +25,6 @@ ALWAYS = Constraint(
 )
 
 type Tell = Callable[[int, int], None]
-
-
-def sampled(
-    stage: Any,
-    entries: Sequence[SampleEntry],
-    *,
-    seed: int,
-    name: str,
-    constraints: Mapping[str, float] | None = None,
-    progress: Tell = lambda done, total: None,
-) -> Opinions:
-    """What the `entries`, drawn for `name`, make of the opened `stage`, whose variants are selected.
-
-    A draw depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on nothing
-    else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
-    """
-    base, frames, _ = open_base(stage)
-    return drawn(
-        base, Pictures(names=frames), entries, seed=seed, name=name, constraints=constraints, progress=progress
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +49,11 @@ def drawn(
     constraints: Mapping[str, float] | None = None,
     progress: Tell = lambda done, total: None,
 ) -> Opinions:
-    """As `sampled`, of the `pictures` of `base`."""
+    """What the `entries`, drawn for `name`, make of the `pictures` of `base`, whose variants are selected.
+
+    A draw depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on nothing
+    else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    """
     samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
     draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Placing(base, pictures, samples, seed, name).placed(draws, constraints or {})

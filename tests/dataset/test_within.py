@@ -1,14 +1,17 @@
 """What is refused does not depend on the seed, and what is left is within the parameter's limits."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.dataset.sampled import sampled, samples_for
+from spin_usd.dataset.sampled import Pictures, drawn, samples_for
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import samples_of
 from spin_usd.sampling.sample import draw_all
 from spin_usd.stage.compose import open_stage
+from spin_usd.stage.samples import open_base
 
 FRAMES = [f"img{i:06d}" for i in range(2000)]
 LEAST_P = 1e-3  # seeds are fixed: a test that passes once passes always
@@ -106,7 +109,8 @@ def Xform "World"
 def painted(tmp_path_factory):
     path = tmp_path_factory.mktemp("painted") / "stage.usda"
     path.write_text(STAGE)
-    return open_stage(path)
+    base, frames, _ = open_base(open_stage(path))
+    return partial(drawn, base, Pictures(names=frames))
 
 
 @pytest.mark.parametrize(
@@ -122,14 +126,14 @@ def test_a_factor_that_no_material_can_have_is_refused_whatever_the_seed(painted
     name = f"material.Paint.{of}.factor"
     for seed in range(3):
         with pytest.raises(InputError, match=sentence) as caught:
-            sampled(painted, entries(name, **words), seed=seed, name="a")
+            painted(entries(name, **words), seed=seed, name="a")
         assert caught.value.where == name
 
 
 def test_a_factor_is_cut_where_the_brightest_colour_is_white(painted):
     words = {"distribution": "normal", "mean": 1.25, "sigma": 0.1}
     made = [
-        sampled(painted, entries("material.Paint.diffuseColor.factor", **words), seed=seed, name="a").attributes[0]
+        painted(entries("material.Paint.diffuseColor.factor", **words), seed=seed, name="a").attributes[0]
         for seed in range(20)
     ]
     assert all(0.8 < max(opinion.value) <= 1 for opinion in made)
@@ -137,5 +141,5 @@ def test_a_factor_is_cut_where_the_brightest_colour_is_white(painted):
 
 def test_colours_are_multiplied_one_by_one(painted):
     words = {"distribution": "fixed", "value": [5, 2.5, 1.25]}
-    (made,) = sampled(painted, entries("material.Paint.diffuseColor.factor", **words), seed=0, name="a").attributes
+    (made,) = painted(entries("material.Paint.diffuseColor.factor", **words), seed=0, name="a").attributes
     np.testing.assert_allclose(made.value, (1, 1, 1), rtol=1e-6)
