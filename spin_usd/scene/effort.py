@@ -1,6 +1,8 @@
 """What a picture's light may cost: the settings that trade speed for accuracy."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import Any
 
 from spin_usd.errors import InputError
@@ -49,6 +51,17 @@ class Effort:
         usual = Effort()
         said = {f.name: getattr(self, f.name) for f in fields(self)}
         return ",".join(f"{k}={_text(v)}" for k, v in said.items() if k == "samples" or v != getattr(usual, k))
+
+
+QUALITIES: Mapping[str, Effort] = MappingProxyType(
+    {
+        "preview": Effort(samples=1, denoiser="fast"),
+        "draft": Effort(samples=4, denoiser="fast"),
+        "standard": Effort(samples=16, denoiser="fast"),
+        "reference": Effort(samples=256, bounces=8),
+    }
+)
+"""Efforts that have a name, the cheapest first: points of the measured front of three stages (README)."""
 
 
 def parse_effort(text: str) -> Effort:

@@ -1,0 +1,82 @@
+"""Of the settings measured, those that no other beats: none is as cheap and as exact."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from spin_usd.measuring.measurement import Figures, Measurement, Setting
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """A setting on all pictures of a measurement, one or more.
+
+    figures: of each picture, in their order · noise_dn: the detector's own noise in each, digital numbers.
+    """
+
+    setting: Setting
+    figures: tuple[Figures, ...]
+    noise_dn: tuple[float, ...]
+
+    @property
+    def cpu_s(self) -> float:
+        """Seconds of one core that a picture takes, their mean."""
+        return sum(each.cpu_s for each in self.figures) / len(self.figures)
+
+    @property
+    def worst(self) -> Figures:
+        """Of the picture with the greatest relative error."""
+        return max(self.figures, key=lambda each: each.error)
+
+    @property
+    def error(self) -> float:
+        """Relative, in linear light, of the worst picture."""
+        return self.worst.error
+
+    @property
+    def of_noise(self) -> float:
+        """Error after the detector over the detector's own noise, in the picture where that is the most."""
+        return self.worst_in_image[0]
+
+    @property
+    def worst_in_image(self) -> tuple[float, float, float]:
+        """Of the picture where the error after the detector is most beside the detector's own noise: their ratio, the
+        error and the noise, digital numbers."""
+        pairs = [(each.error_dn, noise) for each, noise in zip(self.figures, self.noise_dn, strict=True)]
+        return max((_ratio(error, noise), error, noise) for error, noise in pairs)
+
+
+def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
+    """Of the settings that were measured on all pictures, in the order in which they were."""
+    measured: dict[Setting, dict[str, Figures]] = {}
+    for figures in measurement.figures:
+        measured.setdefault(figures.setting, {})[figures.frame] = figures
+    frames = measurement.frames
+    noise_dn = tuple(frame.noise_dn for frame in frames)
+    return tuple(
+        Outcome(setting=setting, figures=tuple(by_frame[frame.name] for frame in frames), noise_dn=noise_dn)
+        for setting, by_frame in measured.items()
+        if frames and all(frame.name in by_frame for frame in frames)
+    )
+
+
+def relative_error(outcome: Outcome) -> float:
+    return outcome.error
+
+
+def share_of_noise(outcome: Outcome) -> float:
+    return outcome.of_noise
+
+
+def front(outcomes: Iterable[Outcome], error: Callable[[Outcome], float] = relative_error) -> tuple[Outcome, ...]:
+    """The Pareto front of cost and `error`: the cheapest first, and each next one more exact than all before it."""
+    found: list[Outcome] = []
+    for outcome in sorted(outcomes, key=lambda each: (each.cpu_s, error(each))):
+        if not found or error(outcome) < error(found[-1]):
+            found.append(outcome)
+    return tuple(found)
+
+
+def _ratio(error: float, noise: float) -> float:
+    if noise:
+        return error / noise
+    return float("inf") if error else 0.0

@@ -1,0 +1,150 @@
+"""The Pareto front and the choice on it, by their laws."""
+
+import re
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from measured import NOISE_DN, figures, frame, measurement, setting, usual
+
+from spin_usd.errors import InputError
+from spin_usd.measuring.choice import AUTO, choose
+from spin_usd.measuring.front import front, outcomes, relative_error, share_of_noise
+
+FRAMES = ("a", "b")
+SETTINGS = [setting(f"samples={n}", renderer) for n in range(1, 7) for renderer in ("blender", "raycast")]
+few = st.integers(1, 8).map(lambda n: n / 4)  # ties are common
+errors = st.floats(1e-6, 1.0)
+criteria = st.sampled_from([relative_error, share_of_noise])
+
+
+@st.composite
+def measurements(draw):
+    """Of two pictures, with all settings, or some, measured on both."""
+    made = []
+    for each in draw(st.lists(st.sampled_from(SETTINGS), min_size=1, unique=True)):
+        for name in FRAMES if not made else draw(st.sampled_from([FRAMES, FRAMES, FRAMES[:1]])):
+            cpu_s, error, error_dn = draw(st.tuples(few, few | errors, few))
+            made.append(figures(each, cpu_s=cpu_s, error=error, error_dn=error_dn, frame=name))
+    return measurement(draw(st.permutations(made)), [frame(name, draw(few)) for name in FRAMES])
+
+
+def no_worse(a, b, criterion):
+    return a.cpu_s <= b.cpu_s and criterion(a) <= criterion(b)
+
+
+@given(measurements(), criteria)
+def test_the_front_is_what_no_setting_beats_and_beats_or_equals_all_others(found, criterion):
+    all_of_them = outcomes(found)
+    best = front(all_of_them, criterion)
+    for a in best:
+        assert not [b for b in all_of_them if no_worse(b, a, criterion) and not no_worse(a, b, criterion)]
+    assert all(any(no_worse(a, b, criterion) for a in best) for b in all_of_them)
+
+
+@given(measurements(), criteria)
+def test_the_front_gets_dearer_and_more_exact(found, criterion):
+    best = front(outcomes(found), criterion)
+    assert best
+    for a, b in pairwise(best):
+        assert a.cpu_s < b.cpu_s
+        assert criterion(a) > criterion(b)
+
+
+@given(measurements())
+def test_only_settings_measured_on_all_pictures_count_and_their_worst_does(found):
+    counted = {each.setting: each for each in outcomes(found)}
+    for one in {each.setting for each in found.figures}:
+        of_it = [each for each in found.figures if each.setting == one]
+        assert (one in counted) == (len(of_it) == len(FRAMES))
+        if one in counted:
+            assert counted[one].error == max(each.error for each in of_it)
+            assert counted[one].cpu_s == pytest.approx(sum(each.cpu_s for each in of_it) / len(of_it))
+
+
+def chosen(found, **asked):
+    try:
+        return choose(found, **asked)
+    except InputError:
+        return None
+
+
+@given(measurements(), errors, errors)
+def test_a_looser_bound_never_costs_more(found, a, b):
+    tight, loose = (chosen(found, error=bound) for bound in sorted((a, b)))
+    assert tight is None or (loose is not None and loose.cpu_s <= tight.cpu_s)
+
+
+@given(measurements(), st.none() | errors, st.sampled_from([None, "blender", "raycast"]))
+def test_the_choice_is_the_cheapest_within_the_bound_on_every_picture(found, error, renderer):
+    def well(outcome):
+        pairs = zip(outcome.figures, outcome.noise_dn, strict=True)
+        return all(f.error_dn / noise <= AUTO if error is None else f.error <= error for f, noise in pairs)
+
+    candidates = [each for each in outcomes(found) if renderer in (None, each.setting.renderer)]
+    enough = [each for each in candidates if well(each)]
+    choice = chosen(found, error=error, auto=error is None, renderer=renderer)
+    if not enough:
+        assert choice is None
+        return
+    assert choice.outcome in enough
+    assert choice.cpu_s == min(each.cpu_s for each in enough)
+    assert choice.cheaper is None or (choice.cheaper.cpu_s < choice.cpu_s and not well(choice.cheaper))
+    assert (choice.cheaper is None) == (choice.cpu_s == min(each.cpu_s for each in candidates))
+
+
+@given(measurements())
+def test_what_is_advised_where_none_is_good_enough_is_good_enough(found):
+    with pytest.raises(InputError, match="no setting measured has an error of at most") as refused:
+        choose(found, error=1e-9)
+    advised = re.search(r"--error (\S+) or more", str(refused.value))
+    assert choose(found, error=float(advised[1]))
+
+
+def test_the_image_of_auto_is_worse_by_what_is_promised():
+    choice = choose(usual(), auto=True)
+    assert all((each.error_dn**2 + NOISE_DN**2) ** 0.5 <= 1.0541 * NOISE_DN for each in choice.outcome.figures)
+
+
+def test_the_reason_says_what_is_expected_and_what_the_next_cheaper_had():
+    choice = choose(usual(), error=0.1)
+    assert choice.reason == (
+        "blender samples=8,denoiser=fast is the cheapest setting with an error of at most 10 % in each of the "
+        "3 pictures measured: 7.28 % for 1.02 CPU s a picture; the next cheaper, blender samples=4,denoiser=fast, "
+        "has 10.1 % for 0.686 CPU s a picture"
+    )
+    assert choose(usual(), error=1.0).reason.endswith("; none is cheaper")
+
+
+def test_auto_says_of_what_it_is_a_third():
+    reason = choose(usual(), auto=True).reason
+    assert "an error after the detector of at most a third of the detector's own noise" in reason
+    assert " of it for " in reason
+
+
+@pytest.mark.parametrize(
+    ("asked", "names"),
+    [
+        ({}, "neither or both of error and auto"),
+        ({"error": 0.1, "auto": True}, "neither or both of error and auto"),
+        ({"error": 0.0}, "an error of 0 is no bound"),
+        ({"error": float("nan")}, "an error of nan is no bound"),
+        ({"error": 0.01}, "no setting measured has an error of at most 1 % in every picture: the least is"),
+        ({"error": 0.5, "renderer": "raycast"}, "the least is 70 %, of raycast samples=1"),
+        ({"error": 0.5, "renderer": "other"}, "no setting of the renderer other was measured on all pictures"),
+    ],
+)
+def test_what_cannot_be_chosen_is_refused(asked, names):
+    with pytest.raises(InputError, match=names):
+        choose(usual(), **asked)
+
+
+def test_auto_that_nothing_reaches_is_refused():
+    with pytest.raises(InputError, match=r"at most a third of the detector's own noise in every picture: the least"):
+        choose(usual(noise_dn=0.01), auto=True)
+
+
+def test_without_noise_only_a_perfect_setting_is_within_it():
+    found = [figures(setting("samples=1"), cpu_s=1.0, error=0.1), figures(setting("samples=2"), cpu_s=2.0)]
+    assert choose(measurement(found, [frame(noise_dn=0.0)]), auto=True).setting == setting("samples=2")
