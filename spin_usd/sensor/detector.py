@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.noise import READ, SHOT, counted, pixel_gains, stream
-from spin_usd.sensor.tone import mixes_channels, written
+from spin_usd.sensor.tone import mixes_channels, unrounded, written
 
 BAND = 32768  # numbers worked on at once: the temporaries of a formula fit a core's cache
 BEYOND = 4.0  # full scales: light above them is cut there, before it becomes infinite electrons ...
@@ -74,6 +75,19 @@ def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArr
         electrons += np.float32(sensor.black_level)
         steps[band] = np.clip(np.rint(electrons), 0, full_scale)
     return steps
+
+
+def without_noise(light: NDArray[np.float32], sensor: Sensor) -> Float:
+    """Numbers (H, W), or (H, W, 3) for an rgb sensor, before any rounding, of `light` (H, W, C): what `detect` would
+    give were each pixel to hold exactly the electrons that are expected of a perfect one. Raises as it does."""
+    signal = light.astype(np.float64) * sensor.exposure
+    if sensor.gain:
+        full_scale, per_step = 2**sensor.adc_bits - 1, sensor.gain * 100 / sensor.iso
+        electrons = signal * full_scale * per_step + sensor.dark_current * sensor.time
+        held = np.minimum(electrons, sensor.full_well or np.inf)
+        signal = (held / per_step + sensor.black_level) / full_scale
+    image: Float = unrounded(np.clip(signal, 0, 1), sensor)
+    return image[..., 0] if sensor.channels == "mono" else image
 
 
 def _written_ideally(light: NDArray[np.float32], sensor: Sensor) -> NDArray[Any]:

@@ -18,12 +18,16 @@ def written(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """
+    numbers: NDArray[Any] = np.rint(unrounded(signal, sensor)).astype(DTYPES[sensor.bit_depth])
+    return numbers
+
+
+def unrounded(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
+    """What `written` rounds. Raises as it does."""
     if sensor.bit_depth not in DTYPES:
         raise UnsupportedError(f"the sensor has {sensor.bit_depth} bits", do="choose 8 or 16")
-    top = 2**sensor.bit_depth - 1
     encoded = encode(adjusted(signal, sensor), sensor.encoding, sensor.gamma)
-    numbers: NDArray[Any] = np.rint(encoded * top).astype(DTYPES[sensor.bit_depth])
-    return numbers
+    return np.asarray(encoded * (2**sensor.bit_depth - 1))
 
 
 def adjusted(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
