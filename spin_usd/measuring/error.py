@@ -1,0 +1,103 @@
+"""Errors of renders against a reference in linear light, told apart into variance and bias.
+
+Of a pixel with the renders x_s of S seeds, x their mean, and a reference r, the mean of K parts with other seeds, whose
+own variance v is estimated from the spread of its parts:
+
+variance  sum |x_s - x|^2 / (S - 1)
+bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor the reference's counts as bias
+relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2 is the mean over red, green and blue
+
+All three are unbiased, so bias^2 comes out a little below zero where there is none.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+
+FLOOR = 0.01  # eps, of the reference's mean over the target: what is darker counts as if it were so bright
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """Radiance (P, 3) of the target's pixels, the variance (P, 3) of that, and of how many parts it is the mean."""
+
+    radiance: Float
+    variance: Float
+    parts: int
+
+    @classmethod
+    def of(cls, parts: Iterable[NDArray[Any]]) -> "Reference":
+        """The mean of `parts`, (P, 3) each, which are independent and alike. Raises InputError for fewer than two."""
+        mean: Any = 0.0
+        squares: Any = 0.0
+        count = 0
+        for count, part in enumerate(parts, 1):  # one after another: there may be many, and they are large
+            away = part.astype(np.float64) - mean
+            mean = mean + away / count
+            squares = squares + away * (part - mean)
+        if count < 2:
+            raise InputError(f"the reference has {count} parts", do="make at least 2: their spread tells its error")
+        return cls(radiance=mean, variance=squares / (count * (count - 1)), parts=count)
+
+    @cached_property
+    def weight(self) -> Float:
+        """(P,) what a squared deviation is multiplied by to make it relative; 0 everywhere where all is dark."""
+        floor = FLOOR * float(self.radiance.mean()) if self.radiance.size else 0.0
+        power = _power(self.radiance) + floor * floor
+        return np.divide(1, power, out=np.zeros_like(power), where=power > 0)
+
+    @cached_property
+    def error_squared(self) -> float:
+        """Its own, relative."""
+        return _mean(self.weight * self.variance.mean(-1))
+
+    def relative(self, deviation: Float) -> float:
+        """Mean square of a deviation (..., P, 3), relative."""
+        return _mean(self.weight * _power(deviation))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearError:
+    """variance, bias_squared: relative, their sum is the mean square · brightness: the target's light over the
+    reference's, minus 1."""
+
+    variance: float
+    bias_squared: float
+    brightness: float
+
+    @property
+    def squared(self) -> float:
+        """Relative, mean square; a bias below zero is none."""
+        return self.variance + max(self.bias_squared, 0.0)
+
+
+def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
+    """Of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
+    if len(renders) < 2:
+        raise InputError(f"{len(renders)} renders are given", do="make at least 2: their spread tells their variance")
+    exact = renders.astype(np.float64)
+    mean = exact.mean(0)
+    variance = reference.relative(exact - mean) * len(exact) / (len(exact) - 1)
+    apart = reference.relative(mean - reference.radiance)
+    light = float(reference.radiance.sum())
+    return LinearError(
+        variance=variance,
+        bias_squared=apart - variance / len(exact) - reference.error_squared,
+        brightness=float(mean.sum()) / light - 1 if light else 0.0,
+    )
+
+
+def _power(vectors: Float) -> Float:
+    """Mean over red, green and blue of their squares."""
+    return np.asarray((vectors * vectors).mean(-1))
+
+
+def _mean(values: Float) -> float:
+    return float(values.mean()) if values.size else 0.0
