@@ -1,0 +1,60 @@
+"""Labels of one picture against those of another renderer."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
+from spin_usd.measuring.measurement import LabelFigures
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LabelImages:
+    """Of the whole frame, 0 = nothing: depth (H, W), metres; part (H, W), ids; body (H, W, 3), metres."""
+
+    depth: NDArray[Any]
+    part: NDArray[Any]
+    body: NDArray[Any]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(H, W), where the target is."""
+        return np.asarray(self.part > 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """How the picture was taken, which decides where a body point appears."""
+
+    camera: Camera
+    T_cam_body: Transform
+
+
+def agreement(
+    ours: LabelImages, theirs: LabelImages, view: View, *, frame: str, renderer: str, against: str
+) -> LabelFigures:
+    """Of the labels `ours` of `renderer`, with those of the renderer `against`; two empty silhouettes are one."""
+    union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
+    apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
+    return LabelFigures(
+        frame=frame,
+        renderer=renderer,
+        against=against,
+        iou=float(both.sum() / union.sum()) if union.any() else 1.0,
+        depth_m=float(apart.max(initial=0.0)),
+        reprojection_px=_worst_reprojection(ours, view),
+        part_pixels=int((ours.part[both] != theirs.part[both]).sum()),
+    )
+
+
+def _worst_reprojection(labels: LabelImages, view: View) -> float:
+    """How far, pixels, the projection of a pixel's body point is from that pixel's centre, at the worst."""
+    rows, columns = np.nonzero(labels.seen)
+    body = labels.body[rows, columns].astype(np.float64)
+    found: Float = view.camera.project(view.T_cam_body.points(body))
+    off = found - (np.stack([columns, rows], -1) + 0.5)
+    return float(np.hypot(*off.T).max(initial=0.0))

@@ -1,0 +1,62 @@
+"""Which settings are measured, and on which pictures."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from spin_usd.measuring.measurement import Setting
+from spin_usd.scene.effort import Effort
+
+BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a time is changed around them
+STEP = 4  # from one number of samples to the next: half the noise
+DENOISERS = ("none", "fast", "high")
+ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
+BOUNCES = (0, 1, 2, 8)
+CLAMPS = (10.0, 1.0)  # the first is what Blender's own scenes start with
+REDUCTIONS = (2, 4)
+RAYCAST_SAMPLES = (1, 4, 16)
+
+
+def settings_to_measure(*, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()) -> list[Setting]:
+    """All settings, each once, none of more than `most_samples`; and the `others`, such as named qualities."""
+    efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *others])
+    blender = [Setting(renderer="blender", effort=effort) for effort in efforts if effort.samples <= most_samples]
+    raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= most_samples]
+    return [*blender, *(Setting(renderer="raycast", effort=effort) for effort in raycast)]
+
+
+def base_effort(most_samples: int) -> Effort:
+    """What one thing at a time is changed of."""
+    return Effort(samples=min(BASE_SAMPLES, most_samples))
+
+
+def _efforts(most_samples: int, several_lights: bool) -> Iterator[Effort]:
+    base = base_effort(most_samples)
+    for samples in _samples(most_samples):
+        for denoiser in DENOISERS:
+            yield Effort(samples=samples, denoiser=denoiser)
+    for noise in ADAPTIVE:
+        yield Effort(samples=most_samples, adaptive=noise)
+    for bounces in BOUNCES:
+        yield replace(base, bounces=bounces)
+    for clamp in CLAMPS:
+        yield replace(base, clamp=clamp)
+    if several_lights:
+        yield replace(base, light_tree=False)
+    for reduction in REDUCTIONS:
+        yield replace(base, reduction=reduction)
+
+
+def _samples(most: int) -> list[int]:
+    """1, 4, 16, ... and the most."""
+    found = [1]
+    while found[-1] * STEP < most:
+        found.append(found[-1] * STEP)
+    return found if found[-1] == most else [*found, most]
+
+
+def representative(pixels: Mapping[int, int], count: int) -> list[int]:
+    """The keys of `count` pictures, in their order, of which `pixels` says how many they have to render: those in the
+    middle of as many equal shares of all that have any, from the smallest to the largest."""
+    ordered = sorted((key for key, size in pixels.items() if size > 0), key=lambda key: (pixels[key], key))
+    few = min(count, len(ordered))
+    return sorted(ordered[(2 * i + 1) * len(ordered) // (2 * few)] for i in range(few))
