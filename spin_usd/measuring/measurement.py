@@ -30,7 +30,7 @@ class Frame:
     region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those of the target in the
     reference · reference_samples: what the reference took a pixel · reference_error: its own error, relative, as
     estimated from its parts · noise_dn: RMS of the detector's own noise and rounding over the target's pixels, digital
-    numbers.
+    numbers · reference_capped: it took as many samples as it was allowed, before its error was as small as wanted.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Frame:
     reference_samples: int
     reference_error: float
     noise_dn: float
+    reference_capped: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,8 +112,18 @@ class Saving:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Failure:
+    """What could not be measured of a picture, such as a setting's text, and why."""
+
+    frame: str
+    what: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """All that `measure` found. stage: its hash; machine: what it ran on; versions: of the software."""
+    """All that `measure` found. stage: its hash; machine: what it ran on; versions: of the software; reference_share:
+    of the smallest mean square error compared, the most that the reference's own may be."""
 
     stage: str
     variant: str
@@ -123,6 +134,8 @@ class Measurement:
     labels: tuple[LabelFigures, ...] = ()
     execution: tuple[Execution, ...] = ()
     savings: tuple[Saving, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    reference_share: float = 0.1
 
     def as_json(self) -> dict[str, Any]:
         """By the schema measure-1."""
@@ -141,6 +154,8 @@ class Measurement:
             labels=tuple(LabelFigures(**each) for each in value["labels"]),
             execution=tuple(Execution(**each) for each in value["execution"]),
             savings=tuple(Saving(**each) for each in value["savings"]),
+            failures=tuple(Failure(**each) for each in value["failures"]),
+            reference_share=value["reference_share"],
         )
 
 
