@@ -23,26 +23,37 @@ class Outcome:
         return sum(each.cpu_s for each in self.figures) / len(self.figures)
 
     @property
+    def errors(self) -> tuple[float, ...]:
+        """Relative, in linear light, of each picture."""
+        return tuple(each.error for each in self.figures)
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Error after the detector over the detector's own noise, of each picture."""
+        pairs = zip(self.figures, self.noise_dn, strict=True)
+        return tuple(_ratio(each.error_dn, noise) for each, noise in pairs)
+
+    @property
     def worst(self) -> Figures:
-        """Of the picture with the greatest relative error."""
-        return max(self.figures, key=lambda each: each.error)
+        """Of the picture with the greatest of `errors`."""
+        return self.figures[self.errors.index(self.error)]
+
+    @property
+    def in_image(self) -> tuple[float, float]:
+        """Error after the detector and the detector's own noise, digital numbers, in the picture with the greatest of
+        `shares`."""
+        place = self.shares.index(self.of_noise)
+        return self.figures[place].error_dn, self.noise_dn[place]
 
     @property
     def error(self) -> float:
-        """Relative, in linear light, of the worst picture."""
-        return self.worst.error
+        """The worst of `errors`."""
+        return max(self.errors)
 
     @property
     def of_noise(self) -> float:
-        """Error after the detector over the detector's own noise, in the picture where that is the most."""
-        return self.worst_in_image[0]
-
-    @property
-    def worst_in_image(self) -> tuple[float, float, float]:
-        """Of the picture where the error after the detector is most beside the detector's own noise: their ratio, the
-        error and the noise, digital numbers."""
-        pairs = [(each.error_dn, noise) for each, noise in zip(self.figures, self.noise_dn, strict=True)]
-        return max((_ratio(error, noise), error, noise) for error, noise in pairs)
+        """The worst of `shares`."""
+        return max(self.shares)
 
 
 def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:

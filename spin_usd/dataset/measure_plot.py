@@ -1,0 +1,150 @@
+"""A measurement as a plot: what settings cost and how far they are off, in linear light and after the detector.
+
+SVG with its text as text, the same to the byte from the same numbers.
+"""
+
+import re
+from collections.abc import Callable, Container, Sequence
+from io import StringIO
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from spin_usd.measuring.choice import AUTO
+from spin_usd.measuring.front import Outcome, front, outcomes
+from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.scene.effort import QUALITIES, Effort
+
+SIZE_INCHES = (10.5, 4.2)
+INK, GREY, PALE = "#222222", "#888888", "#c4c4c4"
+BELOW_LEFT: dict[str, Any] = {
+    "xytext": (-5, -3),
+    "textcoords": "offset points",
+    "ha": "right",
+    "va": "top",
+    "size": 6.5,
+    "color": INK,
+}
+ROOM = (0.12, 0.03)  # that a name takes, of the panel
+MOST_SPREAD = 10  # times less that the best picture's error may be drawn
+LOOKS = {  # by kind of setting: marker and colour, which colour-blind people tell apart (Okabe and Ito)
+    "plain samples": ("o", "#0072b2"),
+    "denoised": ("s", "#d55e00"),
+    "adaptive": ("^", "#009e73"),
+    "others": ("D", "#cc79a7"),
+    "raycast": ("v", "#56b4e9"),
+}
+
+
+def plot(measurement: Measurement) -> str:
+    """The text of an SVG file: error against CPU seconds, all settings, the front and the named qualities."""
+    found = outcomes(measurement)
+    text = StringIO()
+    style: dict[Any, Any] = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": "spin_usd",
+        "font.sans-serif": ["DejaVu Sans"],
+        "font.size": 8,
+    }
+    with matplotlib.rc_context(style):
+        figure = Figure(figsize=SIZE_INCHES, facecolor="white", layout="constrained")
+        FigureCanvasSVG(figure)
+        light, image = figure.subplots(1, 2)
+        _panel(light, found, lambda each: each.errors, "error in linear light, worst picture")
+        light.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+        light.legend(loc="upper right", frameon=False)
+        _panel(image, found, lambda each: each.shares, "error after the detector over its own noise, worst picture")
+        _detector(image, [frame.noise_dn for frame in measurement.frames])
+        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return re.sub(r"\n +", "\n", re.sub(r"(\.\d\d)\d+", r"\1", text.getvalue()))  # hundredths of a point are enough
+
+
+def kind_of(setting: Setting) -> str:
+    """Of the kinds in LOOKS."""
+    usual, effort = Effort(samples=setting.effort.samples), setting.effort
+    if setting.renderer == "raycast":
+        return "raycast"
+    if effort.adaptive:
+        return "adaptive"
+    if effort == usual:
+        return "plain samples"
+    return "denoised" if effort.text == f"{usual.text},denoiser={effort.denoiser}" else "others"
+
+
+Errors = Callable[[Outcome], Sequence[float]]
+"""Of each picture; their worst is what is shown."""
+
+
+def _panel(axes: Axes, found: Sequence[Outcome], errors: Errors, title: str) -> None:
+    shown = [each for each in found if 0 < max(errors(each)) < float("inf")]
+    best = front(shown, lambda each: max(errors(each)))
+    axes.set_title(title, fontsize=9, loc="left")
+    axes.set_xlabel("CPU seconds a picture, mean of the pictures")
+    _scales(axes)
+    _lines(axes, best, errors)
+    for kind, (marker, colour) in LOOKS.items():
+        of_kind = [(each.cpu_s, max(errors(each))) for each in shown if kind_of(each.setting) == kind]
+        if of_kind:
+            axes.plot(*zip(*of_kind, strict=True), marker, markersize=3.8, color=colour, label=kind)
+    _names(axes, [(each.setting, (each.cpu_s, max(errors(each)))) for each in shown], {each.setting for each in best})
+
+
+def _lines(axes: Axes, best: Sequence[Outcome], errors: Errors) -> None:
+    """The front, and from each of its points down to the picture with the least error."""
+    worst = [max(errors(each)) for each in best]
+    least = [max(min(errors(each)), most / MOST_SPREAD) for each, most in zip(best, worst, strict=True)]
+    x = [each.cpu_s for each in best]
+    axes.plot(x, worst, color=GREY, linewidth=1, zorder=1)
+    gaps = [float("nan")] * len(x)
+    down = [y for ends in zip(worst, least, gaps, strict=True) for y in ends]
+    axes.plot([each for each in x for _ in range(3)], down, color=PALE, linewidth=0.6, zorder=1)
+
+
+def _scales(axes: Axes) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.margins(0.14)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_locator(NullLocator())
+        axis.set_tick_params(length=0)
+    axes.grid(color="#e6e6e6", linewidth=0.5)
+
+
+def _names(axes: Axes, points: Sequence[tuple[Setting, tuple[float, float]]], best: Container[Setting]) -> None:
+    """The named qualities', and of the front's other points those for which there is room."""
+    qualities = {Setting(renderer="blender", effort=effort): f"{name}: " for name, effort in QUALITIES.items()}
+    axes.autoscale_view()
+    place = (axes.transData - axes.transAxes).transform
+    taken: list[tuple[float, float]] = []
+    for setting, at in sorted(points, key=lambda point: point[0] not in qualities):
+        quality, (x, y) = qualities.get(setting, ""), place(at)
+        if quality:
+            axes.plot(*at, "o", markersize=8, markerfacecolor="none", markeredgecolor=INK, zorder=3)
+        elif setting not in best or any(abs(x - a) < ROOM[0] and abs(y - b) < ROOM[1] for a, b in taken):
+            continue
+        weight = "bold" if quality else "normal"
+        axes.annotate(quality + _short(setting), at, weight=weight, **BELOW_LEFT)  # where a front has no points
+        taken.append((x, y))
+
+
+def _short(setting: Setting) -> str:
+    """As its text, with what all settings have left unsaid: `16 fast`."""
+    said = setting.effort.text.removeprefix("samples=").replace("denoiser=", "").replace(",", " ")
+    return said if setting.renderer == "blender" else f"{setting.renderer} {said}"
+
+
+def _detector(axes: Axes, noise_dn: Sequence[float]) -> None:
+    """Where the error is less than AUTO of the noise, what costs more buys nothing."""
+    low, high = axes.get_ylim()
+    low = min(low, AUTO / 2)
+    axes.set_ylim(low, high)
+    axes.axhspan(low, AUTO, color="#eef3ea", zorder=0)
+    dn = " to ".join(dict.fromkeys(f"{AUTO * each:.2g}" for each in (min(noise_dn), max(noise_dn))))
+    said, corner = f"shaded: at most a third of the detector's noise, {dn} DN", {"ha": "left", "va": "bottom"}
+    axes.annotate(said, (0, 0), xycoords="axes fraction", **(BELOW_LEFT | corner | {"xytext": (5, 4)}))

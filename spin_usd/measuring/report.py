@@ -1,0 +1,118 @@
+"""A measurement as text: all of it in Markdown, and its settings alone for a terminal."""
+
+from collections.abc import Iterator
+
+from spin_usd.measuring.front import Outcome, front, outcomes, share_of_noise
+from spin_usd.measuring.measurement import Measurement
+from spin_usd.measuring.summary import choices
+from spin_usd.measuring.tables import in_columns, in_markdown, number, percent
+
+SETTINGS = (
+    *("setting", "front", "CPU s", "wall s", "memory, MB", "error", "of it bias", "of it noise", "brightness"),
+    *("error, DN", "detector's noise, DN", "structure"),
+)
+SHORT = ("setting", "front", "CPU s", "MB", "error", "bias", "noise", "DN", "detector's DN")
+FRAMES = ("picture", "region", "target's pixels", "reference's samples", "reference's error", "detector's noise, DN")
+LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
+EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
+SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "difference", "another seed's")
+MEANINGS = """
+Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
+over the target's pixels, root mean square; its square is the sum of those of bias and noise. Brightness: how much more
+or less light the target has. DN: digital numbers after the detector, beside the detector's own noise, without which it
+was measured. Structure: 1 - SSIM. Front: no other setting is as cheap and as exact, in linear light (`light`) or after
+the detector (`image`).
+"""
+
+
+def in_full(measurement: Measurement) -> str:
+    """All of it, in Markdown."""
+    tables = (
+        ("Pictures and their references", FRAMES, _frames(measurement)),
+        ("Labels, one renderer against another", LABELS, _labels(measurement)),
+        ("Execution, which changes no byte", EXECUTION, _execution(measurement)),
+        ("Work that the scene does not need", SAVINGS, _savings(measurement)),
+    )
+    settings = in_markdown(SETTINGS, [_full(each, on) for each, on in _by_cost(measurement)])
+    parts = [_heading(measurement), MEANINGS, "\n## Settings\n\n", settings, "\n## By name\n\n", choices(measurement)]
+    for title, headings, cells in tables:
+        rows = list(cells)
+        parts += [f"\n## {title}\n\n", in_markdown(headings, rows)] if rows else []
+    return "".join(parts)
+
+
+def in_short(measurement: Measurement) -> str:
+    """Its settings in aligned columns, the cheapest first."""
+    return in_columns(SHORT, [_short(each, on) for each, on in _by_cost(measurement)])
+
+
+def _heading(measurement: Measurement) -> str:
+    facts = {**measurement.machine, **measurement.versions}
+    said = ", ".join(f"{name} {value}" for name, value in facts.items())
+    of = f"variant `{measurement.variant}` of the stage `{measurement.stage[:12]}`"
+    return f"# Speed against accuracy\n\nMeasured on {of}; {said}.\n"
+
+
+def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
+    """The settings, the cheapest first, and of which fronts each is."""
+    found = outcomes(measurement)
+    fronts = {"light": front(found), "image": front(found, share_of_noise)}
+    on = [" ".join(name for name, best in fronts.items() if each in best) for each in found]
+    return sorted(zip(found, on, strict=True), key=lambda pair: pair[0].cpu_s)
+
+
+def _full(outcome: Outcome, on: str) -> list[str]:
+    every, (error, noise) = outcome.figures, outcome.in_image
+    brightness = max((each.brightness for each in every), key=abs)
+    return [
+        f"`{outcome.setting.text}`",
+        on,
+        number(outcome.cpu_s),
+        number(sum(each.wall_s for each in every) / len(every)),
+        _megabytes(outcome),
+        *_errors(outcome),
+        percent(brightness),
+        number(error),
+        number(noise),
+        number(max(each.structure for each in every)),
+    ]
+
+
+def _short(outcome: Outcome, on: str) -> list[str]:
+    in_image = [number(value) for value in outcome.in_image]
+    return [outcome.setting.text, on, number(outcome.cpu_s), _megabytes(outcome), *_errors(outcome), *in_image]
+
+
+def _megabytes(outcome: Outcome) -> str:
+    return f"{max(each.memory_bytes for each in outcome.figures) / 1e6:.0f}"
+
+
+def _errors(outcome: Outcome) -> list[str]:
+    """Error, bias and noise of the worst picture."""
+    worst = outcome.worst
+    return [percent(each) for each in (worst.error, max(worst.bias_squared, 0.0) ** 0.5, worst.variance**0.5)]
+
+
+def _frames(measurement: Measurement) -> Iterator[list[str]]:
+    for each in measurement.frames:
+        region = " ".join(map(str, each.region))
+        reference = [str(each.reference_samples), percent(each.reference_error)]
+        yield [each.name, region, str(each.target_pixels), *reference, number(each.noise_dn)]
+
+
+def _labels(measurement: Measurement) -> Iterator[list[str]]:
+    for each in measurement.labels:
+        worst = [f"{each.depth_m:.1e}", f"{each.reprojection_px:.1e}", str(each.part_pixels)]
+        yield [each.frame, each.renderer, each.against, f"{each.iou:.6f}", *worst]
+
+
+def _execution(measurement: Measurement) -> Iterator[list[str]]:
+    for each in measurement.execution:
+        crop, same = ("yes" if well else "no" for well in (each.crop, each.same))
+        yield [f"{each.processes} x {each.threads}", crop, number(each.wall_s), same]
+
+
+def _savings(measurement: Measurement) -> Iterator[list[str]]:
+    for each in measurement.savings:
+        seconds = [number(each.cpu_s), number(each.cpu_s_with)]
+        yield [each.what, each.frame, *seconds, percent(each.difference), percent(each.noise)]

@@ -1,0 +1,58 @@
+"""What can be asked of a measurement by name, and what it comes to: setting, cost, errors."""
+
+from collections.abc import Iterator, Mapping
+
+from spin_usd.errors import InputError
+from spin_usd.measuring.choice import choose
+from spin_usd.measuring.front import Outcome, outcomes
+from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.measuring.tables import in_markdown, number, percent
+from spin_usd.scene.effort import QUALITIES, Effort
+
+PLAIN = Effort(samples=64)
+"""What a choice is held against: so many samples of every pixel, and nothing else."""
+HEADINGS = (
+    *("asked", "setting", "CPU s", f"beside {PLAIN.text}", "error", "error, DN", "detector's noise, DN"),
+    "both together, DN",
+)
+
+
+def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
+    """What is asked, and what was measured of it: the named qualities, `--error auto`, and PLAIN. None: it was not
+    measured on all pictures, or no setting is good enough."""
+    by_setting = {each.setting: each for each in outcomes(measurement)}
+    asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
+    for name, effort in asked.items():
+        yield name, by_setting.get(Setting(renderer="blender", effort=effort))
+    yield "--error auto", _automatic(measurement)
+
+
+def choices(measurement: Measurement) -> str:
+    """Of one stage, in Markdown."""
+    return in_markdown(HEADINGS, list(_rows(measurement)))
+
+
+def of_stages(measurements: Mapping[str, Measurement]) -> str:
+    """Of several stages by name, in one Markdown table."""
+    rows = [[stage, *cells] for stage, measurement in measurements.items() for cells in _rows(measurement)]
+    return in_markdown(("stage", *HEADINGS), rows)
+
+
+def _rows(measurement: Measurement) -> Iterator[list[str]]:
+    named = dict(by_name(measurement))
+    plain = named[f"--samples {PLAIN.samples}"]
+    for asked, outcome in named.items():
+        if outcome is None:
+            yield [f"`{asked}`", "not measured, or never reached", *[""] * (len(HEADINGS) - 2)]
+            continue
+        error, noise = outcome.in_image
+        share = percent(outcome.cpu_s / plain.cpu_s) if plain else ""
+        cells = [f"`{asked}`", f"`{outcome.setting.text}`", number(outcome.cpu_s), share, percent(outcome.error)]
+        yield [*cells, number(error), number(noise), number((error**2 + noise**2) ** 0.5)]
+
+
+def _automatic(measurement: Measurement) -> Outcome | None:
+    try:
+        return choose(measurement, auto=True).outcome
+    except InputError:
+        return None

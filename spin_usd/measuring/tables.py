@@ -1,0 +1,29 @@
+"""Tables as text: of cells, all strings, row by row."""
+
+from collections.abc import Sequence
+
+
+def in_columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Aligned for a terminal: the first column to the left, the others to the right."""
+    lines = [headings, *rows]
+    widths = [max(len(cells[column]) for cells in lines) for column in range(len(headings))]
+    return "\n".join(
+        "  ".join((first.ljust(widths[0]), *(c.rjust(w) for c, w in zip(rest, widths[1:], strict=True))))
+        for first, *rest in lines
+    )
+
+
+def in_markdown(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """The first column to the left, the others to the right; ends with a line break."""
+    rule = ["---", *["---:"] * (len(headings) - 1)]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in (headings, rule, *rows))
+
+
+def percent(value: float) -> str:
+    """Of a share."""
+    return f"{100 * value:.3g} %"
+
+
+def number(value: float) -> str:
+    """Three digits, never as a power of ten below 100,000."""
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"

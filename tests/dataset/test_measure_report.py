@@ -1,0 +1,75 @@
+"""The files of a measurement for people: small, legible anywhere, the same to the byte each time."""
+
+import subprocess
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from conftest import REPOSITORY
+from measured import figures, measurement, setting, usual
+
+from spin_usd.dataset.measure_plot import kind_of, plot
+from spin_usd.dataset.measure_report import write_report
+
+SVG = "{http://www.w3.org/2000/svg}"
+ALONE = "from measured import usual; from spin_usd.dataset.measure_plot import plot; print(plot(usual()), end='')"
+
+
+def texts(svg):
+    return [each.text for each in ElementTree.fromstring(svg).iter(f"{SVG}text")]
+
+
+def points(svg):
+    return len(list(ElementTree.fromstring(svg).iter(f"{SVG}use")))
+
+
+def test_the_plot_is_the_same_to_the_byte_in_another_process_and_small():
+    alone = subprocess.run(
+        [sys.executable, "-c", ALONE], capture_output=True, text=True, check=True, cwd=REPOSITORY / "tests"
+    )
+    assert alone.stdout == plot(usual())
+    assert len(alone.stdout) < 40_000
+
+
+def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white():
+    svg = plot(usual())
+    assert "date" not in svg.lower()
+    assert "fill: #ffffff" in svg
+    said = texts(svg)
+    for quality in ("preview: 1 fast", "draft: 4 fast", "standard: 16 fast", "reference: 256 bounces=8"):
+        assert said.count(quality) == 2  # in each panel
+    assert {"plain samples", "denoised", "adaptive", "others", "raycast", "raycast 1", "32 fast"} <= {*said}
+    assert "shaded: at most a third of the detector's noise, 0.5 DN" in said
+
+
+def test_every_setting_is_a_point_in_each_panel():
+    kinds, rings = 5, 4
+    assert points(plot(usual())) == 2 * (len({each.setting for each in usual().figures}) + rings) + kinds
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("samples=7", "plain samples"),
+        ("samples=7,denoiser=high", "denoised"),
+        ("samples=64,adaptive=0.02,denoiser=fast", "adaptive"),
+        ("samples=7,denoiser=fast,reduction=2", "others"),
+        ("samples=7,light_tree=off", "others"),
+    ],
+)
+def test_a_setting_is_of_one_kind(text, kind):
+    assert kind_of(setting(text)) == kind
+    assert kind_of(setting(text, "raycast")) == "raycast"
+
+
+def test_a_setting_without_error_cannot_be_shown_on_these_axes_and_spoils_nothing():
+    exact = [figures(setting("samples=1"), cpu_s=1.0), figures(setting("samples=2"), cpu_s=2.0, error=0.1)]
+    assert points(plot(measurement(exact))) == 2 + 1  # the other's in each panel and in the legend
+
+
+def test_the_report_is_written_over_what_was_there(tmp_path):
+    for _ in range(2):
+        write_report(tmp_path / "measured", usual())
+    assert {path.name for path in (tmp_path / "measured").iterdir()} == {"measure.md", "measure.svg"}
+    assert (tmp_path / "measured" / "measure.svg").read_text() == plot(usual())
+    assert "](measure.svg)" in (tmp_path / "measured" / "measure.md").read_text()

@@ -1,0 +1,93 @@
+"""A measurement as text: what the tables say is what was measured."""
+
+from dataclasses import replace
+
+import pytest
+from measured import NOISE_DN, figures, measurement, setting, usual
+
+from spin_usd.measuring.choice import choose
+from spin_usd.measuring.front import front, outcomes, share_of_noise
+from spin_usd.measuring.measurement import Execution, LabelFigures, Saving
+from spin_usd.measuring.report import SETTINGS, in_full, in_short
+from spin_usd.measuring.summary import HEADINGS, of_stages
+from spin_usd.scene.effort import QUALITIES
+
+
+def table(text, headings):
+    """The rows of the Markdown table with these headings, each a dict."""
+    lines = text[text.index(f"| {' | '.join(headings)} |") :].partition("\n\n")[0].splitlines()[2:]
+    rows = [[cell.strip(" `") for cell in line.strip("| ").split(" | ")] for line in lines]
+    return [dict(zip(headings, cells, strict=False)) for cells in rows]
+
+
+def share(cell):
+    return float(cell.removesuffix(" %")) / 100
+
+
+def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_worst_picture():
+    rows = {row["setting"]: row for row in table(in_full(usual()), SETTINGS)}
+    found = outcomes(usual())
+    assert list(rows) == [each.setting.text for each in sorted(found, key=lambda each: each.cpu_s)]
+    for each in found:
+        row = rows[each.setting.text]
+        assert float(row["CPU s"]) == pytest.approx(each.cpu_s, rel=5e-3)
+        assert share(row["error"]) == pytest.approx(max(f.error for f in each.figures), rel=5e-3)
+        assert share(row["error"]) ** 2 == pytest.approx(
+            share(row["of it bias"]) ** 2 + share(row["of it noise"]) ** 2, rel=0.02
+        )
+
+
+def test_rows_on_a_front_are_marked():
+    rows = table(in_full(usual()), SETTINGS)
+    for mark, best in (("light", front(outcomes(usual()))), ("image", front(outcomes(usual()), share_of_noise))):
+        assert [row["setting"] for row in rows if mark in row["front"]] == [each.setting.text for each in best]
+
+
+def test_a_bias_that_is_less_than_none_by_chance_is_none():
+    odd = replace(figures(setting("samples=2"), cpu_s=1.0, error=0.1), bias_squared=-1e-4)
+    (row,) = table(in_full(measurement([odd])), SETTINGS)
+    assert row["of it bias"] == "0 %"
+
+
+def test_the_rest_of_a_measurement_is_there_where_it_was_measured():
+    full = replace(
+        usual(),
+        labels=(
+            LabelFigures(frame="a", renderer="blender", against="raycast", iou=1.0, depth_m=1e-6, reprojection_px=6e-5,
+                         part_pixels=7),
+        ),
+        execution=(Execution(processes=2, threads=1, crop=True, wall_s=3.25, same=True),),
+        savings=(Saving(frame="a", what="glossy bounces", cpu_s=1.5, cpu_s_with=2.0, difference=0.001, noise=0.05),),
+    )  # fmt: skip
+    text = in_full(full)
+    assert "| a | blender | raycast | 1.000000 | 1.0e-06 | 6.0e-05 | 7 |" in text
+    assert "| 2 x 1 | yes | 3.25 | yes |" in text
+    assert "| glossy bounces | a | 1.5 | 2 | 0.1 % | 5 % |" in text
+    assert "glossy" not in in_full(usual())
+    assert "## Execution" not in in_full(usual())
+
+
+def test_the_short_table_is_aligned():
+    lines = in_short(usual()).splitlines()
+    assert len({len(line) for line in lines}) == 1
+    assert len(lines) == 1 + len(outcomes(usual()))
+
+
+def test_the_summary_says_of_each_stage_what_names_come_to():
+    rows = table(of_stages({"matt": usual(), "noiseless": usual(noise_dn=0.01)}), ("stage", *HEADINGS))
+    assert len(rows) == 2 * (len(QUALITIES) + 2)
+    for row in rows[: len(QUALITIES)]:
+        assert row["setting"] == f"blender {QUALITIES[row['asked'].split()[-1]].text}"
+    auto, never = (next(row for row in rows if row["stage"] == s and "auto" in row["asked"]) for s in ("matt", "noiseless"))  # fmt: skip  # noqa: E501
+    choice = choose(usual(), auto=True)
+    plain = next(each for each in outcomes(usual()) if each.setting == setting("samples=64"))
+    assert auto["setting"] == choice.setting.text
+    assert share(auto["beside samples=64"]) == pytest.approx(choice.cpu_s / plain.cpu_s, rel=5e-3)
+    together = (float(auto["error, DN"]) ** 2 + NOISE_DN**2) ** 0.5
+    assert float(auto["both together, DN"]) == pytest.approx(together, rel=5e-3)
+    assert never["setting"] == "not measured, or never reached"
+
+
+def test_a_quality_that_was_not_measured_has_no_figures():
+    text = of_stages({"one": measurement([figures(setting("samples=64"), cpu_s=1.0, error=0.01)])})
+    assert text.count("not measured, or never reached") == len(QUALITIES)
