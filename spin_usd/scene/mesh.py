@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
+from spin_usd.geometry.convexity import is_convex
 
 MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
+FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +89,24 @@ class Mesh:
     def radius(self) -> float:
         """Largest distance of a used point from `centre`, metres."""
         return float(np.linalg.norm(self.points[np.unique(self.faces)] - self.centre, axis=1).max())
+
+    @cached_property
+    def convex(self) -> bool:
+        """Whether it is one closed convex surface."""
+        return is_convex(self.points, self.faces)
+
+    @cached_property
+    def smooth(self) -> NDArray[np.bool_]:
+        """(F,) whether a face's corner normals differ from its own normal."""
+        a, b, c = np.moveaxis(self.points[self.faces], 1, 0)
+        normal: Float = np.cross(b - a, c - a)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        return frozen(np.abs(self.corner_normals - normal[:, None]).max((1, 2)) > FLAT, bool)
+
+    @cached_property
+    def groups(self) -> frozenset[int]:
+        """The numbers in `face_group`."""
+        return frozenset(np.unique(np.asarray(self.face_group)).tolist())
 
     @cached_property
     def hull(self) -> Float:

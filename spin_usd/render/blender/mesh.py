@@ -18,7 +18,6 @@ from spin_usd.render.blender.textures import attribute_name
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 
-FLAT = 1e-3  # corner normals this near the face's own are a flat face's
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
 # A primvar's kind of attribute by its number of components, and the property that holds its values.
 KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
@@ -59,19 +58,11 @@ def _number_faces(data: Any, numbers: NDArray[np.float32]) -> None:
 
 def _set_normals(data: Any, mesh: Mesh, chosen: Faces) -> None:
     """Shade as the corner normals say; flat where they are the faces' own."""
-    smooth = _smooth_faces(mesh)[chosen]
+    smooth = mesh.smooth[chosen]
     data.polygons.foreach_set("use_smooth", smooth)
     if smooth.any():
         normals = data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
         normals.data.foreach_set("vector", mesh.corner_normals[chosen].ravel())
-
-
-def _smooth_faces(mesh: Mesh) -> NDArray[np.bool_]:
-    """(F,) whether a face's corner normals differ from its own normal."""
-    a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
-    normal: Float = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-    return np.abs(mesh.corner_normals - normal[:, None]).max((1, 2)) > FLAT
 
 
 class TargetObject:

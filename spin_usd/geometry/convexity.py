@@ -1,0 +1,50 @@
+"""Convex bodies: seen from outside, no point of one sees another."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+
+PLANE = 1e-9  # of the body's size, by which a corner may stand out of a face's plane: the rounding of its places
+AREA = 1e-9  # relative
+CHUNK = 1 << 22  # distances worked out at once
+MOST_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: some seconds
+
+
+def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
+    """Whether the triangles `faces` (F, 3) of `points` (P, 3) are one closed convex surface, each place of it covered
+    once; whichever way they are turned. False too for one of so many corners and faces that it was not looked at."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    corners = points[faces]
+    try:
+        hull = ConvexHull(np.unique(corners.reshape(-1, 3), axis=0))
+    except (QhullError, ValueError):  # flat
+        return False
+    around = hull.points[hull.vertices]
+    if len(around) * len(faces) > MOST_DISTANCES or not _supports(corners, around):
+        return False
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = float(np.linalg.norm(normals, axis=1).sum()) / 2
+    return abs(area - hull.area) <= AREA * hull.area and _is_closed(corners)
+
+
+def _supports(corners: Float, around: Float) -> bool:
+    """Whether all of `around` (H, 3) lies on one side of the plane of each triangle (F, 3, 3)."""
+    tolerance = PLANE * float(np.ptp(around, axis=0).max())
+    step = max(CHUNK // len(around), 1)
+    for start in range(0, len(corners), step):
+        a, b, c = np.moveaxis(corners[start : start + step], 1, 0)
+        normal = np.cross(b - a, c - a)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        side = normal @ around.T - (normal * a).sum(1)[:, None]
+        if ((side.min(1) < -tolerance) & (side.max(1) > tolerance)).any():
+            return False
+    return True
+
+
+def _is_closed(corners: Float) -> bool:
+    """Whether each edge of the triangles (F, 3, 3) belongs to two of them, by the places of its ends."""
+    index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    edges = np.sort(np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]]), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
