@@ -42,7 +42,7 @@ def frame(name="a", noise_dn=NOISE_DN):
 
 def measurement(each, frames=None, **fields):
     """Of the figures `each`."""
-    usual = {"stage": "5" * 64, "variant": "nominal", "machine": {"cpus": 2}, "versions": {"bpy": "5.2.3"}}
+    usual = {"stage": "5" * 64, "variant": "nominal", "machine": {"cores": 2}, "versions": {"bpy": "5.2.3"}}
     return Measurement(**{**usual, **fields}, frames=tuple(frames or [frame()]), figures=tuple(each))
 
 

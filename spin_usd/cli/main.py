@@ -19,7 +19,7 @@ from spin_usd.cli.diff import diff
 from spin_usd.cli.options import Json, NoCache, Prune, Workers
 from spin_usd.cli.plan import plan
 from spin_usd.cli.progress import shown
-from spin_usd.cli.request import with_request
+from spin_usd.cli.request import show_doubts, with_request
 from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 
 INTERRUPTED = 130
@@ -99,6 +99,7 @@ def render(
         report = rendering.render(
             request, out, workers=workers, keep_cache=not no_cache, prune=prune, progress=progress
         )
+    show_doubts(report.doubts)
     if as_json:
         print(json.dumps(asdict(report)))
     else:

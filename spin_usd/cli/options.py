@@ -11,11 +11,24 @@ Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
 ]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
-Samples = Annotated[int, typer.Option(metavar="N", help="Light samples per pixel.")]
+Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 if nothing is said.")]
+EffortText = Annotated[
+    str | None, typer.Option("--effort", metavar="TEXT", help="All that it may cost: samples=16,denoiser=fast,...")
+]
+Quality = Annotated[str | None, typer.Option(metavar="NAME", help="preview, draft, standard or reference.")]
+Error = Annotated[
+    str | None,
+    typer.Option(metavar="X", help="The cheapest as measured within a relative error, or auto: the detector's noise."),
+]
+MeasuredIn = Annotated[
+    Path | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")
+]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
 Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
-RendererName = Annotated[str, typer.Option("--renderer", metavar="NAME", help="blender or raycast.")]
+RendererName = Annotated[
+    str | None, typer.Option("--renderer", metavar="NAME", help="blender or raycast; blender if nothing is said.")
+]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
 NoCache = Annotated[
     bool, typer.Option("--no-cache", help="Keep no renders for later runs; changes no byte of a picture.")

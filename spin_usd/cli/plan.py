@@ -8,7 +8,7 @@ import typer
 
 from spin_usd.cli.options import Json
 from spin_usd.cli.progress import shown
-from spin_usd.cli.request import with_request
+from spin_usd.cli.request import show_doubts, with_request
 
 if TYPE_CHECKING:
     from spin_usd.dataset.matrix import Matrix, Row
@@ -26,6 +26,7 @@ def plan(
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
     from spin_usd.dataset import render as rendering
+    from spin_usd.dataset.chosen import doubts
     from spin_usd.dataset.foreign import foreign_pictures, in_words
     from spin_usd.dataset.matrix import matrix
     from spin_usd.dataset.store import Store
@@ -35,12 +36,17 @@ def plan(
     cost = matrix(found, rendering.method_of(request, found), request.image_suffix, out)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
+    show_doubts(doubts(request.chosen, found.stages))
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
         wall = {"workers": workers, "wall_seconds": cost.seconds(workers), "foreign": len(foreign)}
-        print(json.dumps({**cost.as_json(), **wall, "variants": found.variants, "hashes": hashes}))
+        chosen = request.chosen.recorded if request.chosen else None
+        effort = {"renderer": request.renderer, "effort": request.effort.text, "chosen": chosen}
+        print(json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes}))
         return
     print(table(cost))
+    if request.chosen:
+        print(request.chosen.reason)
     if out:
         print(f"already made: {cost.finished} pictures")
     if foreign:

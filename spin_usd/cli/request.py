@@ -1,15 +1,21 @@
 """What `plan` and `render` are asked to make: the options that they share, declared once."""
 
 import inspect
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any
 
+from spin_usd.cli.effort import setting_of
 from spin_usd.cli.options import (
+    EffortText,
+    Error,
     Frames,
     ImageFormat,
     Labels,
     LabelsOnly,
+    MeasuredIn,
+    Quality,
     RadianceOption,
     RendererName,
     Samples,
@@ -36,6 +42,12 @@ def with_request(command: Callable[..., None]) -> Callable[..., None]:
     return with_options
 
 
+def show_doubts(doubts: Sequence[str]) -> None:
+    """On standard error."""
+    for doubt in doubts:
+        print(f"note: {doubt}", file=sys.stderr)
+
+
 def _by_keyword(signature: inspect.Signature) -> list[inspect.Parameter]:
     """Its parameters, which may then stand in any order, with or without a default."""
     return [each.replace(kind=inspect.Parameter.KEYWORD_ONLY) for each in signature.parameters.values()]
@@ -45,27 +57,40 @@ def _request(
     stage: Stage,
     frames: Frames = None,
     variants: Variants = "",
-    samples: Samples = 16,
+    samples: Samples = None,
+    effort: EffortText = None,
+    quality: Quality = None,
+    error: Error = None,
+    measured: MeasuredIn = None,
     seed: Seed = None,
     labels: Labels = "all",
     labels_only: LabelsOnly = False,
-    renderer: RendererName = "blender",
+    renderer: RendererName = None,
     radiance: RadianceOption = False,
     image_format: ImageFormat = "png",
 ) -> Any:
     """The RenderRequest of these options."""
     from spin_usd.dataset.render import RenderRequest
     from spin_usd.labels.label import LABELS
-    from spin_usd.scene.effort import Effort
 
+    setting, chosen = setting_of(
+        stage,
+        renderer=renderer,
+        measured=measured,
+        samples=samples,
+        effort=effort,
+        quality=quality,
+        error=error,
+    )
     names = {"all": tuple(LABELS), "none": ()}
     return RenderRequest(
         stage=stage,
         frames=frames,
         variants=_names(variants),
-        effort=Effort(samples=samples),
+        effort=setting.effort,
+        chosen=chosen,
         seed=seed,
-        renderer=renderer,
+        renderer=setting.renderer,
         labels=names.get(labels, _names(labels)),
         image=not labels_only,
         radiance=radiance,

@@ -4,24 +4,27 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from spin_usd.dataset.chosen import Chosen
 from spin_usd.scene.keys import RenderSettings
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """A run over the stage copied into the dataset `root`."""
+    """A run over the stage copied into the dataset `root`. chosen: why the effort is what it is, for the records."""
 
     root: str
     stage: str
     image_suffix: str
     settings: RenderSettings
+    chosen: Chosen | None = None
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Job":
-        return cls(**{**value, "settings": RenderSettings.from_json(value["settings"])})
+        settings, chosen = RenderSettings.from_json(value["settings"]), value["chosen"]
+        return cls(**{**value, "settings": settings, "chosen": Chosen.from_json(chosen) if chosen else None})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ import psutil
 
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.child import Child
+from spin_usd.dataset.chosen import Chosen, doubts
 from spin_usd.dataset.cost import Making, Measured, Method, expected_work, write_measured
 from spin_usd.dataset.describe import describe
 from spin_usd.dataset.foreign import foreign_pictures, refuse, remove
@@ -33,12 +34,13 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
-    """What the user asked of `render` or `plan`."""
+    """What the user asked of `render` or `plan`. chosen: why the effort is what it is, where it was not given."""
 
     stage: Path
     frames: str | None = None
     variants: tuple[str, ...] = ()
     effort: Effort = Effort()  # noqa: RUF009 - frozen
+    chosen: Chosen | None = None
     seed: int | None = None
     renderer: str = "blender"
     labels: tuple[str, ...] = tuple(LABELS)
@@ -68,7 +70,8 @@ class RenderRequest:
 class RenderReport:
     """What a run did. `reused`: pictures that were there already; `pruned`: pictures removed, which the stage does not
     have. Of the pictures made, so many took a label pass (`label_passes`) and a render (`renders`) of their own, and so
-    many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers."""
+    many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers;
+    `doubts`: about the choice of the effort."""
 
     pictures: int
     made: int = 0
@@ -81,6 +84,7 @@ class RenderReport:
     failed: list[tuple[str, str]] = field(default_factory=list)
     seconds: float = 0.0
     work: dict[str, float] = field(default_factory=dict)
+    doubts: list[str] = field(default_factory=list)
 
 
 def plan(request: RenderRequest, *, progress: Progress) -> Plan:
@@ -141,7 +145,7 @@ def _render(
     write_json(store.description, describe(store, plan, root, request.kinds))
     if not own:
         _adopt_stage(store)
-    report = RenderReport(pictures=len(pictures), pruned=len(foreign))
+    report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
     tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
@@ -149,7 +153,13 @@ def _render(
     if tasks:
         if not keep_cache:
             _keep_only_shared_renders(tasks)
-        job = Job(root=str(store.root), stage=root, image_suffix=request.image_suffix, settings=plan.settings)
+        job = Job(
+            root=str(store.root),
+            stage=root,
+            image_suffix=request.image_suffix,
+            settings=plan.settings,
+            chosen=request.chosen,
+        )
         listener = _Listener(report, progress, method_of(request, plan))
         _run(job, tasks, workers, lock, store, listener)
         if report.made:

@@ -189,8 +189,9 @@ class _Making:
     notes: dict[str, float] = field(default_factory=dict)
 
 
-def open_renderer(name: str) -> Renderer:
-    """The renderer of that name: `blender` or `raycast`."""
+def open_renderer(name: str, *, crop: bool = True) -> Renderer:
+    """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders the whole frame for each picture
+    instead of the target's part of it, to the same result."""
     if name == "raycast":
         from spin_usd.render.raycast import RaycastRenderer
 
@@ -198,7 +199,7 @@ def open_renderer(name: str) -> Renderer:
     if name == "blender":
         from spin_usd.render.blender.renderer import BlenderRenderer
 
-        return BlenderRenderer()
+        return BlenderRenderer(crop=crop)
     raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
 
 
@@ -243,6 +244,7 @@ def make_record(
                 "renderer": job.settings.renderer,
                 "effort": asdict(job.settings.effort),
                 "region": [region.x0, region.y0, region.x1, region.y1],
+                **({"chosen": job.chosen.recorded} if job.chosen else {}),
             },
             "time_code": scene.frame.time_code,
             "seed": {

@@ -66,7 +66,9 @@ def choose(
         raise InputError("neither or both of error and auto are asked for", do="ask for one of them")
     bound = AUTO if error is None else error
     if not 0 < bound < float("inf"):
-        raise InputError(f"an error of {bound:g} is no bound", do="make it above 0, such as 0.05 for 5 %, or auto")
+        raise InputError(
+            f"an error of {bound:g} is no bound", do="make it a number above 0, such as 0.05 for 5 %, or auto"
+        )
     criterion = _criterion(auto)
     found = front(_measured(measurement, renderer), criterion)
     enough = [place for place, outcome in enumerate(found) if criterion(outcome) <= bound]
