@@ -15,6 +15,7 @@ from spin_usd.geometry import lens
 from spin_usd.geometry.region import Region
 
 MAX_PIXELS_PER_SIDE = 65536  # Blender clamps above this without a word
+RIM_STEPS = 128  # pixels per side of the frame that are tried
 MAX_GRID_PIXELS = 2**23  # cameras up to this keep their pixel centres' inverse, 16 bytes a pixel, for the next frames
 
 
@@ -81,8 +82,7 @@ class Camera:
 
         Raises GeometryError where the lens model cannot be inverted.
         """
-        xy = (np.asarray(uv, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
-        return lens.undistort(xy, self.distortion)
+        return lens.undistort(self._distorted(uv), self.distortion)
 
     def rays(self, uv: ArrayLike) -> Float:
         """Directions (..., 3) in the camera frame with z = 1 through the pixels `uv` (..., 2)."""
@@ -99,8 +99,33 @@ class Camera:
         return np.moveaxis(_frame_centres(self)[:, *region.slices], 0, -1)
 
     def check_invertible(self) -> None:
-        """Raise GeometryError unless every pixel of the frame, its rim included, has a ray."""
-        self.normalised(self.rim(128))
+        """Raise GeometryError unless every pixel of the frame, its rim included, has a ray.
+
+        The lens is one to one where it can be inverted: if the rim is there, so is all that the rim encloses.
+        """
+        rim = self.rim(RIM_STEPS)
+        there = lens.inverse(self._distorted(rim), self.distortion)[1]
+        if not there.all():
+            raise self._folded(rim[~there])
+
+    def _distorted(self, uv: ArrayLike) -> Float:
+        """Distorted normalised coordinates (..., 2) of the pixels `uv` (..., 2)."""
+        xy: Float = (np.asarray(uv, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
+        return xy
+
+    def _folded(self, uv: Float) -> GeometryError:
+        """What to say of the pixels `uv` (N, 2), which have no ray: where the lens ends on the way to the furthest."""
+        reach = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
+        worst = int(np.argmax(reach))
+        towards = self._distorted(uv[worst])
+        fold = lens.invertible_radius(self.distortion) * towards / np.linalg.norm(towards)
+        end = float(np.linalg.norm(self.pixels(fold) - (self.cx, self.cy)))
+        return GeometryError(
+            f"the lens distortion {list(self.distortion)} cannot be inverted at pixel ({uv[worst, 0]:g}, "
+            f"{uv[worst, 1]:g}): that way the image folds back {end:.4g} px from the principal point, "
+            f"and the frame reaches {reach[worst]:.4g} px",
+            do=lens.MONOTONE,
+        )
 
     def rim(self, steps: int) -> Float:
         """Pixel coordinates (4 * steps, 2) around the edge of the image, its corners included."""

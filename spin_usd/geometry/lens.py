@@ -7,16 +7,19 @@ Coefficients in OpenCV's order k1, k2, p1, p2, k3. Source: D. C. Brown, "Decente
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
 
 Coefficients = tuple[float, ...]
-NEWTON_STEP = 1e-8  # normalised units; Newton squares the error, so a step of 1e-8 leaves 1e-16
-NEWTON_STEPS = 50
-REBOUND = 0.9  # of the invertible radius, where a step that left the branch goes on from (0.99 and 0.5 can cycle)
+NEWTON_STEP = 1e-8  # of the points' reach; Newton squares the error, so a step of 1e-8 leaves 1e-16
+MAX_STEPS = 200  # most lenses take four; next to the fold steps are halved
+START = 0.9  # of the invertible radius: no search begins further out
 CHUNK = 16384  # points worked on at once: their dozen temporaries fit a core's cache
+DIRECTIONS = 64  # along which the fold is looked for; from one to the next it moves by a thousandth of itself
+TOUCHING = 1e-6  # relative: a pair of complex roots so near to a real one is a fold, or as good as one
+MONOTONE = "use coefficients that stay monotone over the whole frame"
 
 
 def distort(xy: ArrayLike, distortion: ArrayLike) -> Float:
@@ -44,77 +47,119 @@ def distortion_jacobian(xy: ArrayLike, distortion: ArrayLike) -> Float:
 
 
 def undistort(xy: ArrayLike, distortion: ArrayLike) -> Float:
-    """Undistorted normalised coordinates (..., 2) of the distorted `xy` (..., 2), by Newton's method.
+    """Undistorted normalised coordinates (..., 2) of the distorted `xy` (..., 2).
 
     Raises GeometryError when a point has no inverse on the lens's own branch (the one that holds the centre).
     """
+    found, there = inverse(xy, distortion)
+    if not there.all():
+        reach = np.linalg.norm(np.asarray(xy, np.float64)[~there], axis=-1).max()
+        k = np.asarray(distortion, np.float64).tolist()
+        raise GeometryError(f"the lens distortion {k} cannot be inverted at normalised radius {reach:.4g}", do=MONOTONE)
+    return found
+
+
+def inverse(xy: ArrayLike, distortion: ArrayLike) -> tuple[Float, NDArray[np.bool_]]:
+    """Undistorted normalised coordinates (..., 2) of the distorted `xy` (..., 2), and (...) whether there are any on
+    the lens's own branch."""
     want = np.asarray(xy, np.float64)
     k = tuple(float(c) for c in np.asarray(distortion, np.float64))
     if not any(k):
-        return want.copy()
+        return want.copy(), np.ones(want.shape[:-1], bool)
     flat = want.reshape(-1, 2)
-    found = np.empty_like(flat)
-    limit = invertible_radius(k)
+    found, there = np.empty_like(flat), np.empty(len(flat), bool)
     for start in range(0, len(flat), CHUNK):
         chunk = slice(start, start + CHUNK)
-        found[chunk, 0], found[chunk, 1] = _newton(flat[chunk, 0].copy(), flat[chunk, 1].copy(), k, limit)
-    return found.reshape(want.shape)
+        found[chunk, 0], found[chunk, 1], there[chunk] = _newton(flat[chunk, 0], flat[chunk, 1], k)
+    return found.reshape(want.shape), there.reshape(want.shape[:-1])
 
 
-def _newton(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, Float]:
-    """`undistort` of the coordinates x0 and y0 (N,), few enough for the processor's cache."""
-    k1, k2, p1, p2, k3 = k
+def _newton(x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, NDArray[np.bool_]]:
+    """`inverse` of the coordinates x0 and y0 (N,), few enough for the processor's cache.
+
+    By Newton's method, whose steps are halved until they stay within the invertible disc and lessen the error: so none
+    leads to another branch, and next to the fold, where the plain method goes round in circles, they still arrive.
+    """
+    limit = invertible_radius(k)
+    done = NEWTON_STEP * min(float(np.hypot(x0, y0).max(initial=0)), 1.0)
+    x, y = _start(x0, y0, k, START * limit)
+    ex, ey, dx, dy = _errors_and_steps(x, y, x0, y0, k)
+    error, share = ex * ex + ey * ey, np.ones(len(x))
+    for _ in range(MAX_STEPS):
+        arrived = (np.abs(dx) <= done) & (np.abs(dy) <= done)
+        nx, ny = x - share * dx, y - share * dy
+        ex, ey, ndx, ndy = _errors_and_steps(nx, ny, x0, y0, k)
+        less = ex * ex + ey * ey
+        better = (nx * nx + ny * ny < limit * limit) & ((less < error) | arrived)
+        if better.all():
+            x, y, dx, dy, error = nx, ny, ndx, ndy, less
+        else:
+            x, y, error = np.where(better, nx, x), np.where(better, ny, y), np.where(better, less, error)
+            dx, dy = np.where(better, ndx, dx), np.where(better, ndy, dy)
+        if arrived.all():
+            return x, y, arrived
+        share = np.where(better, np.minimum(2 * share, 1), share / 2)
+    return x, y, arrived
+
+
+def _start(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, Float]:
+    """A first guess at `inverse`, within the radius `limit`."""
     r2 = x0 * x0 + y0 * y0
-    shrink = 1 / np.maximum(1 + r2 * (k1 + r2 * (k2 + r2 * k3)), 0.1)
-    x, y = x0 * shrink, y0 * shrink
-    for _ in range(NEWTON_STEPS):
-        xx, yy, xy = x * x, y * y, x * y
-        r2 = xx + yy
-        if float(r2.max(initial=0)) >= limit * limit:
-            x, y = _within(x, y, REBOUND * limit)
-            xx, yy, xy = x * x, y * y, x * y
-            r2 = xx + yy
-        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        ex = x * radial + 2 * p1 * xy + p2 * (r2 + 2 * xx) - x0
-        ey = y * radial + p1 * (r2 + 2 * yy) + 2 * p2 * xy - y0
-        slope = 2 * (k1 + r2 * (2 * k2 + 3 * k3 * r2))
-        a = radial + slope * xx + 2 * p1 * y + 6 * p2 * x
-        b = slope * xy + 2 * p1 * x + 2 * p2 * y
-        d = radial + slope * yy + 6 * p1 * y + 2 * p2 * x
-        det = a * d - b * b
-        dx, dy = (d * ex - b * ey) / det, (a * ey - b * ex) / det
-        x -= dx
-        y -= dy
-        if max(np.abs(dx).max(initial=0), np.abs(dy).max(initial=0)) < NEWTON_STEP and (det > 0).all():
-            return x, y
-    reach = np.sqrt((x0 * x0 + y0 * y0).max())
-    raise GeometryError(
-        f"the lens distortion {list(k)} cannot be inverted at normalised radius {reach:.4g}",
-        do="use coefficients that stay monotone over the whole frame",
-    )
+    shrink = 1 / np.maximum(1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4])), 0.1)
+    shrink = np.minimum(shrink, limit / np.maximum(np.sqrt(r2), np.finfo(float).tiny))
+    return x0 * shrink, y0 * shrink
 
 
-def _within(x: Float, y: Float, radius: float) -> tuple[Float, Float]:
-    """The points pulled back into the disc of `radius`: beyond the fold Newton would find another branch."""
-    shrink = np.minimum(radius / np.maximum(np.hypot(x, y), radius), 1)
-    return x * shrink, y * shrink
+def _errors_and_steps(x: Float, y: Float, x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, Float, Float]:
+    """By how much the distorted (x, y) misses (x0, y0), and Newton's step to subtract."""
+    k1, k2, p1, p2, k3 = k
+    xx, yy, xy = x * x, y * y, x * y
+    r2 = xx + yy
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    ex = x * radial + 2 * p1 * xy + p2 * (r2 + 2 * xx) - x0
+    ey = y * radial + p1 * (r2 + 2 * yy) + 2 * p2 * xy - y0
+    slope = 2 * (k1 + r2 * (2 * k2 + 3 * k3 * r2))
+    a = radial + slope * xx + 2 * p1 * y + 6 * p2 * x
+    b = slope * xy + 2 * p1 * x + 2 * p2 * y
+    d = radial + slope * yy + 6 * p1 * y + 2 * p2 * x
+    det = a * d - b * b
+    return ex, ey, (d * ex - b * ey) / det, (a * ey - b * ex) / det
 
 
 @lru_cache(maxsize=64)
 def invertible_radius(distortion: Coefficients) -> float:
-    """Undistorted radius below which the map is one to one; infinity when it is so to radius 20 (87 degrees).
+    """Undistorted radius below which the map is one to one; infinity when it is so everywhere.
 
     The map is the gradient of a potential, so its Jacobian is symmetric. On a disc on which the determinant stays
     above zero the Jacobian, the identity at the centre, is positive definite: the potential is strictly convex there
-    and its gradient one to one. The disc ends at the first radius, of a grid along 64 directions, that breaks this.
+    and its gradient one to one. The disc ends at the least root of the determinant, a polynomial of the radius along
+    each of DIRECTIONS.
     """
-    k = np.asarray(distortion, np.float64)
-    if not k.any():
+    if not any(distortion):
         return float("inf")
-    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-    radius = np.concatenate([np.linspace(0, 2, 2001), np.linspace(2, 20, 1801)[1:]])
-    ray = np.stack([np.cos(angle), np.sin(angle)], -1)
-    jacobian = distortion_jacobian(radius[:, None, None] * ray, k)
-    determinant = jacobian[..., 0, 0] * jacobian[..., 1, 1] - jacobian[..., 0, 1] ** 2
-    singular = (determinant <= 0).any(axis=1)
-    return float(radius[np.argmax(singular)]) if singular.any() else float("inf")
+    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    return min(map(_least_root, _determinants(np.cos(angle), np.sin(angle), distortion)))
+
+
+def _determinants(cosine: Float, sine: Float, k: Coefficients) -> Float:
+    """(N, 13) coefficients, lowest power of the radius first, of the Jacobian's determinant along N directions."""
+    k1, k2, p1, p2, k3 = k
+    radial, slope = np.array([1, 0, k1, 0, k2, 0, k3]), np.array([0, 0, 2 * k1, 0, 4 * k2, 0, 6 * k3])
+    first = np.eye(7)[1]
+
+    def row(c: float, s: float) -> Float:
+        xx = radial + slope * c * c + first * (2 * p1 * s + 6 * p2 * c)
+        yy = radial + slope * s * s + first * (6 * p1 * s + 2 * p2 * c)
+        xy = slope * c * s + first * (2 * p1 * c + 2 * p2 * s)
+        return np.convolve(xx, yy) - np.convolve(xy, xy)
+
+    return np.array([row(c, s) for c, s in zip(cosine, sine, strict=True)])
+
+
+def _least_root(coefficients: Float) -> float:
+    """The least positive root of a polynomial (lowest power first) that is 1 at 0; infinity where there is none."""
+    # Of the reciprocal, which is monic whatever the degree, in a unit in which no coefficient is large.
+    unit = float(max(np.abs(c) ** (1 / i) for i, c in enumerate(coefficients) if i))
+    roots = np.roots(coefficients / unit ** np.arange(len(coefficients)))
+    real = roots.real[(roots.real > 0) & (np.abs(roots.imag) <= TOUCHING * roots.real)]
+    return float(1 / (unit * real.max())) if unit and len(real) else float("inf")

@@ -147,6 +147,22 @@ def test_a_lens_that_folds_inside_the_frame_is_found():
         dataclasses.replace(BARREL, distortion=(-0.8, 0, 0, 0, 0)).check_invertible()
 
 
+@pytest.mark.parametrize("focal", [30.0, 3e3, 3e6])
+def test_the_sentence_on_a_fold_says_where(focal):
+    """For k1 alone the image ends at two thirds of the radius at which it folds, 1 / sqrt(-3 k1)."""
+    fits, folds = (
+        Camera(width=80, height=60, fx=focal, fy=focal, cx=40, cy=30, distortion=(k1, 0, 0, 0, 0))
+        for k1 in (-4 / 27 * (focal / 50) ** 2 / (1 + s) for s in (1e-6, -0.2))
+    )
+    fits.check_invertible()
+    assert np.isfinite(fits.centres(fits.frame)).all()
+    with pytest.raises(GeometryError) as refusal:
+        folds.check_invertible()
+    assert f"folds back {50 * np.sqrt(0.8):.4g} px from the principal point, and the frame reaches 50 px" in str(
+        refusal.value
+    )
+
+
 @pytest.mark.parametrize(
     "change",
     [

@@ -12,7 +12,9 @@ from spin_usd.geometry import lens
 
 ROUNDING = 1e-14
 NEAR_FOLD = 0.98  # of the invertible radius: nearer, the inverse is ill-conditioned
-RADIUS_GRID = 2e-3  # the step in which `invertible_radius` searches, twice
+ROOT = 1e-9  # relative: of a polynomial's roots, found in two ways
+SCALES = [1e-4, 1e-2, 1.0, 10.0]  # of normalised coordinates: from a focal length of metres to one of a millimetre
+NEXT_TO_THE_FOLD = 1 - 1e-4  # of the invertible radius
 
 
 def thousandths(most):
@@ -82,10 +84,42 @@ def test_invertible_radius_is_the_fold(k):
     fold = np.sqrt(real.min()) if len(real) else np.inf
     assume(len(real) == len(set(np.round(real, 4))))  # a double root touches zero without folding
     found = lens.invertible_radius((k1, k2, 0, 0, k3))
-    if fold < 2:
-        assert 0 <= found - fold <= RADIUS_GRID
-    elif fold > 20:
-        assert found == np.inf
+    assert found == pytest.approx(fold, rel=ROOT)
+
+
+def in_unit(k, unit):
+    """The same lens where normalised coordinates are `unit` times as large."""
+    return tuple(float(c * unit**power) for c, power in zip(k, (-2, -4, -1, -1, -6), strict=True))
+
+
+@settings(max_examples=40)
+@given(coefficients)
+def test_the_fold_scales_with_the_focal_length(k):
+    radius = lens.invertible_radius(k)
+    for unit in SCALES:
+        assert lens.invertible_radius(in_unit(k, unit)) == pytest.approx(unit * radius, rel=ROOT)
+
+
+@settings(max_examples=40)
+@given(coefficients, st.sampled_from(SCALES), st.sampled_from([1.0, 5.0]))
+def test_next_to_the_fold_the_inverse_is_found(k, unit, strength):
+    """At any focal length, however strong the lens: the point found is distorted to the one that was asked for."""
+    strong = in_unit(tuple(strength * c for c in k), unit)
+    xy = disc(NEXT_TO_THE_FOLD * min(lens.invertible_radius(strong), 3 * unit))
+    least = np.linalg.svd(lens.distortion_jacobian(xy, strong), compute_uv=False)[:, 1]
+    wanted = lens.distort(xy[least > 0], strong)  # between the directions that are looked along it may fold before
+    found, there = lens.inverse(wanted, strong)
+    assert there.all()
+    assert np.abs(lens.distort(found, strong) - wanted).max() <= 10 * ROUNDING * np.abs(wanted).max()
+
+
+def test_a_strong_lens_of_a_long_focal_length_folds():
+    """A fold far within a thousandth of the focal length, which a search in steps of a thousandth would step over."""
+    k = (-1e7, 0, 0, 0, 0)
+    fold = np.sqrt(1 / 3e7)
+    assert lens.invertible_radius(k) == pytest.approx(fold, rel=ROOT)
+    beyond = 1.01 * lens.distort([fold, 0], k)
+    assert not lens.inverse(beyond, k)[1]
 
 
 @pytest.mark.parametrize("camera", [SPEEDPLUS, BARREL, FOLDING])

@@ -25,21 +25,22 @@ def test_lens_inverse_undistorts_as_opencv_does(speedplus, distortion):
     camera = replace(
         speedplus, width=1920, height=1200, fx=2988.58, fy=2988.34, cx=951.3, cy=612.8, distortion=distortion
     )
-    start, steps = lens_inverse(camera)
+    inverse = lens_inverse(camera)
     pixels = np.random.default_rng(1).uniform((0, 0), (1920, 1200), (2000, 2))
-    distorted = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
-    xy = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), start)[:, None]
-    for _ in range(steps):
-        error = lens.distort(xy, distortion) - distorted
-        xy -= np.linalg.solve(lens.distortion_jacobian(xy, distortion), error[..., None])[..., 0]
+    distorted = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy) / inverse.unit
+    xy = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), inverse.start)[:, None]
+    for _ in range(inverse.steps):
+        error = lens.distort(xy, inverse.distortion) - distorted
+        xy -= np.linalg.solve(lens.distortion_jacobian(xy, inverse.distortion), error[..., None])[..., 0]
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 500, 1e-15)
     wanted = cv2.undistortPoints(pixels[:, None], camera.matrix, np.array(distortion), criteria=stop)[:, 0]
-    assert np.abs((xy - wanted) * (camera.fx, camera.fy)).max() < LENS_PX
+    assert np.abs((xy * inverse.unit - wanted) * (camera.fx, camera.fy)).max() < LENS_PX
 
 
 def test_speedplus_lens_needs_one_step(speedplus):
-    assert lens_inverse(speedplus)[1] == 1
-    assert lens_inverse(replace(speedplus, distortion=(0.0,) * 5)) == ((1.0,), 0)
+    assert lens_inverse(speedplus).steps == 1
+    straight = lens_inverse(replace(speedplus, distortion=(0.0,) * 5))
+    assert (straight.unit, straight.start, straight.steps) == (1.0, (1.0,), 0)
 
 
 def test_lens_that_folds_within_the_frame_is_refused(speedplus):

@@ -28,6 +28,7 @@ PLAIN_FOCAL = (
 INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
 MAX_INVERSE_STEPS = 12
+BEYOND = 1 + 1e-6  # of the frame's own reach, so that the corners' last steps are free
 SUBPIXELS = 65536  # places per pixel side that a ray can go through
 CENTRE_PX = 0.006  # reach of a pixel's exact centre: ten times what Cycles' first ray misses it by
 GRID = 65  # points per axis on which the inverse is fitted and proved
@@ -93,10 +94,9 @@ class View:
         its pixel's centre goes through it exactly: the first, which Cycles sends 0.0005 px off, and one in 7,000 of the
         others, by less than shows. So both passes share one shader; compiling it costs 20 ms.
         """
-        c = self.camera
-        start, steps = lens_inverse(c)
-        half, snap = SUBPIXELS // 2, round(CENTRE_PX * SUBPIXELS)
-        k1, k2, p1, p2, k3 = map(_number, c.distortion)
+        c, inverse = self.camera, lens_inverse(self.camera)
+        half, snap, unit = SUBPIXELS // 2, round(CENTRE_PX * SUBPIXELS), inverse.unit
+        k1, k2, p1, p2, k3 = map(_number, inverse.distortion)
         return f"""
 shader spin_camera(output point position = 0.0, output vector direction = 0.0, output color throughput = 1.0)
 {{
@@ -106,10 +106,20 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
   int di = (int)((across - i) * {SUBPIXELS}.0) - {half}, dj = (int)((down - j) * {SUBPIXELS}.0) - {half};
   if (abs(di) < {snap} && abs(dj) < {snap}) {{ di = 0; dj = 0; }}
   float column = i + (0.5 + di / {SUBPIXELS}.0), row = j + (0.5 + dj / {SUBPIXELS}.0);
-  float x0 = (column - {_number(c.cx)}) * {_number(1 / c.fx)}, y0 = (row - {_number(c.cy)}) * {_number(1 / c.fy)};
-  float s = x0 * x0 + y0 * y0, start = {_horner(start, "s")}, x = x0 * start, y = y0 * start;
-  for (int step = 0; step < {steps}; ++step) {{
-    float xx = x * x, yy = y * y, xy = x * y, r2 = xx + yy;
+  float x0 = (column - {_number(c.cx)}) * {_number(1 / (c.fx * unit))};
+  float y0 = (row - {_number(c.cy)}) * {_number(1 / (c.fy * unit))};
+  float s = x0 * x0 + y0 * y0, start = {_horner(inverse.start, "s")}, x = x0 * start, y = y0 * start;
+  for (int step = 0; step < {inverse.steps}; ++step) {{
+    float xx = x * x, yy = y * y, r2 = xx + yy;
+    if (r2 > {_number(inverse.reach**2)}) {{
+      float back = {_number(inverse.reach)} / sqrt(r2);
+      x *= back;
+      y *= back;
+      xx = x * x;
+      yy = y * y;
+      r2 = xx + yy;
+    }}
+    float xy = x * y;
     float radial = 1.0 + r2 * ({k1} + r2 * ({k2} + r2 * {k3}));
     float ex = x * radial + 2.0 * {p1} * xy + {p2} * (r2 + 2.0 * xx) - x0;
     float ey = y * radial + {p1} * (r2 + 2.0 * yy) + 2.0 * {p2} * xy - y0;
@@ -121,6 +131,8 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
     x -= (d * ex - b * ey) / det;
     y -= (a * ey - b * ex) / det;
   }}
+  x *= {_number(unit)};
+  y *= {_number(unit)};
   {self._thin_lens() if self.thin_lens else "direction = normalize(vector(x, -y, 1.0));"}
   {self._position()}
 }}
@@ -152,25 +164,49 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class LensInverse:
+    """The way from distorted to undistorted coordinates that the shader goes, all in a `unit` of normalised coordinates
+    in which float32 neither overflows nor loses digits, however long the focal length.
+
+    start: a polynomial in the squared distorted radius, lowest power first, that scales distorted to undistorted
+    coordinates · steps: how many Newton steps must follow, none of which begins beyond the undistorted radius `reach`,
+    that of the frame · distortion: the lens's coefficients in that unit.
+    """
+
+    unit: float
+    start: tuple[float, ...]
+    steps: int
+    reach: float
+    distortion: tuple[float, float, float, float, float]
+
+
 @lru_cache(maxsize=16)
-def lens_inverse(camera: Camera) -> tuple[tuple[float, ...], int]:
-    """The cheapest inverse of the camera's lens: a polynomial in the squared distorted radius (lowest power first)
-    that scales distorted to undistorted coordinates, and how many Newton steps must follow it.
+def lens_inverse(camera: Camera) -> LensInverse:
+    """The cheapest inverse of the camera's lens.
 
     Raises RenderError when MAX_INVERSE_STEPS do not reach INVERSE_ERROR_PX somewhere in the frame.
     """
     if not camera.distorted:
-        return (1.0,), 0
+        return LensInverse(unit=1.0, start=(1.0,), steps=0, reach=1.0, distortion=camera.distortion)
     u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     pixels = np.stack([u.ravel(), v.ravel()], -1)
-    distorted = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
-    true = camera.normalised(pixels)
-    start = _radial_start(distorted, true)
-    guess = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), start)[:, None]
+    normalised = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    unit = 2.0 ** np.ceil(np.log2(np.linalg.norm(normalised, axis=1).max()))  # a power of two rounds nothing
+    distorted, true = normalised / unit, camera.normalised(pixels) / unit
+    k1, k2, p1, p2, k3 = camera.distortion
+    made = LensInverse(
+        unit=float(unit),
+        start=_radial_start(distorted, true),
+        steps=0,
+        reach=BEYOND * float(np.linalg.norm(true, axis=1).max()),
+        distortion=(k1 * unit**2, k2 * unit**4, p1 * unit, p2 * unit, k3 * unit**6),
+    )
+    guess = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), made.start)[:, None]
     for steps in range(MAX_INVERSE_STEPS + 1):
-        if float(np.abs((guess - true) * (camera.fx, camera.fy)).max()) <= INVERSE_ERROR_PX:
-            return start, steps
-        guess = _newton_step(guess, distorted, camera.distortion)
+        if float(np.abs((guess - true) * unit * (camera.fx, camera.fy)).max()) <= INVERSE_ERROR_PX:
+            return replace(made, steps=steps)
+        guess = _newton_step(guess, distorted, made)
     raise RenderError(
         f"the lens distortion {list(camera.distortion)} needs more than {MAX_INVERSE_STEPS} steps to invert",
         do="use coefficients that stay well within the lens's invertible range over the whole frame",
@@ -179,18 +215,18 @@ def lens_inverse(camera: Camera) -> tuple[tuple[float, ...], int]:
 
 def _radial_start(distorted: Float, true: Float) -> tuple[float, ...]:
     """Coefficients, lowest power first, of the least-squares polynomial in r2 that takes `distorted` to `true`."""
-    r2 = (distorted**2).sum(1)
-    scale = max(float(r2.max()), np.finfo(float).tiny)
-    powers = (r2 / scale)[:, None] ** np.arange(INVERSE_DEGREE + 1)
+    powers = (distorted**2).sum(1)[:, None] ** np.arange(INVERSE_DEGREE + 1)
     columns = np.concatenate([powers * distorted[:, :1], powers * distorted[:, 1:]])
     fit = np.linalg.lstsq(columns, np.concatenate([true[:, 0], true[:, 1]]), rcond=None)[0]
-    return tuple(float(c) for c in fit / scale ** np.arange(INVERSE_DEGREE + 1))
+    return tuple(float(c) for c in fit)
 
 
-def _newton_step(xy: Float, distorted: Float, distortion: tuple[float, ...]) -> Float:
-    """One Newton step of the lens inverse; points (N, 2)."""
-    error = lens.distort(xy, distortion) - distorted
-    jacobian = lens.distortion_jacobian(xy, distortion)
+def _newton_step(xy: Float, distorted: Float, inverse: LensInverse) -> Float:
+    """One Newton step of the shader's; points (N, 2)."""
+    radius = np.linalg.norm(xy, axis=1, keepdims=True)
+    xy = xy * (inverse.reach / np.maximum(radius, inverse.reach))
+    error = lens.distort(xy, inverse.distortion) - distorted
+    jacobian = lens.distortion_jacobian(xy, inverse.distortion)
     return xy - np.linalg.solve(jacobian, error[..., None])[..., 0]
 
 
