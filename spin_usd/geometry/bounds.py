@@ -16,7 +16,7 @@ PADDING_PX = 2
 DIRECTIONS = 16  # in which a polygon's furthest points are found at once: within them lies nothing of the hull
 TURNS = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)])
-ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None, None]
+ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None]
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
 
@@ -29,22 +29,45 @@ def region_of_interest(
 
     The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
     """
-    p = np.asarray(hull_cam, np.float64)
-    if not len(p) or (p[:, 2] <= near).all():
+    uv = outline_of(camera, hull_cam, near, reach=reach)
+    return camera.frame if uv is None else region_around(camera, uv)
+
+
+def region_around(camera: Camera, outline: Float) -> Region:
+    """The smallest padded box of whole pixels, within the frame, that holds the pixels `outline` (N, 2)."""
+    if not len(outline):
         return Region(x0=0, y0=0, x1=0, y1=0)
-    reach = np.zeros(len(p)) if reach is None else np.asarray(reach, np.float64)
-    if (p[:, 2] <= near).any() or not np.isfinite(reach).all():
-        return camera.frame
-    xy = p[:, :2] / p[:, 2:]
-    if reach.any():
-        xy = (xy[:, None] + reach[:, None, None] * SQUARE).reshape(-1, 2)
-    uv = _outline_pixels(camera, convex_hull_2d(xy))
-    if not len(uv):
-        return Region(x0=0, y0=0, x1=0, y1=0)
-    low, high = np.floor(uv.min(0)).astype(int), np.ceil(uv.max(0)).astype(int)
+    low, high = np.floor(outline.min(0)).astype(int), np.ceil(outline.max(0)).astype(int)
     box = Region(x0=int(low[0]), y0=int(low[1]), x1=int(high[0]), y1=int(high[1])).padded(PADDING_PX)
     clipped = box & camera.frame
     return Region(x0=0, y0=0, x1=0, y1=0) if clipped.empty else clipped
+
+
+def outline_of(
+    camera: Camera, hull_cam: ArrayLike, near: float = 1e-6, *, reach: ArrayLike | None = None
+) -> Float | None:
+    """Pixels (N, 2) one after another around what the hull covers of the frame and 2 px more; arguments are those of
+    `region_of_interest`. None of them when it lies behind the camera or out of view; None where it crosses the
+    camera's plane."""
+    p = np.asarray(hull_cam, np.float64)
+    if not len(p) or (p[:, 2] <= near).all():
+        return np.zeros((0, 2))
+    reach = np.zeros(len(p)) if reach is None else np.asarray(reach, np.float64)
+    if (p[:, 2] <= near).any() or not np.isfinite(reach).all():
+        return None
+    xy = p[:, :2] / p[:, 2:]
+    if reach.any():
+        xy = (xy[:, None] + reach[:, None, None] * SQUARE).reshape(-1, 2)
+    return _outline_pixels(camera, convex_hull_2d(xy))
+
+
+def polygon_area(corners: ArrayLike) -> float:
+    """Of the polygon with the corners (N, 2), one after another: the shoelace formula."""
+    p = np.asarray(corners, np.float64).reshape(-1, 2)
+    if not len(p):
+        return 0.0
+    x, y = (p - p[0]).T  # far from the origin the products would cancel
+    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
 def convex_hull_2d(points: ArrayLike) -> Float:
@@ -90,14 +113,15 @@ def _without_inner(points: Float) -> Float:
 
 
 def _outline_pixels(camera: Camera, hull: Float) -> Float:
-    """Pixel coordinates (N, 2) around the part of the convex polygon `hull` (M, 2), normalised, that is in view.
+    """Pixel coordinates (N, 2), one after another, around the part of the convex polygon `hull` (M, 2), normalised,
+    that is in view.
 
     The lens is one to one there, so the image of the outline is the outline of the image.
     """
     outline = _clip(hull, *_field_of_view(camera))
     if not camera.distorted:
         return camera.pixels(outline)
-    edges = outline + ALONG_EDGE * (_following(outline) - outline)
+    edges = outline[:, None] + ALONG_EDGE * (_following(outline) - outline)[:, None]
     return camera.pixels(edges.reshape(-1, 2))
 
 

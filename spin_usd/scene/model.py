@@ -13,7 +13,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_reach
-from spin_usd.geometry.bounds import region_of_interest
+from spin_usd.geometry.bounds import outline_of, polygon_area, region_around, region_of_interest
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
@@ -97,21 +97,38 @@ class Scene:
     @cached_property
     def region(self) -> Region:
         """The pixels that the target can cover in the labels."""
+        if not self.blurred:
+            return self.picture_region
         return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
 
     @cached_property
     def picture_region(self) -> Region:
         """The pixels that the target can cover in the picture: those of `region`, and what its blur reaches."""
-        if not (self.thin_lens or self.shutter):
-            return self.region
+        outline = self._picture_outline
+        return self.camera.frame if outline is None else region_around(self.camera, outline)
+
+    @property
+    def outline_pixels(self) -> float:
+        """The area, pixels, of the outline of the target's convex hull in the picture: at least what it covers."""
+        region, outline = self.picture_region, self._picture_outline
+        box = region.width * region.height
+        return float(box) if outline is None else min(polygon_area(outline), float(box))
+
+    @cached_property
+    def _picture_outline(self) -> Float | None:
         places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
-        return region_of_interest(self.camera, places, reach=self.reach(places))
+        return outline_of(self.camera, places, reach=self.reach(places) if self.blurred else None)
 
     def lit_by(self, lights: tuple[Light, ...]) -> "Scene":
         """The same scene with other lights; what was worked out of its geometry stays."""
         other = copy(self)
         object.__setattr__(other, "lights", lights)
         return other
+
+    @property
+    def blurred(self) -> bool:
+        """Whether lens or motion smear the target."""
+        return bool(self.thin_lens or self.shutter)
 
     @property
     def poses(self) -> tuple[Transform, ...]:

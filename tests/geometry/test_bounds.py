@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
 from scipy.spatial import ConvexHull
 
-from spin_usd.geometry.bounds import PADDING_PX, convex_hull_2d, region_of_interest
+from spin_usd.geometry.bounds import PADDING_PX, convex_hull_2d, outline_of, polygon_area, region_of_interest
 from spin_usd.geometry.transform import Transform
 
 STRAIGHT = replace(SPEEDPLUS, distortion=(0.0,) * 5)
@@ -111,3 +111,22 @@ def test_convex_hull_is_qhulls(seed, count):
     found = convex_hull_2d(points)
     start = int(np.argmin(np.abs(expected - found[0]).sum(1)))
     np.testing.assert_array_equal(found, np.roll(expected, -start, axis=0))
+
+
+@given(seed=st.integers(0, 2**32 - 1), far=st.floats(0, 1e6))
+def test_polygon_area_is_qhulls(seed, far):
+    points = np.random.default_rng(seed).normal(size=(12, 2)) + far
+    assert polygon_area(convex_hull_2d(points)) == pytest.approx(ConvexHull(points - far).volume, rel=1e-6)
+
+
+@pytest.mark.parametrize("camera", [SPEEDPLUS, BARREL, PINCUSHION])
+def test_the_outline_of_a_body_in_view_is_the_area_it_covers(camera):
+    """A body's silhouette within the frame: as many pixel centres as its outline's area, but for those of its rim."""
+    corners = box()[0] * 0.4 + np.array([0.1, 0.05, 4])
+    outline = outline_of(camera, corners)
+    region = region_of_interest(camera, corners)
+    xy = camera.centres(region).reshape(-1, 2)
+    hull = ConvexHull(corners[:, :2] / corners[:, 2:])
+    inside = (hull.equations[:, :2] @ xy.T + hull.equations[:, 2:] <= 0).all(0).sum()
+    rim = np.linalg.norm(outline - np.roll(outline, 1, 0), axis=1).sum()
+    assert polygon_area(outline) == pytest.approx(inside, abs=rim)
