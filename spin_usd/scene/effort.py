@@ -17,12 +17,15 @@ REDUCTIONS = (1, 2, 4, 8)
 class Effort:
     """How hard a renderer tries. The defaults are those of `render`.
 
-    samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, as Cycles measures it
-    (0.01 to 0.1 is usual); 0: every pixel takes all · denoiser: quality of Open Image Denoise, or "none" · bounces:
-    how often light may go from part to part of the target before it reaches the camera · clamp: the most that one
-    indirect sample counts, in multiples of the strongest light's irradiance / 16 or more (see scene.light_groups);
-    0: any · light_tree: choose among several lights by what they do where they are looked for, else by their power ·
-    reduction: each rendered pixel stands for a square of so many, a side.
+    samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, 0.01 to 0.1 as usual;
+    it is looked at after every 16th, as Cycles measures it in unit light; 0: every pixel takes all · denoiser: quality
+    of Open Image Denoise, or "none" · bounces: how often light may go from part to part of the target on its way from
+    its source, lamp or glowing part, to the camera, 1 for each part but the first · clamp: the most that one indirect
+    contribution, light by way of another part, may add to a sample's radiance, mean of red, green and blue, in unit
+    light: there the strongest light's irradiance is 1 W/m2 (beside glowing parts, the power of 16 nearest to its own),
+    and what it makes of a white matt surface 1/pi; 0: any · light_tree: choose among several lights by what they do
+    where they are looked for, else by their power · reduction: each rendered pixel stands for a square of so many, a
+    side.
     """
 
     samples: int = 16

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from spin_usd.render.blender.passes import COMBINED
 from spin_usd.scene.light_groups import Groups
 
 SURROUNDINGS, EMISSION = "surroundings", "emission"
@@ -17,6 +18,11 @@ def group_names(groups: Groups) -> list[str]:
     """The names of a scene's groups, in their order."""
     placed = [light_name(index) for index in groups.placed]
     return placed + [SURROUNDINGS] * groups.surroundings + [EMISSION] * groups.emission
+
+
+def pass_names(names: Sequence[str]) -> list[str]:
+    """The passes that hold these groups: one has all the light there is, and is the picture itself."""
+    return [f"{COMBINED}_{name}" for name in names] if len(names) > 1 else [COMBINED] * len(names)
 
 
 def keep_apart(layer: Any, names: Sequence[str]) -> None:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from spin_usd.errors import RenderError
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.settings import IMAGE, LAYERS, assign
-from spin_usd.scene.passes import Radiance
+
+Float32 = NDArray[np.float32]
 
 COMBINED = "Combined"
 
@@ -32,52 +33,56 @@ class Readback:
     def __init__(self, scratch: Path) -> None:
         self._file = scratch / "frame.exr"
 
-    def picture(self, scene: Any, region: Region) -> NDArray[np.float32]:
+    def picture(self, scene: Any, region: Region) -> Float32:
         """(rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha."""
-        assign(scene.render.image_settings, IMAGE)
-        self._render(scene)
-        return self._read(region, {"": 4})[""]
+        return self._passes(scene, region, IMAGE, {"": 4})[""]
 
-    def radiance(self, scene: Any, region: Region, groups: Sequence[str]) -> Radiance:
-        """`region` by light group. One group, or none, is the picture itself; more are passes of the view layer."""
-        if len(groups) <= 1:
+    def planes(self, scene: Any, region: Region, passes: Sequence[str]) -> tuple[Float32, Float32]:
+        """The view layer's `passes` (N, rows, columns, 3) of `region`, and the coverage (rows, columns)."""
+        if set(passes) <= {COMBINED}:  # the picture itself: a smaller file
             rgba = self.picture(scene, region)
-            return Radiance(region=region, groups=rgba[None, ..., :3][: len(groups)], coverage=rgba[..., 3])
-        assign(scene.render.image_settings, LAYERS)
-        self._render(scene)
-        names = [f"{COMBINED}_{group}" for group in groups]
-        passes = self._read(region, {COMBINED: 4, **dict.fromkeys(names, 3)})
-        planes = np.stack([passes[name] for name in names])
-        return Radiance(region=region, groups=planes, coverage=passes[COMBINED][..., 3])
+            return rgba[None, ..., :3][: len(passes)], rgba[..., 3]
+        found = self._passes(scene, region, LAYERS, {**dict.fromkeys(passes, 3), COMBINED: 4})
+        return np.stack([found[name][..., :3] for name in passes]), found[COMBINED][..., 3]
 
-    def _render(self, scene: Any) -> None:
-        self._file.unlink(missing_ok=True)
+    def _passes(
+        self, scene: Any, region: Region, kind: Mapping[str, Any], wanted: Mapping[str, int]
+    ) -> dict[str, Float32]:
+        assign(scene.render.image_settings, kind)
         scene.render.filepath = str(self._file)
-        try:
-            outcome = bpy.ops.render.render(write_still=True, scene=scene.name)
-        except RuntimeError as error:
-            raise RenderError(f"Blender failed: {error}") from error
-        if outcome != {"FINISHED"}:
-            raise RenderError(f"Blender ended a render with {sorted(outcome)}")
-
-    def _read(self, region: Region, wanted: Mapping[str, int]) -> dict[str, NDArray[np.float32]]:
-        """(rows, columns, channels) float32 of each pass that is `wanted`, with so many channels."""
-        image = OpenImageIO.ImageInput.open(str(self._file))
-        if image is None:
-            raise RenderError(f"Blender's picture cannot be read: {OpenImageIO.geterror()}")
-        found = {}
-        for part in range(image.spec().get_int_attribute("oiio:subimages", 1)):
-            image.seek_subimage(part, 0)
-            name = _pass_name(image.spec().channelnames[0])
-            if name in wanted:
-                found[name] = _pixels(image, part, (*region.shape, wanted[name]))
-        image.close()
-        if missing := set(wanted) - set(found):
-            raise RenderError(f"Blender's picture lacks the passes {sorted(missing)}")
-        return found
+        render(scene, self._file, write_still=True)
+        return read_picture(self._file, region.shape, wanted)
 
 
-def _pixels(image: Any, part: int, shape: tuple[int, int, int]) -> NDArray[np.float32]:
+def render(scene: Any, file: Path, *, write_still: bool) -> None:
+    """Let Blender make `file` of the `scene`: its still picture, or what its compositor writes."""
+    file.unlink(missing_ok=True)
+    try:
+        outcome = bpy.ops.render.render(write_still=write_still, scene=scene.name)
+    except RuntimeError as error:
+        raise RenderError(f"Blender failed: {error}") from error
+    if outcome != {"FINISHED"}:
+        raise RenderError(f"Blender ended a render with {sorted(outcome)}")
+
+
+def read_picture(file: Path, shape: tuple[int, int], wanted: Mapping[str, int]) -> dict[str, Float32]:
+    """(*shape, channels) float32 of each pass that is `wanted`, with so many channels."""
+    image = OpenImageIO.ImageInput.open(str(file))
+    if image is None:
+        raise RenderError(f"Blender's picture cannot be read: {OpenImageIO.geterror()}")
+    found = {}
+    for part in range(image.spec().get_int_attribute("oiio:subimages", 1)):
+        image.seek_subimage(part, 0)
+        name = _pass_name(image.spec().channelnames[0])
+        if name in wanted:
+            found[name] = _pixels(image, part, (*shape, wanted[name]))
+    image.close()
+    if missing := set(wanted) - set(found):
+        raise RenderError(f"Blender's picture lacks the passes {sorted(missing)}")
+    return found
+
+
+def _pixels(image: Any, part: int, shape: tuple[int, int, int]) -> Float32:
     pixels = image.read_image(part, 0, 0, shape[2], "float")
     if pixels is None:
         raise RenderError(f"Blender's picture cannot be read: {image.geterror()}")
@@ -91,7 +96,7 @@ def _pass_name(channel: str) -> str:
     return channel.rpartition(".")[0].partition(".")[2]
 
 
-def face_indices(numbers: NDArray[np.float32], count: int) -> NDArray[np.int32]:
+def face_indices(numbers: Float32, count: int) -> NDArray[np.int32]:
     """Face indices (rows, columns) of the face numbers that were rendered, -1 where none.
 
     Raises RenderError unless each is one of the whole numbers 0 to `count`.

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
+from spin_usd.render.blender.denoiser import GUIDES, Denoiser
 from spin_usd.render.blender.light import LightRig
-from spin_usd.render.blender.light_groups import group_names, keep_apart
+from spin_usd.render.blender.light_groups import group_names, keep_apart, pass_names
 from spin_usd.render.blender.light_links import needs_groups
 from spin_usd.render.blender.material import label_material
 from spin_usd.render.blender.mesh import TargetObject
@@ -34,13 +35,19 @@ from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
+Float32 = NDArray[np.float32]
+
 
 class BlenderRenderer:
-    """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it."""
+    """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
+
+    Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
+    """
 
     name = "blender"
 
-    def __init__(self) -> None:
+    def __init__(self, *, crop: bool = True) -> None:
+        self._crop = crop
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self._scratch = scratch_folder()
         folder = Path(self._scratch.name)
@@ -53,6 +60,7 @@ class BlenderRenderer:
         self._lights = LightRig(self._scene)
         self._world = WorldRig(self._scene)
         self._readback = Readback(folder)
+        self._denoiser = Denoiser(folder)
         self._kept: tuple[Effort, str] | None = None
 
     def visibility(self, scene: Scene) -> Visibility:
@@ -65,7 +73,7 @@ class BlenderRenderer:
         holes = bool(scene.target.cut_out_key)
         assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
         self._scene.view_layers[0].material_override = None if holes else self._label_material
-        keep_apart(self._scene.view_layers[0], [])
+        self._split_light([], guided=False)
         if holes:
             self._target.number(scene.target.materials)
         numbers = self._numbers(label_bands(scene), region)
@@ -85,8 +93,12 @@ class BlenderRenderer:
         self._forget(effort, self._world.image)
         assign(self._scene.cycles, {**self._required(effort), "seed": seed})
         self._scene.view_layers[0].material_override = None
-        keep_apart(self._scene.view_layers[0], names)
-        return self._light(picture_bands(scene, samples=effort.samples), region, names)
+        guided = bool(names) and effort.denoiser != "none"
+        self._split_light(names, guided=guided)
+        planes, coverage = self._planes(scene, effort, [*pass_names(names), *(GUIDES if guided else ())])
+        groups, guides = planes[: len(names)], planes[len(names) :]
+        noisy = Radiance(region=region, groups=groups, coverage=coverage)
+        return self._denoiser.denoised(noisy, guides, effort.denoiser) if guided else noisy
 
     def versions(self) -> dict[str, str]:
         """Names and versions of the software that decides the result."""
@@ -106,7 +118,7 @@ class BlenderRenderer:
         self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location, split=split)
         self._camera.aim(view)
 
-    def _numbers(self, bands: list[Region], region: Region) -> NDArray[np.float32]:
+    def _numbers(self, bands: list[Region], region: Region) -> Float32:
         """(rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
         numbers = np.zeros(region.shape, np.float32)
         for band in bands:
@@ -114,14 +126,31 @@ class BlenderRenderer:
             numbers[_inside(band, region)] = self._readback.picture(self._scene, band)[..., 0]
         return numbers
 
-    def _light(self, bands: list[Region], region: Region, groups: Sequence[str]) -> Radiance:
-        """That of `region`, rendered only in the `bands`; black and clear elsewhere."""
-        whole = Radiance.dark(region, groups=len(groups))
-        for band in bands:
+    def _split_light(self, names: Sequence[str], *, guided: bool) -> None:
+        """Have Cycles render these light groups apart, and the denoiser's guides."""
+        layer = self._scene.view_layers[0]
+        keep_apart(layer, names)
+        assign(layer.cycles, {"denoising_store_passes": guided})
+
+    def _planes(self, scene: Scene, effort: Effort, passes: Sequence[str]) -> tuple[Float32, Float32]:
+        """The `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and clear where the
+        target cannot be, which is not rendered."""
+        region = scene.picture_region
+        box = region if self._crop else scene.camera.frame
+        planes, coverage = np.zeros((len(passes), *box.shape, 3), np.float32), np.zeros(box.shape, np.float32)
+        for band in self._bands(scene, effort):
             self._camera.crop(band)
-            part, inside = self._readback.radiance(self._scene, band, groups), _inside(band, region)
-            whole.groups[:, *inside], whole.coverage[inside] = part.groups, part.coverage
-        return whole
+            inside = _inside(band, box)
+            planes[:, *inside], coverage[inside] = self._readback.planes(self._scene, band, passes)
+        cut = _inside(region, box)
+        return planes[:, *cut], coverage[cut]
+
+    def _bands(self, scene: Scene, effort: Effort) -> list[Region]:
+        if not self._crop:
+            return [scene.camera.frame]
+        if effort.adaptive:
+            return [scene.picture_region]  # a pixel's neighbours decide with it how many samples it takes
+        return picture_bands(scene, samples=effort.samples)
 
     def _forget(self, effort: Effort, world: str) -> None:
         """Make Cycles prepare all anew where the effort or the world's image changed.
