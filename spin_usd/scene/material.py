@@ -68,6 +68,12 @@ class Material:
         return digest([content(getattr(self, name)) for name in sorted(self.__dataclass_fields__) if name != "path"])
 
     @property
+    def tangent_primvar(self) -> str:
+        """The 2-D primvar along which its normals are tilted: their texture's own, else USD's usual `st`."""
+        texture = self.normal
+        return (isinstance(texture, Texture) and texture.coordinates.primvar) or "st"
+
+    @property
     def cut_out(self) -> bool:
         """Whether some of its points may not be there."""
         return self.opacity_threshold > 0

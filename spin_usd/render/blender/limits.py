@@ -21,13 +21,7 @@ def check_material(material: Material, mesh: Mesh, faces: NDArray[np.bool_], inp
         if value is not None:
             _check(value, name, material.path, mesh, faces)
         if name == "normal" and value not in (None, (0, 0, 1)):
-            _primvar(mesh, tangent_primvar(material), 2, name, material.path)
-
-
-def tangent_primvar(material: Material) -> str:
-    """The 2-D primvar along which a material's normals are tilted: their texture's own, else USD's usual `st`."""
-    texture = material.normal
-    return (isinstance(texture, Texture) and texture.coordinates.primvar) or "st"
+            _primvar(mesh, material.tangent_primvar, 2, name, material.path)
 
 
 def _check(value: Any, name: str, path: str, mesh: Mesh, faces: NDArray[np.bool_]) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from spin_usd.render.blender.limits import check_material, tangent_primvar
+from spin_usd.render.blender.limits import check_material
 from spin_usd.render.blender.nodes import Nodes, Value, varies
 from spin_usd.render.blender.reflection import principled_inputs, tilted
 from spin_usd.render.blender.see_through import absent, coverage, faded
@@ -141,6 +141,6 @@ def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
     color: Value = tuple(0.5 * c + 0.5 for c in tangent) if not varies(tangent) else None
     if color is None:
         color = nodes.vector("MULTIPLY_ADD", tangent, 0.5, 0.5)
-    along = attribute_name(tangent_primvar(material))
+    along = attribute_name(material.tangent_primvar)
     node = nodes.add("ShaderNodeNormalMap", {"Strength": 1.0, "Color": color}, space="TANGENT", uv_map=along)
     return node.outputs["Normal"]

@@ -1,0 +1,169 @@
+"""What of a target's materials its picture depends on: the rest is neither drawn, nor uploaded, nor looked up."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.scene.lookup import extremes
+from spin_usd.scene.material import LIMITS, PRESENCE, Material
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.target import Target
+from spin_usd.scene.texture import Primvar, Texture
+
+BLACK = (0.0, 0.0, 0.0)
+FACING = (0.0, 0.0, 1.0)
+FALLBACK = Material(path="")
+NAMED = tuple(LIMITS.items())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surfaces:
+    """materials: those of `target` as far as they matter: an input that changes nothing has its fallback, one that is
+    the same everywhere is a constant · unseen: indices of those that no face shows, which are plain grey here."""
+
+    target: Target
+    materials: tuple[Material, ...]
+    unseen: frozenset[int]
+
+    @property
+    def seen(self) -> Iterator[tuple[int, Material]]:
+        """The materials that faces show, by their indices."""
+        return ((i, material) for i, material in enumerate(self.materials) if i not in self.unseen)
+
+    @cached_property
+    def idle(self) -> tuple[str, ...]:
+        """By UsdPreviewSurface's names, the inputs that a material in use has and that it does not need as they are."""
+        own = self.target.materials
+        pairs = [(getattr(own[i], name), getattr(m, name), said.name) for i, m in self.seen for name, said in NAMED]
+        changed = {said for given, kept, said in pairs if given is not kept and given != kept}
+        return tuple(said.name for _, said in NAMED if said.name in changed)
+
+    @cached_property
+    def matt(self) -> bool:
+        """Whether all of it reflects by Lambert's law and nothing else."""
+        return all(is_matt(material) for _, material in self.seen)
+
+    @cached_property
+    def clear(self) -> bool:
+        """Whether rays may go on through some of it."""
+        return any(not is_opaque(material) for _, material in self.seen)
+
+    @cached_property
+    def glowing(self) -> bool:
+        return any(material.emissive_color != BLACK for _, material in self.seen)
+
+    @cached_property
+    def tilted(self) -> bool:
+        """Whether some of it is shaded along other normals than its faces' own."""
+        return bool(self.target.mesh.smooth.any()) or any(m.normal is not None for _, m in self.seen)
+
+    @cached_property
+    def albedo(self) -> float:
+        """The most that it reflects of any colour's light, where all of it is matt."""
+        return max(float(_range(m.diffuse_color, self.target.mesh, self._faces(i))[1].max()) for i, m in self.seen)
+
+    @cached_property
+    def primvars(self) -> frozenset[str]:
+        """The names of the primvars that pictures and labels read."""
+        cut = [replace(Material(path=""), opacity=m.opacity) for m in self.target.materials if m.cut_out]
+        return frozenset(name for m in (*self.materials, *cut) for name in _read(m))
+
+    def _faces(self, index: int) -> NDArray[np.bool_]:
+        return np.asarray(self.target.mesh.face_material == index)
+
+
+@lru_cache(maxsize=2)
+def surfaces_of(target: Target) -> Surfaces:
+    """Those of `target`, worked out once for all of its pictures."""
+    mesh, materials = target.mesh, []
+    used = np.bincount(mesh.face_material, minlength=len(target.materials)) > 0
+    for index, material in enumerate(target.materials):
+        faces = mesh.face_material == index
+        materials.append(as_it_matters(material, mesh, faces) if used[index] else Material(path=material.path))
+    return Surfaces(target=target, materials=tuple(materials), unseen=frozenset(np.flatnonzero(~used).tolist()))
+
+
+def as_it_matters(material: Material, mesh: Mesh, faces: NDArray[np.bool_]) -> Material:
+    """`material`, shown on some `faces` (F,) of `mesh`, with fallbacks for all that changes nothing there."""
+    values = {name: _constant(getattr(material, name), name, mesh, faces) for name, _ in NAMED}
+    plain = replace(material, **values)
+    if plain.cut_out and _range(plain.opacity, mesh, faces)[0].min() >= plain.opacity_threshold:
+        plain = replace(plain, opacity=1.0, opacity_threshold=0.0)
+    return replace(plain, **{name: getattr(FALLBACK, name) for name in _idle(plain)})
+
+
+def is_opaque(material: Material) -> bool:
+    return material.opacity == 1 and not material.cut_out
+
+
+def is_matt(material: Material) -> bool:
+    """Whether it reflects by Lambert's law and nothing else."""
+    if material.clearcoat != 0 or not _is_solid(material):
+        return False
+    return material.specular_color == BLACK if material.use_specular_workflow else _is_index_1(material)
+
+
+def _is_index_1(material: Material) -> bool:
+    return material.metallic == 0 and material.ior == 1
+
+
+def _is_solid(material: Material) -> bool:
+    """Whether what is there of it lets no light through."""
+    return material.opacity == 1 or material.cut_out or material.opacity_mode == PRESENCE
+
+
+def _idle(material: Material) -> Iterator[str]:
+    """The inputs of which nothing depends."""
+    if material.use_specular_workflow:
+        yield from ("metallic", "ior")
+    else:
+        yield "specular_color"
+        if material.metallic == 1 and _is_solid(material):
+            yield "ior"
+    if material.clearcoat == 0:
+        yield "clearcoat_roughness"
+    if is_matt(material):
+        yield "roughness"
+    if is_opaque(material) or material.cut_out:
+        yield "opacity_mode"
+
+
+def _constant(value: Any, name: str, mesh: Mesh, faces: NDArray[np.bool_]) -> Any:
+    """A texture or primvar that is the same on all of `faces` as a number or tuple; else `value`."""
+    if not isinstance(value, (Texture, Primvar)):
+        return value
+    low, high = _range(value, mesh, faces)
+    if len(low) != LIMITS[name].size or (low != high).any():
+        return value
+    numbers = tuple(low.tolist())
+    if name == "normal":  # another one leans along its own texture's axes
+        return None if numbers == FACING else value
+    return numbers if len(numbers) > 1 else numbers[0]
+
+
+def _range(value: Any, mesh: Mesh, faces: NDArray[np.bool_]) -> Float:
+    """(2, C) the lowest and the highest of each component of an input on `faces`."""
+    if isinstance(value, Texture):
+        return extremes(value)
+    if isinstance(value, Primvar):
+        if value.name not in mesh.primvars:  # refused when it is drawn
+            return np.array([[-np.inf], [np.inf]])
+        numbers = mesh.primvars[value.name][faces].astype(np.float64)
+        return np.stack([numbers.min((0, 1)), numbers.max((0, 1))])
+    return np.stack([np.atleast_1d(np.asarray(value, np.float64))] * 2)
+
+
+def _read(material: Material) -> Iterator[str]:
+    """The names of the primvars that it reads."""
+    for value in vars(material).values():
+        if isinstance(value, Primvar):
+            yield value.name
+        elif isinstance(value, Texture) and value.coordinates.primvar is not None:
+            yield value.coordinates.primvar
+    if material.normal is not None:
+        yield material.tangent_primvar
