@@ -58,13 +58,9 @@ def plan(
 def table(cost: "Matrix") -> str:
     """The matrix in aligned columns: counts are of what no variant above has made; time is of one core."""
     from spin_usd.dataset.matrix import in_lines
+    from spin_usd.measuring.tables import in_columns
 
-    rows = [HEADINGS, *(_cells(row) for row in (*in_lines(cost.rows), cost.total))]
-    widths = [max(len(cells[column]) for cells in rows) for column in range(len(HEADINGS))]
-    return "\n".join(
-        "  ".join((first.ljust(widths[0]), *(c.rjust(w) for c, w in zip(rest, widths[1:], strict=True))))
-        for first, *rest in rows
-    )
+    return in_columns(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 
 
 def _cells(row: "Row") -> tuple[str, ...]:

@@ -15,6 +15,7 @@ SHORT = ("setting", "front", "CPU s", "MB", "error", "bias", "noise", "DN", "det
 FRAMES = ("picture", "region", "target's pixels", "reference's samples", "reference's error", "detector's noise, DN")
 LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
 EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
+FAILURES = ("what", "picture", "why")
 SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "difference", "another seed's")
 MEANINGS = """
 Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
@@ -32,6 +33,7 @@ def in_full(measurement: Measurement) -> str:
         ("Labels, one renderer against another", LABELS, _labels(measurement)),
         ("Execution, which changes no byte", EXECUTION, _execution(measurement)),
         ("Work that the scene does not need", SAVINGS, _savings(measurement)),
+        ("What could not be measured", FAILURES, _failures(measurement)),
     )
     settings = in_markdown(SETTINGS, [_full(each, on) for each, on in _by_cost(measurement)])
     parts = [_heading(measurement), MEANINGS, "\n## Settings\n\n", settings, "\n## By name\n\n", choices(measurement)]
@@ -50,7 +52,10 @@ def _heading(measurement: Measurement) -> str:
     facts = {**measurement.machine, **measurement.versions}
     said = ", ".join(f"{name} {value}" for name, value in facts.items())
     of = f"variant `{measurement.variant}` of the stage `{measurement.stage[:12]}`"
-    return f"# Speed against accuracy\n\nMeasured on {of}; {said}.\n"
+    share = (
+        f"Each reference's mean square error is at most {number(measurement.reference_share)} of the smallest compared"
+    )
+    return f"# Speed against accuracy\n\nMeasured on {of}; {said}.\n{share} with it, unless it says otherwise below.\n"
 
 
 def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
@@ -96,7 +101,8 @@ def _errors(outcome: Outcome) -> list[str]:
 def _frames(measurement: Measurement) -> Iterator[list[str]]:
     for each in measurement.frames:
         region = " ".join(map(str, each.region))
-        reference = [str(each.reference_samples), percent(each.reference_error)]
+        capped = " (no more allowed)" if each.reference_capped else ""
+        reference = [f"{each.reference_samples}{capped}", percent(each.reference_error)]
         yield [each.name, region, str(each.target_pixels), *reference, number(each.noise_dn)]
 
 
@@ -116,3 +122,8 @@ def _savings(measurement: Measurement) -> Iterator[list[str]]:
     for each in measurement.savings:
         seconds = [number(each.cpu_s), number(each.cpu_s_with)]
         yield [each.what, each.frame, *seconds, percent(each.difference), percent(each.noise)]
+
+
+def _failures(measurement: Measurement) -> Iterator[list[str]]:
+    for each in measurement.failures:
+        yield [each.what, each.frame, each.reason]

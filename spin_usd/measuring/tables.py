@@ -16,7 +16,8 @@ def in_columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def in_markdown(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """The first column to the left, the others to the right; ends with a line break."""
     rule = ["---", *["---:"] * (len(headings) - 1)]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in (headings, rule, *rows))
+    lines = ([cell.replace("|", "\\|") for cell in cells] for cells in (headings, rule, *rows))
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def percent(value: float) -> str:
