@@ -30,6 +30,7 @@ from spin_usd.scene.effort import Effort
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 IMAGE_SUFFIXES = (".png", ".jpg")
+RAYCAST_EFFORT = {"samples", "reduction"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +55,9 @@ class RenderRequest:
                 raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
         if self.renderer not in ("blender", "raycast"):
             raise InputError(f"there is no renderer {self.renderer!r}", do="choose blender or raycast")
+        if self.renderer == "raycast" and (unused := set(self.effort.unusual) - RAYCAST_EFFORT):
+            found = f"raycast has no {' and no '.join(sorted(unused))}"
+            raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(RAYCAST_EFFORT))}")
         if self.image_suffix not in IMAGE_SUFFIXES:
             raise InputError(f"images cannot be {self.image_suffix!r}", do=f"choose {' or '.join(IMAGE_SUFFIXES)}")
         if not self.kinds:

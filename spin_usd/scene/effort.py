@@ -49,11 +49,15 @@ class Effort:
             raise InputError(f"{name} is {getattr(self, name)}", where="effort", do=f"make it {do}")
 
     @property
+    def unusual(self) -> tuple[str, ...]:
+        """Names of the settings that are not the usual ones."""
+        usual = Effort()
+        return tuple(f.name for f in fields(self) if getattr(self, f.name) != getattr(usual, f.name))
+
+    @property
     def text(self) -> str:
         """As a person writes it, `samples=16,denoiser=fast`: the samples, and what is not as usual."""
-        usual = Effort()
-        said = {f.name: getattr(self, f.name) for f in fields(self)}
-        return ",".join(f"{k}={_text(v)}" for k, v in said.items() if k == "samples" or v != getattr(usual, k))
+        return ",".join(f"{k}={_text(getattr(self, k))}" for k in dict.fromkeys(("samples", *self.unusual)))
 
 
 QUALITIES: Mapping[str, Effort] = MappingProxyType(

@@ -397,3 +397,10 @@ def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil):
     assert make(small_stage, dataset, frames="0:4").made == 1
     assert digests(dataset) == before
     assert (dataset / "stage" / "layers" / "lights.usda").is_file()
+
+
+@pytest.mark.parametrize(("effort", "names"), [({"denoiser": "fast"}, "denoiser"), ({"adaptive": 0.1}, "adaptive")])
+def test_the_preview_refuses_what_only_a_path_tracer_does(effort, names):
+    RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2))
+    with pytest.raises(InputError, match=f"raycast has no {names}"):
+        RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2, **effort))
