@@ -36,10 +36,11 @@ def plan(
     cost = matrix(found, rendering.method_of(request, found), request.image_suffix, out)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
+    seconds = cost.seconds(workers, len(rendering.usable_cpus()))
     show_doubts(doubts(request.chosen, found.stages))
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
-        wall = {"workers": workers, "wall_seconds": cost.seconds(workers), "foreign": len(foreign)}
+        wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign)}
         chosen = request.chosen.recorded if request.chosen else None
         effort = {"renderer": request.renderer, "effort": request.effort.text, "chosen": chosen}
         print(json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes}))
@@ -52,7 +53,7 @@ def plan(
     if foreign:
         print(f"note: {out} {in_words(foreign)}; a render needs --prune, which removes them, or another folder")
     total = cost.total
-    print(f"about {_duration(cost.seconds(workers))} with {workers} workers, {_size(total.bytes)} on disk")
+    print(f"about {_duration(seconds)} with {workers} workers, {_size(total.bytes)} on disk")
 
 
 def table(cost: "Matrix") -> str:

@@ -29,8 +29,9 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
-    """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, into how
-    many light groups, and the costly `features` of its image (see `cost`)."""
+    """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, how many
+    of those lie within the target's outline and about how many show it, into how many light groups, and what of it
+    costs (see amounts.features)."""
 
     variant: str
     index: int
@@ -40,6 +41,8 @@ class PlannedPicture:
     radiance: str
     exposure: str
     region: tuple[int, int, int, int]
+    outline_pixels: int
+    target_pixels: int
     light_groups: int
     features: tuple[str, ...]
 

@@ -1,27 +1,21 @@
 """The matrix of a plan: what each variant adds in passes and pictures, and about what that costs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, RENDERS, held_keys
-from spin_usd.dataset.cost import (
-    OPEN_S,
-    START_S,
-    Making,
-    Measured,
-    Method,
-    expected_bytes,
-    expected_work,
-    read_measured,
-)
+from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import Wanted, is_finished
+from spin_usd.dataset.schedule import OPEN_S, Work, wall_seconds
 from spin_usd.dataset.store import Store
 
+PASSES = ("label pass", "beauty pass")
 MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 
@@ -46,19 +40,28 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Matrix:
-    """One row a variant; `finished`: pictures that the dataset has already."""
+    """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
+    order; `images`: whether any shows a planet."""
 
     rows: tuple[Row, ...]
     finished: int
+    works: tuple[Work, ...]
+    images: bool
 
     @property
     def total(self) -> Row:
         return _sum("total", self.rows)
 
-    def seconds(self, workers: int) -> float:
-        """About the wall-clock time of a run with so many workers; none where nothing is left to do."""
-        total = self.total
-        return START_S + total.seconds / max(min(workers, total.pictures), 1) if total.pictures else 0.0
+    def seconds(self, workers: int, cores: int) -> float:
+        """About the wall-clock time of a run with so many workers on so many cores; none where nothing is left."""
+        return wall_seconds(
+            self.works,
+            planned=self.finished + len(self.works),
+            variants=sum(row.pictures > 0 for row in self.rows),
+            images=self.images,
+            workers=workers,
+            cores=cores,
+        )
 
     def as_json(self) -> dict[str, Any]:
         total = {name: value for name, value in _json(self.total).items() if name != "name"}
@@ -80,15 +83,19 @@ def matrix(plan: Plan, method: Method, image_suffix: str, out: Path | None = Non
     labelled = set.intersection(*(held.get(kind, set()) for kind in method.labels)) if method.labels else set()
     rendered, exposed = set(held.get(RENDERS, set())), set[str]()
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
-    rows = []
+    rows: list[Row] = []
+    works: list[Work] = []
     for variant in plan.variants:
         pictures = by_variant.get(variant, [])
         before = len(exposed)
         makings = [_making(picture, method, labelled, rendered) for picture in pictures]
         if method.lit:
             exposed.update(picture.exposure for picture in pictures)
-        rows.append(_row(variant, makings, method, measured, exposures=len(exposed) - before))
-    return Matrix(rows=tuple(rows), finished=len(plan.pictures) - len(todo))
+        new = [_work(measured.scaled(expected_work(making, method))) for making in makings]
+        works += new
+        rows.append(_row(variant, makings, method, new, exposures=len(exposed) - before))
+    images = method.lit and any("planet" in picture.features for picture in todo)
+    return Matrix(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
 
 
 def in_lines(rows: Sequence[Row]) -> list[Row]:
@@ -114,15 +121,19 @@ def _making(picture: PlannedPicture, method: Method, labelled: set[str], rendere
     return Making(picture=picture, label_pass=label_pass, render=render)
 
 
-def _row(name: str, makings: Sequence[Making], method: Method, measured: Measured, *, exposures: int) -> Row:
-    works = (measured.scaled(expected_work(making, method)) for making in makings)
+def _work(seconds: Mapping[str, float]) -> Work:
+    passes = sum(seconds.get(name, 0.0) for name in PASSES)
+    return Work(passes=passes, rest=sum(seconds.values()) - passes)
+
+
+def _row(name: str, makings: Sequence[Making], method: Method, works: Sequence[Work], *, exposures: int) -> Row:
     return Row(
         name=name,
         pictures=len(makings),
         label_passes=sum(making.label_pass for making in makings),
         renders=sum(making.render for making in makings),
         exposures=exposures,
-        seconds=OPEN_S * bool(makings) + sum(sum(work.values()) for work in works),
+        seconds=OPEN_S * bool(makings) + sum(work.total for work in works),
         bytes=sum(expected_bytes(making, method) for making in makings),
     )
 

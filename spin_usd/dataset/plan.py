@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.cost import features
+from spin_usd.dataset.amounts import features
+from spin_usd.dataset.coverage import Coverage
 from spin_usd.dataset.planning import COLUMNS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
@@ -65,31 +66,32 @@ def plan_pictures(
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
     pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
     """
-    regions = Regions()
+    extents = Extents()
     answer = []
     reader: StageReader | None = None
     for variant in variants:
         reader = StageReader(root, variant=variant, after=reader)
-        planned = _planned(reader, range(*chosen), RenderSettings.from_json(settings), image_suffix, regions, progress)
+        planned = _planned(reader, range(*chosen), RenderSettings.from_json(settings), image_suffix, extents, progress)
         stage = stage_provenance(reader) if variant in provenance else None
         answer.append({"variant": variant, "stage": stage, **planned})
     return answer
 
 
-class Regions:
-    """Each picture's region; variants with the same geometry and sharpness share it."""
+class Extents:
+    """What each picture's target covers; variants with the same geometry and sharpness share it."""
 
     def __init__(self) -> None:
         self._known: dict[str, list[int]] = {}
+        self._coverage = Coverage()
 
     def of(self, scene: Scene, geometry: str) -> list[int]:
-        """Columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given."""
-        sharp = not (scene.thin_lens or scene.shutter)
-        if sharp and geometry in self._known:
+        """Columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how many
+        pixels of it lie within the target's outline and show it."""
+        if not scene.blurred and geometry in self._known:
             return self._known[geometry]
-        region = scene.picture_region
-        found = [region.x0, region.y0, region.x1, region.y1]
-        if sharp:
+        region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
+        found = [region.x0, region.y0, region.x1, region.y1, round(scene.outline_pixels), target]
+        if not scene.blurred:
             self._known[geometry] = found
         return found
 
@@ -113,10 +115,10 @@ def _planned(
     chosen: range,
     settings: RenderSettings,
     image_suffix: str | None,
-    regions: Regions,
+    extents: Extents,
     progress: Callable[[Any], None],
 ) -> dict[str, list[Any]]:
-    """The columns of a variant's pictures, by the names of PlannedPicture's fields; a `region` has four numbers."""
+    """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
     maker = KeyMaker(settings)
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     checked: Sensor | None = None
@@ -126,8 +128,8 @@ def _planned(
             checked = scene.sensor
             _check_bit_depth(reader, scene, image_suffix)
         keys = maker.keys(scene)
-        region = regions.of(scene, keys.geometry)
-        row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, region)
+        extent = extents.of(scene, keys.geometry)
+        row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
         for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, features(scene)), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:

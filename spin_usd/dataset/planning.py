@@ -13,7 +13,8 @@ from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 
-COLUMNS = ("index", "frame", "time_code", "geometry", "radiance", "exposure", "region", "light_groups", "features")
+KEYS = ("geometry", "radiance", "exposure")
+COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
 
@@ -148,7 +149,7 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     for parts in zip(*answers, strict=True):  # of one variant
         for part in parts:
-            for index, frame, time_code, *keys, region, groups, features in zip(
+            for index, frame, time_code, *keys, extent, groups, features in zip(
                 *(part[name] for name in COLUMNS), strict=True
             ):
                 geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
@@ -160,7 +161,9 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
                     geometry=geometry,
                     radiance=radiance,
                     exposure=exposure,
-                    region=tuple(region),
+                    region=tuple(extent[:4]),
+                    outline_pixels=extent[4],
+                    target_pixels=extent[5],
                     light_groups=groups,
                     features=alike.setdefault(tuple(features), tuple(features)),
                 )

@@ -12,10 +12,11 @@ from typing import Any
 
 import psutil
 
+from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.chosen import Chosen, doubts
-from spin_usd.dataset.cost import Making, Measured, Method, expected_work, write_measured
+from spin_usd.dataset.cost import Measured, expected_work, write_measured
 from spin_usd.dataset.describe import describe
 from spin_usd.dataset.foreign import foreign_pictures, refuse, remove
 from spin_usd.dataset.job import Job, PlannedPicture

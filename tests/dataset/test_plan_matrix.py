@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from spin_usd.dataset.cost import Making, Measured, Method, expected_bytes, expected_work, read_measured, write_measured
+from spin_usd.dataset.amounts import Making, Method
+from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.matrix import MANY, Row, in_lines, matrix
 from spin_usd.dataset.planning import Plan, Question, make_plan
@@ -83,6 +84,8 @@ def planned(variant, index, geometry, radiance, exposure):
         radiance=radiance,
         exposure=exposure,
         region=(0, 0, 10, 10),
+        outline_pixels=80,
+        target_pixels=60,
         light_groups=1,
         features=(),
     )

@@ -1,0 +1,45 @@
+"""How long a run takes whose pictures' work is known: the start, and workers that each take the next picture."""
+
+import heapq
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+PLANNING_S = 1.2  # to open the stage in a process of its own
+PLANNED_S = 3e-4  # a picture
+START_S = 2.6  # a worker's start, and what its first picture takes more than others
+OPEN_S = 0.2  # a variant's stage, in each worker
+IMAGES_S = 0.9  # a planet's images: read when planned, and once more by each worker
+BESIDE = 1.1  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
+SPEED_UP = 0.9  # power of the number of cores by which the passes of one worker are faster
+
+
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """A picture's, in seconds of one core: `passes` use all of a worker's, the `rest` one; more or less."""
+
+    passes: float
+    rest: float
+
+    @property
+    def total(self) -> float:
+        return self.passes + self.rest
+
+
+def wall_seconds(
+    works: Iterable[Work], *, planned: int, variants: int, images: bool, workers: int, cores: int
+) -> float:
+    """Of a run that plans so many pictures of so many variants and makes those with the `works`, in their order.
+
+    `images`: whether any of them shows a planet. Nothing where there are no works.
+    """
+    listed = list(works)
+    if not listed:
+        return 0.0
+    count = min(workers, len(listed))
+    faster = max(cores // count, 1) ** SPEED_UP
+    slower = BESIDE if count > 1 else 1.0
+    ends = [0.0] * count
+    for work in listed:
+        heapq.heapreplace(ends, ends[0] + slower * (work.passes / faster + work.rest))
+    planning = PLANNING_S + PLANNED_S * planned / min(cores, 2)
+    return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)

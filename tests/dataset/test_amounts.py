@@ -1,0 +1,97 @@
+"""What a picture amounts to and how long a run takes: against the bands that are rendered, and laws of scheduling."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import SPEEDPLUS
+
+from spin_usd.dataset.amounts import Making, Method, amounts
+from spin_usd.dataset.cost import expected_work
+from spin_usd.dataset.plan import Extents
+from spin_usd.dataset.planning import Question, make_plan
+from spin_usd.dataset.schedule import BESIDE, Work, wall_seconds
+from spin_usd.render.blender.bands import picture_bands
+from spin_usd.scene.effort import Effort
+from spin_usd.stage.read import StageReader
+
+OFF = 0.2  # of the pixels in bands: rows are filled more or less than half up to the outline
+METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)
+
+
+@pytest.fixture(scope="module")
+def pictures(small_stage):
+    question = Question(
+        stage=small_stage,
+        variants=(),
+        frames=None,
+        renderer="blender",
+        effort=Effort(),
+        seed=0,
+        image_suffix=".png",
+    )
+    return make_plan(question, processes=1, progress=lambda *_: None).pictures
+
+
+def light(picture, effort=METHOD.effort):
+    making = Making(picture=picture, label_pass=True, render=True)
+    return amounts(making, replace(METHOD, effort=effort))["beauty pass"]
+
+
+@pytest.mark.parametrize("samples", [1, 16, 256])
+def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, samples):
+    reader, extents = StageReader(small_stage), Extents()
+    for frame, picture in zip(reader.frames, pictures, strict=True):
+        scene = replace(reader.scene(frame), camera=SPEEDPLUS)
+        *region, outline, target = extents.of(scene, frame.name)
+        large = replace(picture, region=tuple(region), outline_pixels=outline, target_pixels=target)
+        bands = picture_bands(scene, samples=samples)
+        found = light(large, Effort(samples=samples))
+        assert found["pixel"] == pytest.approx(sum(b.width * b.height for b in bands), rel=OFF)
+        assert found["beside"] + found["target"] == pytest.approx(samples * found["pixel"])
+
+
+def test_more_of_anything_costs_more(pictures):
+    def seconds(effort):
+        making = Making(picture=pictures[0], label_pass=True, render=True)
+        return expected_work(making, replace(METHOD, effort=effort))["beauty pass"]
+
+    usual = seconds(Effort())
+    for more in (Effort(samples=32), Effort(denoiser="fast")):
+        assert seconds(more) > usual
+    for less in (Effort(samples=8), Effort(bounces=0), Effort(samples=16, reduction=2)):
+        assert seconds(less) < usual
+    assert seconds(Effort(samples=1024, adaptive=0.1)) < seconds(Effort(samples=1024))
+
+
+def test_an_extent_holds_the_outline_and_that_the_target(small_stage):
+    reader = StageReader(small_stage)
+    for frame in reader.frames:
+        x0, y0, x1, y1, outline, target = Extents().of(reader.scene(frame), "")
+        assert 0 < target <= outline <= (x1 - x0) * (y1 - y0)
+
+
+SECONDS = st.lists(st.floats(0, 100), min_size=1, max_size=20)
+
+
+def wall(works, workers, cores=1):
+    return wall_seconds(works, planned=0, variants=0, images=False, workers=workers, cores=cores)
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8))
+def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers):
+    works = [Work(passes=s / 2, rest=s / 2) for s in seconds]
+    start = wall([Work(passes=0, rest=0)], 1)
+    spent = wall(works, workers) - start
+    slower = BESIDE if min(workers, len(works)) > 1 else 1
+    longest, share = slower * max(seconds), slower * sum(seconds) / workers
+    assert max(longest, share) - 1e-6 <= spent <= longest + share + 1e-6
+
+
+def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
+    assert wall([], 2) == 0
+    passes, rest = (
+        wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
+    )
+    assert passes < 0 == rest
