@@ -16,6 +16,7 @@ from spin_usd.cli.author import author
 from spin_usd.cli.command import Command
 from spin_usd.cli.counted import counted
 from spin_usd.cli.diff import diff
+from spin_usd.cli.measure import measure
 from spin_usd.cli.options import Json, NoCache, Prune, Workers
 from spin_usd.cli.plan import plan
 from spin_usd.cli.progress import shown
@@ -78,6 +79,9 @@ app.command(cls=Command)(augment)
 
 
 app.command(cls=Command)(plan)
+
+
+app.command(cls=Command)(measure)
 
 
 @app.command(cls=Command)

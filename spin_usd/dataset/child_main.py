@@ -35,6 +35,7 @@ def main() -> None:
 def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
     """What a child can be asked to do. Imported when asked, so that a child carries only what it needs."""
     worker: Any = None
+    measuring: Any = None
 
     def author(**arguments: Any) -> Any:
         from spin_usd.dataset.author import author_stage
@@ -78,6 +79,15 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         worker = Worker(**arguments)
         return worker.versions
 
+    def open_measuring(**arguments: Any) -> Any:
+        nonlocal measuring
+        from spin_usd.dataset.measure_run import MeasuringWorker
+
+        measuring = MeasuringWorker(**arguments)
+
+    def measure(what: str, **arguments: Any) -> Any:
+        return getattr(measuring, what)(progress=progress, **arguments)
+
     def picture(**arguments: Any) -> Any:
         return worker.picture(**arguments)
 
@@ -100,6 +110,8 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         "author_example": author_example,
         "check_stage": check_stage,
         "diff": diff,
+        "measure": measure,
+        "open_measuring": open_measuring,
         "open_worker": open_worker,
         "open_plan": open_plan,
         "picture": picture,

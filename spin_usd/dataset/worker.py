@@ -190,8 +190,8 @@ class _Making:
 
 
 def open_renderer(name: str, *, crop: bool = True) -> Renderer:
-    """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders the whole frame for each picture
-    instead of the target's part of it, to the same result."""
+    """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders whole frames instead of the
+    target's part of them, to the same result."""
     if name == "raycast":
         from spin_usd.render.raycast import RaycastRenderer
 

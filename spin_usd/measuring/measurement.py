@@ -27,10 +27,11 @@ class Setting:
 class Frame:
     """A picture that was measured, and its reference.
 
-    region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those of the target in the
-    reference · reference_samples: what the reference took a pixel · reference_error: its own error, relative, as
-    estimated from its parts · noise_dn: RMS of the detector's own noise and rounding over the target's pixels, digital
-    numbers · reference_capped: it took as many samples as it was allowed, before its error was as small as wanted.
+    region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those that the target covers by half
+    or more in the reference · reference_samples: what the reference took a pixel · reference_error: its own error,
+    relative, as estimated from its parts · noise_dn: RMS of the detector's own noise and rounding over the target's
+    pixels, digital numbers · reference_capped: it took as many samples as it was allowed, before its error was as small
+    as wanted.
     """
 
     name: str

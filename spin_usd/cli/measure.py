@@ -1,0 +1,61 @@
+"""`spin-usd measure`: what settings of a render cost and how far they are off."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.cli.options import Frames, Json, Stage
+from spin_usd.cli.progress import shown
+from spin_usd.errors import FINDINGS
+
+
+def measure(
+    context: typer.Context,
+    stage: Stage,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for it, measured beside the stage if not given. Run again, it resumes.")
+    ] = None,
+    frames: Frames = None,
+    count: Annotated[int, typer.Option(metavar="N", help="Measure so many of them, small to large.")] = 3,
+    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
+    seeds: Annotated[int, typer.Option(metavar="N", help="Renders of each setting, 2 or more.")] = 3,
+    most_samples: Annotated[int, typer.Option(metavar="N", help="Light samples per pixel of a setting.")] = 64,
+    reference_share: Annotated[
+        float, typer.Option(metavar="X", help="Of the smallest error squared, the most that the reference's may be.")
+    ] = 0.1,
+    reference_samples: Annotated[int, typer.Option(metavar="N", help="The most that the reference may take.")] = 4096,
+    workers: Annotated[
+        int, typer.Option(metavar="N", min=1, max=1024, help="Processes that share the cores; 1 for truest times.")
+    ] = 1,
+    as_json: Json = False,
+) -> None:
+    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage."""
+    from spin_usd.dataset.measure import measure as measured
+    from spin_usd.dataset.measure_campaign import MeasureRequest
+    from spin_usd.dataset.measured import folder_of
+    from spin_usd.measuring.report import in_short
+
+    request = MeasureRequest(
+        stage=stage,
+        frames=frames,
+        count=count,
+        variant=variant,
+        seeds=seeds,
+        most_samples=most_samples,
+        reference_share=reference_share,
+        reference_samples=reference_samples,
+    )
+    folder = out or folder_of(stage)
+    with shown(context.obj["quiet"]) as progress:
+        found = measured(request, folder, workers=workers, progress=progress)
+    if as_json:
+        print(json.dumps(found.as_json()))
+    else:
+        print(f"{in_short(found)}\n{folder}   (measure.json, measure.md, measure.svg)")
+    for failure in found.failures:
+        print(f"failed: {failure.frame}: {failure.what}: {failure.reason}", file=sys.stderr)
+    if found.failures:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,146 @@
+"""`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
+
+import json
+from dataclasses import asdict
+from functools import partial
+from importlib.metadata import version
+from itertools import chain
+from pathlib import Path
+
+from spin_usd.dataset.child import Child
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.machine import machine
+from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure_execution import ExecutionTask
+from spin_usd.dataset.measure_frame import PictureTask
+from spin_usd.dataset.measure_pool import Kind, Pool
+from spin_usd.dataset.measure_report import write_report
+from spin_usd.dataset.measure_runs import Runs
+from spin_usd.dataset.measured import FILE, read_measurement
+from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
+from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.store import Store, write_atomically
+from spin_usd.dataset.versions import library_versions
+from spin_usd.errors import InputError, OutputError, RenderError
+from spin_usd.measuring.measurement import Measurement
+from spin_usd.measuring.walk import representative
+from spin_usd.scene.effort import Effort
+
+RUNS = "runs"
+OURS = (FILE, "measure.md", "measure.svg", RUNS, ".lock", ".work")
+DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
+
+
+def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: Progress) -> Measurement:
+    """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
+
+    `workers`: processes that render at once, each with its share of the processors. Raises InputError, OutputError, and
+    RenderError where no picture could be measured.
+    """
+    if not request.stage.exists():
+        raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
+    folder = out.absolute()
+    _prepare(folder)
+    store = Store(root=folder)
+    with store.locked() as lock:
+        plan = _plan(request, store.work / "stage", progress)
+        runs = Runs(root=folder / RUNS)
+        starter = partial(_started, plan, runs, store.work, lock)
+        campaign = Campaign(
+            request=request,
+            runs=runs,
+            seed=plan.settings.seed,
+            stage=plan.stages[request.variant]["hash"],
+            versions=library_versions() | {name: version(name) for name in DECISIVE},
+            machine=machine(),
+            tally=Tally(progress),
+            pool=lambda count: Pool(count, partial(starter, count)),
+        )
+        measurement, keys = _measured(campaign, _chosen(plan, request), workers)
+        _write(folder / FILE, measurement)
+        write_report(folder, measurement)
+        runs.remove_all(but=keys)
+    return measurement
+
+
+def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) -> tuple[Measurement, set[str]]:
+    """All that was measured, and the keys of what the next run can use."""
+    tasks, execution = [PictureTask(campaign, each) for each in pictures], ExecutionTask(campaign, pictures)
+    with campaign.pool(workers) as pool:
+        parts = [task.measured(pool) for task in tasks]
+    failures = [failure for part in parts for failure in part.failures]
+    if not any(part.frames for part in parts):
+        why = f"no picture could be measured: {failures[-1].what}: {failures[-1].reason}"
+        raise RenderError(why, where=failures[-1].frame, do="run spin-usd doctor")
+    executions, failed = execution.measured()
+    whole = campaign.measurement(
+        frames=tuple(chain.from_iterable(part.frames for part in parts)),
+        figures=tuple(chain.from_iterable(part.figures for part in parts)),
+        labels=tuple(chain.from_iterable(part.labels for part in parts)),
+        savings=tuple(chain.from_iterable(part.savings for part in parts)),
+        execution=executions,
+        failures=(*failures, *failed),
+    )
+    return whole, execution.keys.union(*(task.keys for task in tasks))
+
+
+def _prepare(folder: Path) -> None:
+    """Make the folder. InputError where it holds anything but a measurement, OutputError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        held = sorted(entry.name for entry in folder.iterdir() if entry.name not in OURS)
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror})", where=folder, do="choose another folder") from e
+    if held:
+        raise InputError(f"holds {held[0]}, which is of no measurement", where=folder, do="choose an empty folder")
+
+
+def _plan(request: MeasureRequest, copy_to: Path, progress: Progress) -> Plan:
+    question = Question(
+        stage=request.stage,
+        variants=(request.variant,),
+        frames=request.frames,
+        renderer="blender",
+        effort=Effort(),
+        seed=None,
+        image_suffix=None,
+        copy_to=copy_to,
+    )
+    return make_plan(question, processes=len(usable_cpus()), progress=progress)
+
+
+def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
+    """The pictures to measure. Raises InputError where none shows the target."""
+    pixels = {place: picture.region_pixels for place, picture in enumerate(plan.pictures)}
+    chosen = representative(pixels, request.count)
+    if not chosen:
+        do = "choose others with --frames"
+        raise InputError(f"none of the {len(plan.pictures)} pictures shows the target", where=request.stage, do=do)
+    return [plan.pictures[place] for place in chosen]
+
+
+def _started(plan: Plan, runs: Runs, scratch: Path, lock: int, count: int, number: int, kind: Kind) -> Child:
+    """A process of that kind, the `number`th of `count`."""
+    cpus = usable_cpus()
+    share = max(len(cpus) // count, 1)
+    child = Child(keep_open=(lock,), scratch=scratch)
+    child.send(
+        "open_measuring",
+        stage=str(plan.root),
+        variant=plan.variants[0],
+        folder=str(runs.root),
+        cpus=[cpus[(number * share + i) % len(cpus)] for i in range(share)],
+        **asdict(kind),
+    )
+    return child
+
+
+def _write(path: Path, measurement: Measurement) -> None:
+    """As JSON, which is checked before it is there."""
+
+    def write(temporary: Path) -> None:
+        text = json.dumps(measurement.as_json(), indent=1, allow_nan=False) + "\n"
+        temporary.write_text(text, encoding="utf-8")
+        read_measurement(temporary)
+
+    write_atomically(path, write)

@@ -1,0 +1,155 @@
+"""What is asked of a measurement, and what all of its parts share."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.arrays import digest
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measure_runs import Runs
+from spin_usd.dataset.planning import Progress
+from spin_usd.errors import InputError
+from spin_usd.measuring.measurement import Measurement
+from spin_usd.scene.effort import MOST_SAMPLES, Effort
+from spin_usd.scene.model import NOMINAL
+
+OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
+PERCENT = 100
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureRequest:
+    """What the user asked of `measure`.
+
+    frames: a slice of the stage's pictures; count: so many of them are measured · seeds: renders of each setting ·
+    most_samples: of a setting · reference_share: of the smallest mean square error compared, the most that the
+    reference's own may be; reference_samples: the most that it may take for that, a pixel.
+    """
+
+    stage: Path
+    frames: str | None = None
+    count: int = 3
+    variant: str = NOMINAL
+    seeds: int = 3
+    most_samples: int = 64
+    reference_share: float = 0.1
+    reference_samples: int = 4096
+
+    def __post_init__(self) -> None:
+        _refuse_unless(self.count >= 1, f"{self.count} pictures are asked for", "measure at least 1")
+        _refuse_unless(
+            self.seeds >= 2, f"{self.seeds} seeds are asked for", "take at least 2: their spread is measured"
+        )
+        well = 1 <= self.most_samples <= self.reference_samples <= MOST_SAMPLES
+        found = f"settings of {self.most_samples} samples and a reference of {self.reference_samples} are asked for"
+        _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MOST_SAMPLES}")
+        share = f"a reference with a share of {self.reference_share:g} of the error is asked for"
+        _refuse_unless(0 < self.reference_share <= 1, share, "make it above 0 and at most 1")
+        _refuse_unless(self.variant != "all", "all variants are asked for", "measure one at a time")
+
+
+def _refuse_unless(well: bool, found: str, do: str) -> None:
+    if not well:
+        raise InputError(found, do=do)
+
+
+class Tally:
+    """How much of the work is done: pieces of work by key, each of which counts once."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._cost: dict[str, int] = {}
+        self._left: set[str] = set()
+        self._done = 0
+
+    def expect(self, cost: Mapping[str, int]) -> None:
+        new = cost.keys() - self._cost.keys()
+        self._cost.update((key, cost[key]) for key in new)
+        self._left |= new
+        self._tell()
+
+    def did(self, keys: Iterable[str]) -> None:
+        for key in self._left.intersection(keys):
+            self._left.remove(key)
+            self._done += self._cost[key]
+        self._tell()
+
+    def _tell(self) -> None:
+        self._progress("measuring, percent", PERCENT * self._done // max(sum(self._cost.values()), 1), PERCENT)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key."""
+
+    kind: Kind
+    effort: Effort
+    seeds: tuple[int, ...]
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Campaign:
+    """request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software ·
+    machine: what it is measured on · pool(count): so many processes."""
+
+    request: MeasureRequest
+    runs: Runs
+    seed: int
+    stage: str
+    versions: Mapping[str, str]
+    machine: Mapping[str, str | int]
+    tally: Tally
+    pool: Callable[[int], Pool]
+
+    def measurement(self, **found: Any) -> Measurement:
+        """With what was `found`, by the names of Measurement."""
+        return Measurement(
+            stage=self.stage,
+            variant=self.request.variant,
+            machine=self.machine,
+            versions=self.versions,
+            reference_share=self.request.reference_share,
+            **found,
+        )
+
+    def key(self, *of: Any) -> str:
+        """Of what was made of `of`, JSON, with this software on this machine."""
+        return digest(dict(self.versions), dict(self.machine), list(of))
+
+    def seeds(self, purpose: str, numbers: range) -> tuple[int, ...]:
+        """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""
+        return tuple(int(digest(["measure", self.seed, purpose, n])[:8], 16) & 0x7FFFFFFF for n in numbers)
+
+    def series(self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int]) -> Series:
+        """Of the picture, with these seeds."""
+        keys = tuple(self.key(picture.radiance, asdict(kind), asdict(effort), seed) for seed in seeds)
+        return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
+
+    def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
+        """Tell the tally of renders to come."""
+        for series in wanted:
+            self.tally.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
+
+    def make(self, pool: Pool, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
+        """Render what is missing of the series; of each why it failed, None where all of it is there."""
+        self.expect(picture, wanted)
+        jobs = {}
+        for number, series in enumerate(wanted):
+            missing = {key: seed for key, seed in zip(series.keys, series.seeds, strict=True) if not self.runs.has(key)}
+            self.tally.did(set(series.keys) - missing.keys())
+            if missing:
+                how = {"effort": asdict(series.effort), "seeds": missing}
+                jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
+        outcomes = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
+        for number in jobs:
+            self.tally.did(wanted[number].keys)  # what failed is not waited for
+        failed = {number: outcome.failed for number, outcome in zip(jobs, outcomes, strict=True)}
+        return [failed.get(number) for number in range(len(wanted))]
+
+
+def weight(picture: PlannedPicture, effort: Effort) -> int:
+    """About what a render costs, in samples of a pixel."""
+    return picture.region_pixels * (effort.samples + OVERHEAD_SAMPLES)

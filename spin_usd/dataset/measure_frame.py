@@ -1,0 +1,151 @@
+"""One picture measured: its settings' renders, a reference that is good enough for them, and what comes of both."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.measure_campaign import Campaign, Series
+from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measured import read_measurement
+from spin_usd.errors import InputError
+from spin_usd.measuring.measurement import Failure, Figures, Frame, LabelFigures, Measurement, Setting
+from spin_usd.measuring.walk import settings_to_measure
+from spin_usd.scene.effort import QUALITIES, Effort
+
+BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
+PART = 2  # times the most samples of a setting, the samples of a part of the reference
+FIRST_PARTS = 4  # whose spread tells the reference's error well enough to say how many more are needed
+MARGIN = 1.1  # times as many parts as seem to be needed
+REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what they still carry
+
+
+class PictureTask:
+    """What is to be measured of a picture."""
+
+    def __init__(self, campaign: Campaign, picture: PlannedPicture) -> None:
+        self._campaign, self._picture = campaign, picture
+        request = campaign.request
+        settings = settings_to_measure(
+            most_samples=request.most_samples,
+            several_lights=picture.light_groups > 1,
+            others=tuple(QUALITIES.values()),
+        )
+        self._settings = {setting: self._series(setting) for setting in settings}
+        samples = max(min(PART * request.most_samples, request.reference_samples // FIRST_PARTS), 1)
+        self._part = Effort(samples=samples, bounces=REFERENCE_BOUNCES)
+        self._most_parts = max(request.reference_samples // samples, FIRST_PARTS)
+        self._failures: list[Failure] = []
+        asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part)]
+        self.key = campaign.key("picture", picture.exposure, [asdict(each) for each in settings], asked)
+        campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
+
+    def measured(self, pool: Pool) -> Measurement:
+        """All of it. A picture whose reference failed is not among the frames, a setting that failed not among the
+        figures; the failures say why, and what was made is kept for the next run."""
+        runs = self._campaign.runs
+        try:
+            found = read_measurement(runs.result(self.key))
+        except InputError:
+            found = self._made(pool)
+            if not found.failures:
+                runs.write_result(self.key, found.as_json())
+        if not found.failures:
+            renders = self.keys - {self.key}
+            self._campaign.tally.did(renders)
+            runs.remove(renders)
+        return found
+
+    @property
+    def keys(self) -> set[str]:
+        """Of all that there can be of the picture."""
+        series = [*self._settings.values(), *self._parts(self._most_parts)]
+        return {self.key, *(key for each in series for key in each.keys)}
+
+    def _made(self, pool: Pool) -> Measurement:
+        by_kind: dict[Kind, dict[Setting, Series]] = {BLENDER: {}, RAYCAST: {}}
+        for setting, series in self._settings.items():
+            by_kind[series.kind][setting] = series
+        made = self._rendered(pool, by_kind[BLENDER])
+        labels = self._asked(pool, BLENDER, "labels", against=RAYCAST.renderer)
+        made |= self._rendered(pool, by_kind[RAYCAST])
+        reference, capped = self._reference(pool, [each.keys for each in made.values()])
+        frames, figures = self._figures(pool, made, reference, capped=capped) if reference else ((), ())
+        return self._campaign.measurement(
+            frames=frames,
+            figures=figures,
+            labels=(LabelFigures(**labels),) if labels else (),
+            failures=tuple(self._failures),
+        )
+
+    def _rendered(self, pool: Pool, wanted: Mapping[Setting, Series]) -> dict[Setting, Series]:
+        """Those of which all renders are there."""
+        reasons = self._campaign.make(pool, self._picture, list(wanted.values()))
+        failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
+        for setting, why in failed.items():
+            self._fail(setting.text, why)
+        return {setting: series for setting, series in wanted.items() if setting not in failed}
+
+    def _reference(self, pool: Pool, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
+        """Keys of the parts of a reference that is good enough for the settings with these runs, and whether it ended
+        before it was; no keys where it failed."""
+        count = FIRST_PARTS if runs else 0
+        while count:
+            parts = self._parts(count)
+            keys = [key for part in parts for key in part.keys]
+            failed = [why for why in self._campaign.make(pool, self._picture, parts) if why is not None]
+            if failed:
+                self._fail("reference", failed[0])
+                break
+            errors = self._asked(pool, RAYCAST, "errors", reference=keys, runs=runs)
+            if errors is None:
+                break
+            wanted = self._campaign.request.reference_share * min(errors["settings"])
+            if errors["reference"] <= wanted or count == self._most_parts:
+                return keys, errors["reference"] > wanted
+            needed = math.ceil(MARGIN * count * errors["reference"] / wanted) if wanted else self._most_parts
+            count = min(max(needed, count + 1), self._most_parts)
+        return [], False
+
+    def _figures(
+        self, pool: Pool, made: Mapping[Setting, Series], reference: Sequence[str], *, capped: bool
+    ) -> tuple[tuple[Frame, ...], tuple[Figures, ...]]:
+        answer = self._asked(
+            pool,
+            RAYCAST,
+            "figures",
+            seed=self._campaign.seed,
+            reference=reference,
+            settings=[asdict(setting) for setting in made],
+            runs=[series.keys for series in made.values()],
+        )
+        if answer is None:
+            return (), ()
+        samples = len(reference) * self._part.samples
+        frame = {**answer["frame"], "region": tuple(answer["frame"]["region"])}
+        figures = zip(made, answer["figures"], strict=True)
+        return (
+            (Frame(**frame, reference_samples=samples, reference_capped=capped),),
+            tuple(Figures(**{**each, "setting": setting}) for setting, each in figures),
+        )
+
+    def _asked(self, pool: Pool, kind: Kind, what: str, **arguments: Any) -> Any:
+        """What a process of that kind answers; None where it failed."""
+        job = Job(kind=kind, what=what, arguments={"index": self._picture.index, **arguments})
+        outcome = pool.run([job])[0]
+        if outcome.failed is not None:
+            self._fail(what, outcome.failed)
+        return outcome.result
+
+    def _fail(self, what: str, why: str) -> None:
+        self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
+
+    def _series(self, setting: Setting) -> Series:
+        kind, numbers = Kind(renderer=setting.renderer), range(self._campaign.request.seeds)
+        return self._campaign.series(self._picture, kind, setting.effort, self._campaign.seeds("setting", numbers))
+
+    def _parts(self, count: int) -> list[Series]:
+        """Of the reference, each one render: several processes share them."""
+        seeds = self._campaign.seeds("reference", range(count))
+        return [self._campaign.series(self._picture, BLENDER, self._part, [seed]) for seed in seeds]

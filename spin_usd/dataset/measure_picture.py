@@ -1,0 +1,172 @@
+"""A picture's figures, from the runs that were made of it: the sentences that measuring is the words of."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from statistics import fmean, median
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.dataset.measure_runs import Runs
+from spin_usd.measuring.error import LinearError, Reference, linear_error
+from spin_usd.measuring.measurement import Figures, Setting
+from spin_usd.measuring.structure import RADIUS_PX, similarity
+from spin_usd.render.background.sky import sky
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.keys import RenderSettings, picture_seed
+from spin_usd.scene.light_groups import in_unit_light
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
+from spin_usd.sensor.develop import develop, developed_without_noise
+from spin_usd.sensor.exposure import exposed
+
+HALF = 0.5  # of the most that a pixel is covered
+NOISE_PICTURES = 4  # with the detector's noise, each with its own seed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Developed:
+    """The reference after the detector.
+
+    scene: exposed as the reference asks · sky: what lies behind · image (H, W) or (H, W, 3): without noise or rounding,
+    digital numbers · variance: of the image, over the target's pixels, by the reference's own error · noise: root mean
+    square of the detector's own noise and rounding there.
+    """
+
+    scene: Scene
+    sky: NDArray[np.float32] | None
+    image: Float
+    variance: float
+    noise: float
+
+
+class MeasuredPicture:
+    """One picture and the runs made of it. `reference`: keys of its reference's parts, two or more."""
+
+    def __init__(self, scene: Scene, runs: Runs, reference: Sequence[str]) -> None:
+        self.scene, self._runs, self._parts = scene, runs, reference
+        self._region = scene.picture_region
+        self._gains = in_unit_light(scene).gains
+
+    def radiance(self, key: str) -> Radiance:
+        """A run in the scene's own light."""
+        return self._runs.render(key, self._region, groups=len(self._gains)).relit(self._gains)
+
+    @cached_property
+    def _whole(self) -> Reference:
+        """The reference with its coverage, of all pixels of the region: (rows x columns, 4)."""
+        return Reference.of(self.radiance(key).rgba.reshape(-1, 4) for key in self._parts)
+
+    @cached_property
+    def _target(self) -> NDArray[np.bool_]:
+        """(rows, columns) of the region: pixels that the target covers by half or more, as those of the labels; of one
+        smaller than a pixel, or smeared, by half or more of the most."""
+        covered = self._whole.radiance[:, 3].reshape(self._region.shape)
+        return np.asarray((covered > 0) & (covered >= HALF * covered.max(initial=0.0)))
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Of the target's pixels."""
+        whole, target = self._whole, self._target.ravel()
+        return Reference(
+            radiance=whole.radiance[target, :3], variance=whole.variance[target, :3], parts=len(self._parts)
+        )
+
+    def linear_error(self, keys: Sequence[str]) -> LinearError:
+        """Of the runs with those keys, which differ in their seeds alone."""
+        return linear_error(np.stack([self.radiance(key).rgb[self._target] for key in keys]), self.reference)
+
+    def developed(self, seed: int) -> Developed:
+        """The reference after the detector, its exposure as metered on the reference; `seed` of the dataset."""
+        drawn = picture_seed(self.scene, RenderSettings(renderer="blender", effort=Effort(), seed=seed))
+        radiance, behind = self._mean(self._parts), sky(self.scene, seed=drawn)
+        sensor = replace(exposed(self.scene.sensor, radiance), auto_exposure=None)
+        scene = replace(self.scene, sensor=sensor)
+        image = developed_without_noise(scene, radiance, behind)
+        noisy = (develop(scene, radiance, behind, seed=drawn + number) for number in range(NOISE_PICTURES))
+        squares = [self._square(picture - image) for picture in noisy]
+        return Developed(
+            scene=scene,
+            sky=behind,
+            image=image,
+            variance=self._own_variance(scene, behind),
+            noise=math.sqrt(fmean(squares)),
+        )
+
+    def _own_variance(self, scene: Scene, behind: NDArray[np.float32] | None) -> float:
+        """Of the reference's image by its own error: from what two halves of its parts differ by."""
+        halves = [self._parts[half::2] for half in range(2)]
+        one, other = (developed_without_noise(scene, self._mean(half), behind) for half in halves)
+        return self._square(one - other) / (len(self._parts) * sum(1 / len(half) for half in halves))
+
+    def frame(self, image: Developed) -> dict[str, Any]:
+        """What is known of the picture and its reference: as JSON what a measurement's Frame holds of that."""
+        region, frame = self._region, self.scene.frame
+        return {
+            "name": frame.name,
+            "index": frame.index,
+            "region": (region.x0, region.y0, region.x1, region.y1),
+            "target_pixels": int(self._target.sum()),
+            "reference_error": self.reference.error_squared**0.5,
+            "noise_dn": image.noise,
+        }
+
+    def figures(self, image: Developed, setting: Setting, keys: Sequence[str]) -> Figures:
+        """Of the setting, from its runs. Raises InputError where one of them is not there any more."""
+        linear, pictures = self.linear_error(keys), [self._image_of(key, image) for key in keys]
+        off = fmean(self._square(picture - image.image) for picture in pictures) - image.variance
+        return Figures(
+            frame=self.scene.frame.name,
+            setting=setting,
+            seeds=len(keys),
+            **self.cost(keys),
+            variance=linear.variance,
+            bias_squared=linear.bias_squared,
+            brightness=linear.brightness,
+            error_dn=math.sqrt(max(off, 0.0)),
+            structure=fmean(self._unlikeness(picture, image) for picture in pictures),
+        )
+
+    def cost(self, keys: Sequence[str]) -> dict[str, Any]:
+        """What Figures hold of the runs' cost. Those that were not the first of their kind in a process tell the
+        time, if there are any."""
+        costs = [self._runs.cost(key) for key in keys]
+        timed = [cost for cost in costs if cost.warm] or costs
+        return {
+            "cpu_s": median(cost.cpu_s for cost in timed),
+            "wall_s": median(cost.wall_s for cost in timed),
+            "memory_bytes": max(cost.memory_bytes for cost in costs),
+        }
+
+    def difference(self, ones: Sequence[str], others: Sequence[str]) -> float:
+        """Relative root mean square difference between runs, each of the ones and the other in its place."""
+        pairs = zip(ones, others, strict=True)
+        apart = [self.radiance(a).rgb.astype(np.float64) - self.radiance(b).rgb for a, b in pairs]
+        return math.sqrt(fmean(self.reference.relative(each[self._target]) for each in apart))
+
+    def _image_of(self, key: str, image: Developed) -> Float:
+        return developed_without_noise(image.scene, self.radiance(key), image.sky)
+
+    def _unlikeness(self, picture: Float, image: Developed) -> float:
+        """1 - SSIM, the mean over the target's pixels."""
+        around = self._region.padded(2 * RADIUS_PX) & self.scene.camera.frame
+        top = 2**image.scene.sensor.bit_depth - 1
+        alike = similarity(picture[around.slices], image.image[around.slices], top=top)
+        inside = (slice(self._region.y0 - around.y0, None), slice(self._region.x0 - around.x0, None))
+        rows, columns = self._region.shape
+        found = alike[inside][:rows, :columns][self._target]
+        return max(1 - float(found.mean()), 0.0)
+
+    def _square(self, deviation: Float) -> float:
+        """Mean square over the target's pixels, of an image's deviation (H, W) or (H, W, C)."""
+        inside: Float = deviation[self._region.slices][self._target]
+        return float((inside * inside).mean())
+
+    def _mean(self, keys: Sequence[str]) -> Radiance:
+        """Of runs."""
+        total = sum(self.radiance(key).rgba.astype(np.float64) for key in keys)
+        return Radiance.of(self._region, np.asarray(total / len(keys), np.float32))

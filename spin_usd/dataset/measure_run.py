@@ -1,0 +1,127 @@
+"""The child's part of a measurement: one renderer kept open, whose renders are timed and kept."""
+
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from spin_usd.arrays import digest
+from spin_usd.dataset.measure_picture import MeasuredPicture
+from spin_usd.dataset.measure_runs import Cost, Runs
+from spin_usd.dataset.peak_memory import watch_memory
+from spin_usd.dataset.picture import Stopwatch, make_labels, render_in
+from spin_usd.dataset.rendered import in_order
+from spin_usd.dataset.worker import open_renderer
+from spin_usd.labels.label import LABELS
+from spin_usd.measuring.agreement import LabelImages, View, agreement
+from spin_usd.measuring.measurement import Setting
+from spin_usd.render.renderer import Renderer
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.keys import RenderSettings
+from spin_usd.scene.light_groups import in_unit_light
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
+from spin_usd.stage.read import StageReader
+
+Progress = Callable[[Any], None]
+
+
+class MeasuringWorker:
+    """Lives in a child process, with one renderer, opened with `how`. `folder`: of the runs; `cpus`: the processors
+    that it may use."""
+
+    def __init__(
+        self, *, stage: str, variant: str, folder: str, cpus: Sequence[int], renderer: str, **how: Any
+    ) -> None:
+        if sys.platform == "linux":
+            os.sched_setaffinity(0, cpus)
+        self.runs = Runs(root=Path(folder))
+        self.reader = StageReader(stage, variant=variant)
+        self.renderer = open_renderer(renderer, **how)
+        self._before: tuple[int, Effort] | None = None
+
+    def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int], progress: Progress) -> None:
+        """Render picture `index` with each of the seeds, keep each under its key, and tell of each."""
+        scene, wanted = self._scene(index), Effort(**effort)
+        for key, seed in seeds.items():
+            self.runs.keep(key, *self._timed(scene, wanted, seed))
+            progress(key)
+
+    def render_digest(self, *, index: int, effort: Mapping[str, Any], seed: int, progress: Progress) -> str:
+        """Of the render of picture `index`, every bit of it."""
+        radiance = self._render(self._scene(index), Effort(**effort), seed)
+        return digest(radiance.groups, radiance.coverage)
+
+    def labels(self, *, index: int, against: str, progress: Progress) -> dict[str, Any]:
+        """This renderer's labels of picture `index` against those of the renderer `against`: LabelFigures as JSON."""
+        scene, other = self._scene(index), open_renderer(against)
+        view = View(camera=scene.camera, T_cam_body=scene.T_cam_body)
+        ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
+        other.close()
+        names = {"frame": scene.frame.name, "renderer": self.renderer.name, "against": against}
+        return asdict(agreement(ours, theirs, view, **names))
+
+    def errors(
+        self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]], progress: Progress
+    ) -> dict[str, Any]:
+        """Mean square errors, relative: the reference's own, and of each setting's runs, all given by their keys."""
+        picture = self._picture(index, reference)
+        return {
+            "reference": picture.reference.error_squared,
+            "settings": [picture.linear_error(keys).squared for keys in runs],
+        }
+
+    def figures(
+        self,
+        *,
+        index: int,
+        seed: int,
+        reference: Sequence[str],
+        settings: Sequence[Mapping[str, Any]],
+        runs: Sequence[Sequence[str]],
+        progress: Progress,
+    ) -> dict[str, Any]:
+        """What is known of the picture from the runs of the settings: its "frame" and its "figures", as JSON.
+
+        `seed` of the dataset, of what lies behind the target.
+        """
+        picture = self._picture(index, reference)
+        image = picture.developed(seed)
+        made = [Setting(renderer=each["renderer"], effort=Effort(**each["effort"])) for each in settings]
+        return {
+            "frame": picture.frame(image),
+            "figures": [
+                asdict(picture.figures(image, setting, keys)) for setting, keys in zip(made, runs, strict=True)
+            ],
+        }
+
+    def _picture(self, index: int, reference: Sequence[str]) -> MeasuredPicture:
+        return MeasuredPicture(self._scene(index), self.runs, reference)
+
+    def _scene(self, index: int) -> Scene:
+        return self.reader.scene(self.reader.frames[index])
+
+    def _timed(self, scene: Scene, effort: Effort, seed: int) -> tuple[Radiance, Cost]:
+        warm = self._before == (scene.frame.index, effort)
+        memory, cpu, wall = watch_memory(), time.process_time(), time.perf_counter()
+        radiance = self._render(scene, effort, seed)
+        cost = Cost(
+            cpu_s=time.process_time() - cpu,
+            wall_s=time.perf_counter() - wall,
+            memory_bytes=memory(),
+            warm=warm,
+        )
+        self._before = scene.frame.index, effort
+        return radiance, cost
+
+    def _render(self, scene: Scene, effort: Effort, seed: int) -> Radiance:
+        settings = RenderSettings(renderer=self.renderer.name, effort=effort, seed=seed)
+        return in_order(render_in(in_unit_light(scene), self.renderer, settings, Stopwatch()))
+
+
+def _labels(scene: Scene, renderer: Renderer) -> LabelImages:
+    made = {kind: array for kind, array, _ in make_labels(scene, renderer, tuple(LABELS), Stopwatch())}
+    return LabelImages(depth=made["depth"], part=made["segmentation"], body=made["dense_pose"])
