@@ -73,6 +73,7 @@ PURE = (
     "measuring",
     "render/raycast.py",
     "render/lambert.py",
+    "render/reduced.py",
 )
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
+from spin_usd.render.reduced import enlarged, reduced
 from spin_usd.render.renderer import Renderer
 from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.light_groups import UnitLight
@@ -27,16 +28,18 @@ KINDS = (IMAGE, RADIANCE, *LABELS)
 
 
 class Stopwatch:
-    """Seconds spent by kind of work."""
+    """Seconds spent by kind of work, by the `clock`."""
+
+    clock = staticmethod(time.perf_counter)
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
 
     @contextmanager
     def __call__(self, work: str) -> Iterator[None]:
-        start = time.perf_counter()
+        start = self.clock()
         yield
-        self.seconds[work] = self.seconds.get(work, 0.0) + time.perf_counter() - start
+        self.seconds[work] = self.seconds.get(work, 0.0) + self.clock() - start
 
 
 Made = tuple[str, NDArray[Any], tuple[str, ...]]
@@ -59,8 +62,9 @@ def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: S
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
     """The target in unit light: a render that all pictures with this radiance key share."""
     with watch("beauty pass"):
-        seed = render_seed(light.scene, settings)
-        return renderer.radiance(light.scene, settings.effort, seed=seed)
+        seed, by = render_seed(light.scene, settings), settings.effort.reduction
+        small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
+        return enlarged(small, light.scene, by)
 
 
 def make_image(

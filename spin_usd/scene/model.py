@@ -55,11 +55,14 @@ class Shutter:
     """Motion blur. poses: T_cam_body at 3, 5, 9, 17, ... equally spaced times from the first row's opening to the last
     row's closing; the picture's own pose is the one in the middle. Between them the target's centre moves straight and
     its attitude turns steadily. `readout`: share of that time between the first row's opening and the last row's; 0 is
-    a global shutter, 1 exposes each row for an instant. Only this motion is blurred: light, background, lens and the
+    a global shutter, 1 exposes each row for an instant; the picture's `first_row` and `last_row` lie there between the
+    detector's, 0 and 1, where a row stands for several. Only this motion is blurred: light, background, lens and the
     target's shape are those of the middle."""
 
     poses: tuple[Transform, ...]
     readout: float = 0.0
+    first_row: float = 0.0
+    last_row: float = 1.0
 
     def __post_init__(self) -> None:
         steps = len(self.poses) - 1

@@ -10,6 +10,7 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.blender.rays import View
+from spin_usd.render.reduced import enlarged, reduced
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Scene, Shutter
@@ -130,6 +131,20 @@ def test_rolling_shutter_shears_a_moving_edge(blender, glowing_square, readout):
     assert np.abs((middle - wanted).mean()) < ROWS_PX
     partial = ((found > 0.02) & (found < 0.98)).sum(1)  # each row's own blur, both edges
     assert partial.mean() == pytest.approx(2 * (1 - readout) * length + 1, abs=3)
+
+
+@pytest.mark.parametrize("by", [2, 4])
+def test_a_reduced_render_opens_its_rows_when_the_pictures_own_would(blender, glowing_square, by):
+    """What is sheared evenly stays so between the rows that were rendered."""
+    length, readout = 20.0, 0.5
+    scene = moving(glowing_square, along=(metres(glowing_square, length), 0, 0), readout=readout)
+    small = blender.radiance(reduced(scene, by), Effort(samples=SAMPLES), seed=3)
+    found, rows = enlarged(small, scene, by), np.arange(14, 34)
+    columns = np.arange(found.region.x0, found.region.x1) + 0.5
+    lit = found.coverage[rows - found.region.y0]
+    off = (lit * columns).sum(1) / lit.sum(1) - 32 - (rows / 47 - 0.5) * readout * length
+    assert np.abs(off).max() < by * ROW_PX
+    assert abs(off.mean()) < by * ROWS_PX
 
 
 def test_labels_are_those_of_the_middle_at_rest(blender, make_scene, needles, speedplus):

@@ -92,8 +92,9 @@ class Timing:
     @classmethod
     def of(cls, shutter: Shutter, rows: int) -> "Timing":
         exposure = (1 - shutter.readout) / (LAST_RAY - FIRST_RAY)
-        readout = shutter.readout * rows / (rows - 1) if shutter.readout else 0.0
-        start = -exposure * FIRST_RAY - readout / rows
+        span = shutter.last_row - shutter.first_row
+        readout = shutter.readout * span * rows / (rows - 1) if shutter.readout else 0.0
+        start = shutter.readout * shutter.first_row - exposure * FIRST_RAY - readout / rows
         return cls(start=start, end=start + exposure + readout, exposed=exposure / (exposure + readout))
 
 
