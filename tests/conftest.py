@@ -38,6 +38,16 @@ def spin_usd():
     return run
 
 
+@pytest.fixture(scope="session")
+def blender():
+    """The one Blender of this process."""
+    from spin_usd.render.blender.renderer import BlenderRenderer
+
+    renderer = BlenderRenderer()
+    yield renderer
+    renderer.close()
+
+
 def speedplus_camera(divide=1):
     """SPEED+'s camera.json with an image smaller by the whole number `divide`; the same field of view and lens."""
     k = 1 / divide

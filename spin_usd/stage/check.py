@@ -11,7 +11,7 @@ from pxr import Usd, UsdValidation
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check_layers import layer_findings
-from spin_usd.stage.check_pictures import camera_findings, capture_findings, pose_findings
+from spin_usd.stage.check_pictures import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
 from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import Progress, scene_findings
@@ -25,6 +25,7 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
     layer_findings,
     capture_findings,
     pose_findings,
+    norm_findings,
     camera_findings,
     kind_findings,
     label_findings,

@@ -11,7 +11,9 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
 from spin_usd.stage.cameras import find_camera
 from spin_usd.stage.lens import derived_values, read_lens
+from spin_usd.stage.xforms import NORM_TOLERANCE, orient_norm_error
 
+ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: what it turns no label can show
 FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32
 
 
@@ -36,6 +38,21 @@ def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
         if target.HasAPI(schema.TARGET_API):
             for op in UsdGeom.Xformable(target).GetOrderedXformOps():
                 yield from _op_findings(op.GetAttr(), str(target.GetPath()))
+
+
+def norm_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """The quaternions of target and cameras have length 1: others are refused where they are far off, told here."""
+    for prim in stage.Traverse():
+        if not (prim.HasAPI(schema.TARGET_API) or prim.IsA(UsdGeom.Camera)):
+            continue
+        for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+            off = orient_norm_error(op) if op.GetTypeName() == Sdf.ValueTypeNames.Quatd else 0.0
+            if ROUNDED_NORM < off <= NORM_TOLERANCE:
+                message = (
+                    f"{op.GetOpName()} holds a quaternion whose norm is off 1 by {off:.2g}: USD reads it as a rotation "
+                    f"that is up to {2 * off:.2g} rad off: normalise it"
+                )
+                yield Finding(code="pose-norm", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
 def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:

@@ -27,7 +27,7 @@ from spin_usd.stage.shutter import Opening, read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
 from spin_usd.stage.thin_lens import read_thin_lens
 from spin_usd.stage.variation import Steady, moves, target_varies, varying
-from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, between, check_chain, placement
+from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, check_chain, placement, relative
 
 # What of a camera's attributes, by the beginnings of their names, only one part of a picture depends on.
 SENSOR = ("exposure", "spin:sensor:")
@@ -105,9 +105,9 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._T_world_usdcam.at(time)
-        body = _placement(self._target_prim, world, "body", self.metres)
-        T_cam_body = T_CAM_USDCAM @ between(T_world_usdcam, body.transform)
-        target = self._target_at(time, body.scale)
+        body_scale = _placement(self._target_prim, world, "body", self.metres).scale
+        T_cam_body = self._T_cam_body(world)
+        target = self._target_at(time, body_scale)
         centre = T_cam_body.points(target.mesh.centre)
         lights = self._lights.read(time, T_world_usdcam, world, self.metres)
         environment = self._environment.read(time, centre, target.mesh.radius, T_world_usdcam, world, self.metres)
@@ -126,9 +126,12 @@ class StageReader:
 
     def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
-        time = Usd.TimeCode(time_code)
-        body = _placement(self._target_prim, UsdGeom.XformCache(time), "body", self.metres)
-        return T_CAM_USDCAM @ between(self._T_world_usdcam.at(time), body.transform)
+        return self._T_cam_body(UsdGeom.XformCache(Usd.TimeCode(time_code)))
+
+    def _T_cam_body(self, world: UsdGeom.XformCache) -> Transform:
+        """At the time of `world`."""
+        frames = ("usdcam", "body")
+        return T_CAM_USDCAM @ relative(self._camera_prim, self._target_prim, world, frames=frames, metres=self.metres)
 
     def _read_camera_parts(self) -> None:
         """Say how each part of the camera is read, and which of them can change in time.

@@ -62,6 +62,31 @@ def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
     )
 
 
+def relative(
+    first: Usd.Prim, second: Usd.Prim, world: UsdGeom.XformCache, *, frames: tuple[str, str], metres: float
+) -> Transform:
+    """T_first_second by the names of their `frames`, at the time of `world`; stage units are `metres` each.
+
+    Through the nearest ancestor of both, not through the world: what goes round the Sun with them, 1.5e11 m from the
+    stage's origin, where doubles are 3e-5 m apart, moves neither as the other sees it. Units come last, for their
+    product with a far origin would be rounded. Raises StageError as `placement`.
+    """
+    above = first.GetStage().GetPrimAtPath(first.GetPath().GetCommonPrefix(second.GetPath()))
+    above = above.GetParent() if above in (first, second) else above
+    matrices, resets = zip(*(world.ComputeRelativeTransform(prim, above) for prim in (first, second)), strict=True)
+    if any(resets):  # then one of them has the stage's axes
+        matrices, above = tuple(map(world.GetLocalToWorldTransform, (first, second))), first.GetStage().GetPseudoRoot()
+    T_above_first, T_above_second = (
+        placement(matrix, frame=name, metres=1.0, where=prim.GetPath()).transform
+        for matrix, name, prim in zip(matrices, frames, (first, second), strict=True)
+    )
+    size = placement(world.GetLocalToWorldTransform(above), frame="above", metres=1.0, where=above.GetPath()).scale
+    near = between(T_above_first, T_above_second)
+    return Transform.following(
+        to=near.to, of=near.of, rotation=near.rotation, translation=near.translation * (size * metres)
+    )
+
+
 def check_chain(prim: Usd.Prim) -> None:
     """`check_ops` of a prim and all its ancestors."""
     while prim and not prim.IsPseudoRoot():
@@ -87,14 +112,18 @@ def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
     where = f"{prim.GetPath()}.{op.GetOpName()}"
     if op.GetPrecision() == UsdGeom.XformOp.PrecisionHalf:
         raise StageError("a half-precision orientation is off by up to 0.5 degrees", where=where, do="use quatd")
-    attribute = op.GetAttr()
-    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
-    values = [(time, attribute.Get(time)) for time in times]
-    quaternions = np.array([quaternion(value) for _, value in values if value is not None]).reshape(-1, 4)
-    worst = norm_error(quaternions)
+    worst = orient_norm_error(op)
     if worst > NORM_TOLERANCE:
         found = f"holds a quaternion whose norm is off 1 by {worst:.3g}, which USD reads as another rotation"
         raise StageError(found, where=where, do="normalise it")
+
+
+def orient_norm_error(op: UsdGeom.XformOp) -> float:
+    """How far the norm of the worst of an orientation's values is off 1; infinity for NaN."""
+    attribute = op.GetAttr()
+    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
+    values = [attribute.Get(time) for time in times]
+    return norm_error(np.array([quaternion(value) for value in values if value is not None]).reshape(-1, 4))
 
 
 def norm_error(quaternions: Float) -> float:

@@ -1,4 +1,4 @@
-"""Small scenes made by numpy, and one Blender for all tests that need it."""
+"""Small scenes made by numpy."""
 
 from dataclasses import replace
 
@@ -18,16 +18,6 @@ LAMBERT = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow
 SPEEDPLUS = replace(
     scenes.SPEEDPLUS, width=192, height=120, fx=scenes.SPEEDPLUS.fx / 10, fy=scenes.SPEEDPLUS.fy / 10, cx=96, cy=60
 )
-
-
-@pytest.fixture(scope="session")
-def blender():
-    """The one Blender of this process."""
-    from spin_usd.render.blender.renderer import BlenderRenderer
-
-    renderer = BlenderRenderer()
-    yield renderer
-    renderer.close()
 
 
 @pytest.fixture(scope="session")

@@ -21,6 +21,7 @@ from spin_usd.scene.model import Scene, ThinLens
 # camera's axes pixels to 2**-24 of their distance from the principal point.
 NEAR_RADII = 16.0
 CLEARANCE = 1.01  # rays start this many radii before the target's centre: outside its bounding sphere
+LEAST_CLEARANCE = 2e-6  # metres: Blender sees nothing nearer to a ray's start than 1e-6
 PLAIN_FOCAL = (
     1 / 8,
     16.0,
@@ -154,13 +155,14 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         if self.near:
             return "position = lens;" if self.thin_lens else "position = point(0.0, 0.0, 0.0);"
         x, y, z = self.centre
+        start = max(CLEARANCE * self.radius, self.radius + LEAST_CLEARANCE)
         # Seen from the plane of the centre, the aperture's places draw near as it draws near the plane of focus.
         lens = f" + lens * {_number(1 - z / self.thin_lens.focus)}" if self.thin_lens else ""
         return (
             # Where the ray meets the plane of the centre, then back to just before the bounding sphere.
             f"vector p = vector((x - {_number(x / z)}) * {_number(z)}, ({_number(y / z)} - y) * {_number(z)}, 0.0)"
             f"{lens};\n"
-            f"  position = p - (dot(p, direction) + {_number(CLEARANCE * self.radius)}) * direction;"
+            f"  position = p - (dot(p, direction) + {_number(start)}) * direction;"
         )
 
 

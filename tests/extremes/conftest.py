@@ -1,0 +1,12 @@
+"""The extremes' own renderers."""
+
+import pytest
+
+from spin_usd.render.raycast import RaycastRenderer
+
+RAYCAST = RaycastRenderer()
+
+
+@pytest.fixture(params=["raycast", "blender"])
+def renderer(request):
+    return RAYCAST if request.param == "raycast" else request.getfixturevalue("blender")
