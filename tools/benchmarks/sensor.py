@@ -1,17 +1,18 @@
 """What optics, detector and PNG cost for a 1920 x 1200 grey picture on one core, beside a plain SciPy implementation.
 
-Run with the project's environment: taskset -c 0 .venv/bin/python tools/bench_sensor.py [ROUNDS]. The plain one
-convolves with the same kernels by SciPy's Gaussian filter and FFT, draws NumPy's Poisson numbers, and writes the PNG
-with Pillow.
+The plain one convolves with the same kernels by SciPy's Gaussian filter and FFT, draws NumPy's Poisson numbers, and
+writes the PNG with Pillow.
 """
 
+import argparse
 import os
 import statistics
-import sys
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.signal import fftconvolve
 
+from spin_usd.dataset.render import usable_cpus
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.sensor import Optics, Sensor
@@ -78,19 +80,32 @@ def plain(light: NDArray[np.float32], file: Path) -> list[Step]:
     ]
 
 
-def main(rounds: int) -> None:
-    if len(os.sched_getaffinity(0)) > 1:
-        sys.exit("bench_sensor.py measures one core; run it under taskset -c 0")
-    print(f"seconds on one core, median of {rounds}: wall clock (processor time)\n")
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--rounds", type=int, default=9)
+
+
+def measure(options: argparse.Namespace) -> dict[str, Any]:
+    rounds = 1 if options.quick else options.rounds
+    os.sched_setaffinity(0, usable_cpus()[:1])
+    steps = []
     with tempfile.TemporaryDirectory() as folder:
         for name, light in scenes().items():
             for who, make in (("spin_usd", ours), ("plain", plain)):
-                total = np.zeros(2)
                 for step, work in make(light, Path(folder) / "a.png"):
-                    spent = np.array(timed(work, rounds if who == "spin_usd" else 3))
-                    total += spent
-                    print(f"{name:20} {who:9} {step:20} {spent[0]:.3f} ({spent[1]:.3f})")
-                print(f"{name:20} {who:9} {'in all':20} {total[0]:.3f} ({total[1]:.3f})\n")
+                    wall, cpu = timed(work, rounds if who == "spin_usd" else min(rounds, 3))
+                    steps.append({"scene": name, "who": who, "step": step, "wall_s": wall, "cpu_s": cpu})
+    return {"rounds": rounds, "steps": steps}
+
+
+def table(figures: dict[str, Any]) -> str:
+    """Seconds of wall clock (of processor), medians."""
+    lines = [f"| of {figures['rounds']} rounds | by | step | seconds (processor) |", "| --- | --- | --- | --- |"]
+    for (name, who), steps in groupby(figures["steps"], key=lambda step: (step["scene"], step["who"])):
+        listed = list(steps)
+        total = {kind: sum(step[kind] for step in listed) for kind in ("wall_s", "cpu_s")}
+        for step in (*listed, {"step": "in all", **total}):
+            lines.append(f"| {name} | {who} | {step['step']} | {step['wall_s']:.3f} ({step['cpu_s']:.3f}) |")
+    return "\n".join(lines)
 
 
 def timed(work: Callable[[], object], rounds: int) -> tuple[float, float]:
@@ -102,7 +117,3 @@ def timed(work: Callable[[], object], rounds: int) -> tuple[float, float]:
         wall.append(time.perf_counter() - began[0])
         processor.append(time.process_time() - began[1])
     return statistics.median(wall), statistics.median(processor)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 9)

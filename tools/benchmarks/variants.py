@@ -5,23 +5,21 @@ again, in turn, each in a fresh folder from the command line as a user has it; p
 """
 
 import argparse
-import json
 import shutil
 import statistics
-import subprocess
-import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from benchmarks.command import asked
 
 from spin_usd import resources
 
 COUNTS = ("made", "label_passes", "renders")  # of a render's report: pictures exposed, label passes and renders made
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--poses", type=Path, default=resources.stages() / "examples" / "tango_speedplus_poses.json")
     parser.add_argument("--frames", default="0:20", metavar="A:B:STEP", help="of the pose list")
     parser.add_argument("--target", default="tango")
@@ -31,19 +29,18 @@ def main() -> None:
     parser.add_argument("--samples", nargs="+", type=int, default=[16, 64], metavar="N")
     parser.add_argument("--rounds", type=int, default=1, help="of the first, all, and the first again")
     parser.add_argument("--workers", type=int, help="as many as fit if not given")
-    parser.add_argument("--json", type=Path, help="also write the figures here")
-    options = parser.parse_args()
+
+
+def measure(options: argparse.Namespace) -> dict[str, Any]:
+    if options.quick:
+        options.frames, options.specs, options.samples, options.rounds = "0:1", ["relight"], [1], 1
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as folder:
-        figures = [
-            figure for spec in options.specs for figure in measure(spec, options, Path(folder) / Path(spec).stem)
-        ]
-    print(table(figures))
-    if options.json:
-        options.json.write_text(json.dumps(figures, indent=1) + "\n")
+        cases = [case for spec in options.specs for case in of_spec(spec, options, Path(folder) / Path(spec).stem)]
+    return {"cases": cases}
 
 
-def measure(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[dict[str, Any]]:
-    """Author the stage with the augmentations of `spec`; one figure for each number of samples."""
+def of_spec(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[dict[str, Any]]:
+    """Author the stage with the augmentations of `spec`; one case for each number of samples."""
     stage, names = augmented(spec, options, folder)
     workers = ["--workers", options.workers] if options.workers else []
     for samples in options.samples:
@@ -51,12 +48,13 @@ def measure(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[di
             what: [stage, "--samples", samples, "--variants", ",".join(variants)]
             for what, variants in (("one", names[:1]), ("all", names))
         }
-        figure: dict[str, Any] = {"spec": Path(spec).stem, "augmentations": len(names), "samples": samples}
-        figure["planned"] = {what: asked("plan", *arguments)["wall_seconds"] for what, arguments in of.items()}
-        figure |= {"one": [], "all": []}
+        case: dict[str, Any] = {"spec": Path(spec).stem, "augmentations": len(names), "samples": samples}
+        case["planned"] = {what: asked("plan", *arguments)["wall_seconds"] for what, arguments in of.items()}
+        case |= {"one": [], "all": []}
         for what in ("one", "all", "one") * options.rounds:
-            figure[what].append(rendered([*of[what], *workers], folder / "dataset"))
-        yield figure
+            case[what].append(asked("render", *of[what], *workers, "--out", folder / "dataset"))
+            shutil.rmtree(folder / "dataset")
+        yield case
 
 
 def augmented(spec: str, options: argparse.Namespace, folder: Path) -> tuple[Path, list[str]]:
@@ -67,24 +65,7 @@ def augmented(spec: str, options: argparse.Namespace, folder: Path) -> tuple[Pat
     return stage, asked("augment", stage, "--spec", spec)["augmentations"]
 
 
-def rendered(arguments: Sequence[object], out: Path) -> dict[str, Any]:
-    """The report of a render into a fresh folder, which is removed again."""
-    report = asked("render", *arguments, "--out", out)
-    shutil.rmtree(out)
-    return report
-
-
-def asked(*arguments: object) -> dict[str, Any]:
-    """What a command of spin-usd answers to programs."""
-    command = [sys.executable, "-m", "spin_usd.cli.main", "--quiet", *map(str, arguments), "--json"]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    if done.returncode:
-        sys.exit(f"{' '.join(map(str, arguments))} ended with exit code {done.returncode}")
-    answer: dict[str, Any] = json.loads(done.stdout)
-    return answer
-
-
-def table(figures: Sequence[dict[str, Any]]) -> str:
+def table(figures: dict[str, Any]) -> str:
     """The figures as Markdown. Seconds are medians of all rounds; work is over all workers, without their start.
 
     What is planned is for as many workers as fit.
@@ -94,18 +75,14 @@ def table(figures: Sequence[dict[str, Any]]) -> str:
         "pictures | label passes | renders |",
         "| --- " * 11 + "|",
     ]
-    for figure in figures:
-        one, every, plan = figure["one"], figure["all"], figure["planned"]
+    for case in figures["cases"]:
+        one, every, plan = case["one"], case["all"], case["planned"]
         seconds = [statistics.median(run["seconds"] for run in runs) for runs in (one, every)]
         work = [statistics.median(sum(run["work"].values()) for run in runs) for runs in (one, every)]
         counts = " | ".join(f"{every[0][name]} (one: {one[0][name]})" for name in COUNTS)
         lines.append(
-            f"| {figure['augmentations']} of {figure['spec']} | {figure['samples']} | {seconds[0]:.1f} | "
+            f"| {case['augmentations']} of {case['spec']} | {case['samples']} | {seconds[0]:.1f} | "
             f"{seconds[1]:.1f} | {seconds[1] / seconds[0]:.2f} | {work[1] / work[0]:.2f} | "
             f"{plan['one']:.1f}, {plan['all']:.1f} | {plan['all'] / plan['one']:.2f} | {counts} |"
         )
     return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    main()

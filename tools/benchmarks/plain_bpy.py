@@ -1,13 +1,12 @@
 """What a researcher's own bpy script would do: the whole frame, all passes in one multilayer EXR, and a PNG.
 
-Started by bench_frames.py: `bench_plain.py SCENE.npz FOLDER SAMPLES`, then a line of 12 numbers (rotation and
-translation from body to OpenCV camera) per frame on standard input; answers the seconds it took, on standard output.
+Started by benchmarks.peers, which says what it is told and what it answers; its fourth argument, `frame` or `box`, says
+whether it renders the whole frame or the target's box alone.
 No distortion (a plain perspective camera), no body coordinates beyond the Position pass: less than spin_usd delivers.
 """
 
 import os
 import sys
-import time
 
 import bpy
 import mathutils
@@ -24,8 +23,7 @@ def build(scene_file: str, samples: int) -> tuple[bpy.types.Scene, bpy.types.Obj
     scene.cycles.max_bounces = 4
     scene.render.resolution_x, scene.render.resolution_y = int(width), int(height)
     scene.render.use_persistent_data = True
-    scene.world = bpy.data.worlds.new("black")
-    scene.world.color = (0, 0, 0)
+    scene.world = None  # black; a new one is grey
     camera = bpy.data.cameras.new("camera")
     camera.sensor_width, camera.lens = 36, 36 * fx / width
     camera.shift_x, camera.shift_y = (width / 2 - cx) / width, (cy - height / 2) / width
@@ -52,17 +50,26 @@ def build(scene_file: str, samples: int) -> tuple[bpy.types.Scene, bpy.types.Obj
     return scene, target
 
 
+def crop(scene: bpy.types.Scene, box: np.ndarray) -> None:
+    x0, y0, x1, y1 = box
+    render = scene.render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x = x0 / render.resolution_x, x1 / render.resolution_x
+    render.border_min_y, render.border_max_y = 1 - y1 / render.resolution_y, 1 - y0 / render.resolution_y
+
+
 def main() -> None:
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # what Blender prints is no answer
     scene, target = build(sys.argv[1], int(sys.argv[3]))
-    print("ready", file=answers)
+    print(f"Blender {bpy.app.version_string}", file=answers)
     for i, line in enumerate(sys.stdin):
-        began = time.perf_counter()
         numbers = np.array(line.split(), float)
+        if sys.argv[4] == "box":
+            crop(scene, numbers[12:])
         flip = np.diag([1.0, -1.0, -1.0])
         rotation = mathutils.Matrix((flip @ numbers[:9].reshape(3, 3)).tolist())
-        target.rotation_quaternion, target.location = rotation.to_quaternion(), flip @ numbers[9:]
+        target.rotation_quaternion, target.location = rotation.to_quaternion(), flip @ numbers[9:12]
         image = scene.render.image_settings
         image.media_type, image.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
         image.color_depth, image.exr_codec = "32", "ZIP"
@@ -70,7 +77,7 @@ def main() -> None:
         bpy.ops.render.render(write_still=True)
         image.media_type, image.file_format = "IMAGE", "PNG"
         bpy.data.images["Render Result"].save_render(os.path.join(sys.argv[2], f"{i:06d}.png"))
-        print(time.perf_counter() - began, file=answers)
+        print("done", file=answers)
     os._exit(0)
 
 

@@ -1,0 +1,38 @@
+"""tools/bench as the one who makes the README's figures runs it, with its smallest sizes."""
+
+import json
+import subprocess
+
+import pytest
+from conftest import REPOSITORY
+
+NUMBER = (int, float)
+
+
+def bench(name, *arguments):
+    command = [REPOSITORY / "tools" / "bench", name, "--quick", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_quick_run_puts_all_figures_into_one_file(tmp_path):
+    file = tmp_path / "bench.json"
+    for name in ("frames", "growth", "plan", "predict"):
+        assert "|" in bench(name, "--json", file)
+    found = json.loads(file.read_text())
+    assert set(found) == {"frames", "growth", "plan", "predict"}
+    for figures in found.values():
+        assert figures["machine"]["cores"] > 0
+        assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
+    frames = found["frames"]["makers"]
+    assert {"spin_usd, image and labels", "plain bpy script, full frame"} <= set(frames)
+    for maker in frames.values():
+        for spread in (maker["wall_s"], maker["over_ours"]):
+            assert 0 < spread["least"] <= spread["median"] <= spread["most"]
+    for sweep in found["growth"]["sweeps"].values():
+        assert len(sweep["rows"]) > 1
+        assert all(isinstance(sweep["cpu"][name], NUMBER) for name in ("slope", "intercept", "off"))
+    assert {row["prims"] for row in found["plan"]["cases"]} > {0}
+    assert all(case["predicted_over_taken"] > 0 for case in found["predict"]["cases"])

@@ -1,0 +1,47 @@
+"""What spin_usd costs, measured: `tools/bench NAME`, one of those below; `tools/bench NAME --help` has its sizes.
+
+Each prints a table; with --json FILE its figures, and what they were measured on, also go into that file under its
+name, beside those of the others (tools/figures/bench.json holds the README's).
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from benchmarks import calibrate, frames, growth, plan, predict, sensor, stages, variants
+from benchmarks.machine import described
+
+COMMANDS = {
+    module.__name__.rpartition(".")[2]: module
+    for module in (frames, growth, variants, plan, sensor, predict, calibrate, stages)
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="NAME")
+    for name, module in COMMANDS.items():
+        first = module.__doc__.partition("\n")[0]
+        formatter = argparse.RawDescriptionHelpFormatter
+        command = commands.add_parser(name, help=first, description=module.__doc__, formatter_class=formatter)
+        module.add_options(command)
+        command.add_argument("--quick", action="store_true", help="the smallest sizes: to try it, not to measure")
+        command.add_argument("--json", type=Path, metavar="FILE", help="also put the figures into this file")
+    options = parser.parse_args()
+    module = COMMANDS[options.command]
+    figures = module.measure(options)
+    print(module.table(figures))
+    if options.json:
+        keep(options.json, options.command, figures)
+
+
+def keep(file: Path, name: str, figures: dict[str, object]) -> None:
+    """Put figures into the file under their name, with the machine; others in it stay."""
+    kept = json.loads(file.read_text()) if file.is_file() else {}
+    kept[name] = {"machine": described(), **figures}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(dict(sorted(kept.items())), indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,161 @@
+"""What the constants of spin_usd.dataset.cost are on this machine, beside those that the file holds.
+
+Pictures of stages that differ in what they need are made by one worker on one core, at several efforts; the seconds of
+each kind of work are then shared out among its units, none below nothing, with the least relative deviations. With
+--processor it is processor time that is measured: to try it while the machine does other work.
+"""
+
+import argparse
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import three_stages
+from benchmarks.command import asked
+from scipy.optimize import nnls
+
+from spin_usd.dataset.amounts import Making, Method, amounts
+from spin_usd.dataset.cost import EVERYWHERE, TRACING, expected_work
+from spin_usd.dataset.job import Job
+from spin_usd.dataset.picture import Stopwatch
+from spin_usd.dataset.planning import Question, make_plan
+from spin_usd.dataset.render import RenderRequest, usable_cpus
+from spin_usd.scene.effort import Effort, parse_effort
+from spin_usd.scene.keys import RenderSettings
+
+EFFORTS = (
+    "samples=1",
+    "samples=4",
+    "samples=16",
+    "samples=4,bounces=0",
+    "samples=1,denoiser=fast",
+    "samples=1,denoiser=balanced",
+    "samples=1,denoiser=high",
+    "samples=4,reduction=2",
+)
+MORE_STAGES = {  # besides the three: what tells their features apart
+    "fills": ("--preset", "speedplus_synthetic"),
+    "starry": ("--preset", "lightbox", "--lights", "sun", "--environment", "stars"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sample:
+    """A picture that was made: its amounts, what was expected of it and what it took, by kind of work."""
+
+    renderer: str
+    amounts: dict[str, dict[str, float]]
+    expected: dict[str, float]
+    taken: dict[str, float]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--poses", type=Path, default=three_stages.POSES)
+    parser.add_argument("--frames", default="::2", metavar="A:B:STEP", help="of the pose list")
+    parser.add_argument("--efforts", nargs="+", default=list(EFFORTS), metavar="TEXT")
+    parser.add_argument("--stages", nargs="+", default=[*three_stages.STAGES, *MORE_STAGES])
+    parser.add_argument("--renderers", nargs="+", default=["blender", "raycast"])
+    parser.add_argument("--processor", action="store_true", help="measure processor time instead of wall clock")
+
+
+def measure(options: argparse.Namespace) -> dict[str, Any]:
+    if options.quick:
+        options.frames, options.efforts, options.stages = "3:4", ["samples=1"], ["matt"]
+        options.renderers = ["raycast"]
+    os.sched_setaffinity(0, usable_cpus()[:1])
+    if options.processor:
+        Stopwatch.clock = staticmethod(time.process_time)
+    samples = list(made(options))
+    renderers = dict.fromkeys(sample.renderer for sample in samples)
+    return {
+        "pictures": len(samples),
+        "everywhere": fitted(samples, EVERYWHERE),
+        "tracing": {
+            name: fitted([sample for sample in samples if sample.renderer == name], TRACING[name]) for name in renderers
+        },
+    }
+
+
+def made(options: argparse.Namespace) -> Iterator[Sample]:
+    """All pictures, each at all efforts."""
+    with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name:
+        for stage in options.stages:
+            root = author(stage, Path(name) / stage, options)
+            for renderer in options.renderers:
+                for text in options.efforts:
+                    effort = parse_effort(text)
+                    if renderer == "blender" or effort == Effort(samples=effort.samples):
+                        yield from of_run(root, renderer, effort, Path(name) / "dataset")
+
+
+def author(name: str, out: Path, options: argparse.Namespace) -> Path:
+    """The stage `name`, of the three or of MORE_STAGES."""
+    if name in three_stages.STAGES:
+        return three_stages.author(name, out, poses=options.poses, frames=options.frames)
+    model = ["--poses", options.poses, "--target", "tango", "--camera", "speedplus", "--frames", options.frames]
+    return Path(asked("author", *model, *MORE_STAGES[name], "--out", out)["root"])
+
+
+def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sample]:
+    """The stage's pictures, the first once more than counts: it starts the renderer."""
+    from spin_usd.dataset.worker import Worker  # here, where processors and clock are chosen
+
+    request = RenderRequest(stage=root, effort=effort, renderer=renderer)
+    question = Question(
+        stage=root, variants=(), frames=None, renderer=renderer, effort=effort, seed=0, image_suffix=".png"
+    )
+    plan = make_plan(question, processes=1, progress=lambda *_: None)
+    width, height = plan.description["camera"]
+    method = Method(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
+    settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
+    worker = Worker(job=Job(root=str(out), stage=str(root), image_suffix=".png", settings=settings).as_json())
+    for picture in (plan.pictures[0], *plan.pictures):
+        shutil.rmtree(out, ignore_errors=True)
+        taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]
+        making = Making(picture=picture, label_pass=True, render=True)
+        if "opening" not in taken:
+            of = amounts(making, method)
+            yield Sample(renderer=renderer, amounts=of, expected=expected_work(making, method), taken=taken)
+    worker.renderer.close()
+
+
+def fitted(samples: list[Sample], costs: Any) -> dict[str, Any]:
+    """By kind of work: what was taken of what was expected, and by unit the constant in the file and the measured."""
+    found = {}
+    for work, units in costs.items():
+        rows = [s for s in samples if s.taken.get(work, 0) > 0 and work in s.amounts]
+        names = [name for name in units if any(s.amounts[work].get(name) for s in rows)]
+        if not names:
+            continue
+        taken = np.array([s.taken[work] for s in rows])
+        matrix = np.array([[s.amounts[work].get(name, 0.0) for name in names] for s in rows])
+        scale = np.abs(matrix / taken[:, None]).max(0)
+        shares, _ = nnls(matrix / taken[:, None] / scale, np.ones(len(rows)))
+        costs_now = dict(zip(names, shares / scale, strict=True))
+        ratios = matrix @ (shares / scale) / taken
+        found[work] = {
+            "taken_over_expected": round(float(taken.sum() / sum(s.expected[work] for s in rows)), 3),
+            "fit_off": round(float(np.abs(ratios - 1).max()), 3),
+            "units": {n: {"file": units[n], "measured": float(f"{costs_now[n]:.3g}")} for n in names},
+        }
+    return found
+
+
+def table(figures: dict[str, Any]) -> str:
+    lines = [
+        "| work | taken / expected | unit | in the file, s | measured, s |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    parts = {"": figures["everywhere"], **{f"{name}: ": part for name, part in figures["tracing"].items()}}
+    for where, works in parts.items():
+        for work, found in works.items():
+            for unit, cost in found["units"].items():
+                ratio = f"{found['taken_over_expected']:.2f}"
+                lines.append(f"| {where}{work} | {ratio} | {unit} | {cost['file']:.3g} | {cost['measured']:.3g} |")
+    return "\n".join(lines)

@@ -1,0 +1,111 @@
+"""Others that make the same pictures, each a script in a process of its own, spoken to in lines.
+
+A script is started as `SCRIPT SCENE.npz FOLDER SAMPLES frame|box ...`: camera, mesh, one material and the Sun, a folder
+for its files, and whether it renders the whole frame or a box. It answers its version, then to each line of 16 numbers
+(rotation and translation from body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files are there.
+"""
+
+import subprocess
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.scene.model import Scene
+
+HERE = Path(__file__).resolve().parent
+MITSUBA_VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+CROPS = {"frame": "full frame", "box": "cropped to the target's box"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Peer:
+    """`name`: what it is and renders; `version`: what it says of itself."""
+
+    name: str
+    version: str
+    process: subprocess.Popen[str]
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    def picture(self, scene: Scene) -> None:
+        """Make the picture of `scene`: of its target's pose, in the box that the target can cover. Raises
+        ChildProcessError where it ends instead."""
+        pose, region = scene.T_cam_body, scene.picture_region
+        box = (region.x0, region.y0, region.x1, region.y1)
+        assert self.process.stdin is not None
+        print(*pose.rotation.ravel(), *pose.translation, *box, file=self.process.stdin, flush=True)
+        if self._line() != "done":
+            raise ChildProcessError(f"{self.name} ended before it had made its picture")
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().strip()
+
+
+def write_scene(scene: Scene, file: Path) -> None:
+    """What the scripts know: the lens without its distortion, the whole mesh of the first material, one Sun."""
+    camera, mesh, material, sun = scene.camera, scene.target.mesh, scene.target.materials[0], scene.lights[0]
+    x, y, z = sun.direction_cam
+    np.savez(
+        file,
+        camera=[camera.width, camera.height, camera.fx, camera.cx, camera.cy],
+        points=mesh.points,
+        faces=mesh.faces,
+        color=material.diffuse_color,
+        metal_rough=[material.metallic, material.roughness],
+        sun=[x, -y, -z, sun.irradiance[0]],
+    )
+
+
+def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> list[Peer]:
+    """Blender's and, where that is installed and works, Mitsuba's, each of the whole frame and of the box. Each has
+    made the picture of `scene`."""
+    write_scene(scene, folder / "scene.npz")
+    plain = _pair(scene, "plain bpy script", [sys.executable, "plain_bpy.py"], folder, samples)
+    for variant in MITSUBA_VARIANTS:
+        name = f"Mitsuba {variant.partition('_')[0]}"
+        with suppress(OSError):
+            return plain + _pair(scene, name, [mitsuba_python, "plain_mitsuba.py", variant], folder, samples)
+    return plain
+
+
+def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -> list[Peer]:
+    """Raises OSError where one does not start, or cannot make the picture."""
+    pair = [_started(name, how, folder, samples, crop) for crop in CROPS]
+    try:
+        for peer in pair:
+            peer.picture(scene)
+    except OSError:
+        for peer in pair:
+            peer.close()
+        raise
+    return pair
+
+
+def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -> Peer:
+    """`how`: Python, script, and what that is told besides. Raises OSError where it does not start."""
+    python, script, *more = how
+    own = folder / f"{name} {crop}"
+    own.mkdir()
+    process = subprocess.Popen(
+        [python, str(HERE / script), str(folder / "scene.npz"), str(own), str(samples), crop, *more],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    assert process.stdout is not None
+    version = process.stdout.readline().strip()
+    if not version:
+        process.kill()
+        raise ChildProcessError(f"{name} did not start")
+    return Peer(name=f"{name}, {CROPS[crop]}", version=version, process=process)

@@ -1,0 +1,105 @@
+"""The same picture by Mitsuba 3: path tracer, depth, position and shape index, one multilayer EXR and a PNG.
+
+Started by benchmarks.peers, which says what it is told and what it answers; its fourth argument, `frame` or `box`, says
+whether it renders the whole frame or the target's box alone, and the fifth is Mitsuba's variant.
+The target stays, camera and Sun move round it, so that nothing is built again. No distortion, as plain_bpy.py.
+"""
+
+import os
+import sys
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+BOUNCES = 4
+
+
+def build(data: dict[str, np.ndarray]) -> Any:
+    material = {
+        "type": "principled",
+        "base_color": {"type": "rgb", "value": data["color"].tolist()},
+        "metallic": float(data["metal_rough"][0]),
+        "roughness": float(data["metal_rough"][1]),
+    }
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": material})
+    mesh = mi.Mesh("target", len(data["points"]), len(data["faces"]), has_vertex_normals=False, props=properties)
+    values = mi.traverse(mesh)
+    values["vertex_positions"] = data["points"].astype(np.float32).ravel()
+    values["faces"] = data["faces"].astype(np.uint32).ravel()
+    values.update()
+    sun = {"type": "directional", "direction": [0, 0, 1], "irradiance": {"type": "rgb", "value": float(data["sun"][3])}}
+    tracer = {"type": "path", "max_depth": BOUNCES + 1}
+    layers = {"type": "aov", "aovs": "z:depth,position:position,shape:shape_index", "tracer": tracer}
+    return mi.load_dict({"type": "scene", "target": mesh, "sun": sun, "integrator": layers})
+
+
+def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.ndarray, box: np.ndarray) -> Any:
+    """A camera at the OpenCV pose from body to camera, in body axes, whose film is the box of pixels."""
+    width, height, fx, cx, cy = data["camera"]
+    to_world = np.eye(4)
+    to_world[:3, :3] = rotation.T @ np.diag([-1, -1, 1])  # Mitsuba's x points left, its y up
+    to_world[:3, 3] = -rotation.T @ translation
+    x0, y0, x1, y1 = (int(side) for side in box)
+    film = {
+        "type": "hdrfilm",
+        "width": int(width),
+        "height": int(height),
+        "crop_offset_x": x0,
+        "crop_offset_y": y0,
+        "crop_width": x1 - x0,
+        "crop_height": y1 - y0,
+        "pixel_format": "rgba",
+        "rfilter": {"type": "box"},
+    }
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov_axis": "x",
+            "fov": float(np.degrees(2 * np.arctan(width / 2 / fx))),
+            "principal_point_offset_x": float((cx - width / 2) / width),
+            "principal_point_offset_y": float((cy - height / 2) / height),
+            "near_clip": 0.01,
+            "to_world": mi.ScalarAffineTransform4f(to_world.tolist()),
+            "film": film,
+        }
+    )
+
+
+def along(direction: np.ndarray) -> np.ndarray:
+    """(4, 4) a turn of the z axis to `direction`."""
+    across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
+    across /= np.linalg.norm(across)
+    turn = np.eye(4)
+    turn[:3, :3] = np.stack([across, np.cross(direction, across), direction], -1)
+    return turn
+
+
+def main() -> None:
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)
+    mi.set_variant(sys.argv[5])
+    dr.set_thread_count(len(os.sched_getaffinity(0)))
+    data = dict(np.load(sys.argv[1]))
+    scene, samples, cropped = build(data), int(sys.argv[3]), sys.argv[4] == "box"
+    lights = mi.traverse(scene)
+    width, height = data["camera"][:2]
+    travel = np.diag([1, -1, -1]) @ data["sun"][:3]  # in OpenCV's camera axes
+    print(f"Mitsuba {mi.__version__} {sys.argv[5]}", file=answers)
+    for i, line in enumerate(sys.stdin):
+        numbers = np.array(line.split(), float)
+        rotation, translation = numbers[:9].reshape(3, 3), numbers[9:12]
+        lights["sun.to_world"] = mi.AffineTransform4f(along(rotation.T @ travel).tolist())
+        lights.update()
+        box = numbers[12:] if cropped else np.array([0, 0, width, height])
+        picture = mi.render(scene, sensor=sensor(data, rotation, translation, box), spp=samples)
+        mi.util.write_bitmap(os.path.join(sys.argv[2], f"{i:06d}.exr"), picture, write_async=False)
+        mi.util.write_bitmap(os.path.join(sys.argv[2], f"{i:06d}.png"), picture[..., :3], write_async=False)
+        print("done", file=answers)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
