@@ -77,6 +77,17 @@ def box(low=(-0.5, -0.5, -0.5), high=(0.5, 0.5, 0.5)):
     return corners, np.array([f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))])
 
 
+def boxes():
+    """Two boxes in front of a plate, which light one another: (points, faces)."""
+    each = [
+        box((-0.6, -0.4, -0.5), (0.1, 0.4, 0.5)),
+        box((0.4, -0.1, -0.4), (0.9, 0.4, 0.1)),
+        box((-0.9, -0.6, 0.6), (1.0, 0.7, 0.7)),
+    ]
+    points = np.concatenate([corners for corners, _ in each])
+    return points, np.concatenate([faces + len(corners) * i for i, (corners, faces) in enumerate(each)])
+
+
 @st.composite
 def unit_quaternions(draw):
     """Uniform directions of four-space, and the places where formulas break: near identity and near half turns."""

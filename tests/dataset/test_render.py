@@ -64,6 +64,16 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
     assert all(set(record["files"]) == kinds for record in records)
 
 
+@pytest.mark.slow
+def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_processors(small_stage, tmp_path):
+    """One worker has all processors and makes all pictures; of two each has its share."""
+    effort = Effort(samples=32, adaptive=0.05, denoiser="fast", reduction=2)
+    for workers in (1, 2):
+        request = {"renderer": "blender", "effort": effort, "frames": "0:2", "labels": (), "radiance": True}
+        make(small_stage, tmp_path / str(workers), workers=workers, **request)
+    assert digests(tmp_path / "1") == digests(tmp_path / "2")
+
+
 def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd):
     found = json.loads(spin_usd("check", blender_dataset, "--json").stdout)
     assert found == {"kind": "dataset", "findings": []}

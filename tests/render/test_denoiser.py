@@ -26,17 +26,13 @@ METAL = Material(path="/metal", diffuse_color=(0.6, 0.5, 0.4), metallic=0.9, rou
 
 @pytest.fixture(scope="module")
 def noisy(make_scene):
-    """Rough metal under a Sun and a large lamp, in unit light: two boxes in front of a plate."""
-    boxes = [scenes.box((-0.6, -0.4, -0.5), (0.1, 0.4, 0.5)), scenes.box((0.4, -0.1, -0.4), (0.9, 0.4, 0.1))]
-    boxes.append(scenes.box((-0.9, -0.6, 0.6), (1.0, 0.7, 0.7)))
-    points = np.concatenate([corners for corners, _ in boxes])
-    faces = np.concatenate([faces + 8 * index for index, (_, faces) in enumerate(boxes)])
+    """Rough metal under a Sun and a large lamp, in unit light."""
     there = Transform(to="cam", of="panel", rotation=np.diag([1.0, -1, -1]), translation=np.array([-1.5, 1.0, 1.0]))
     lights = (
         DistantLight(path="/Sun", direction_cam=(0.6, 0.0, 0.8), irradiance=(1361.0,) * 3, angle=0.0093),
         AreaLight(path="/Panel", shape="rect", size=(1.5, 1.5), T_cam_light=there, emission=(300.0,) * 3),
     )
-    made = make_scene(points, faces, camera=CAMERA, q=(0.9, 0.3, 0.2, 0.1), materials=[METAL], lights=lights)
+    made = make_scene(*scenes.boxes(), camera=CAMERA, q=(0.9, 0.3, 0.2, 0.1), materials=[METAL], lights=lights)
     return in_unit_light(made).scene
 
 
