@@ -1,0 +1,281 @@
+"""`spin-usd measure` on a small real stage: what it finds, and that it outlives kills and crashes."""
+
+import dataclasses
+import json
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import pytest
+from conftest import REPOSITORY, speedplus_camera
+
+from spin_usd.dataset.child import Child
+from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.measure import measure
+from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measure_runs import Runs
+from spin_usd.dataset.measured import read_measurement
+from spin_usd.dataset.render import usable_cpus
+from spin_usd.errors import InputError, StageError
+from spin_usd.measuring.measurement import Setting
+from spin_usd.measuring.walk import settings_to_measure
+from spin_usd.scene.effort import QUALITIES, Effort
+
+RAYCAST = Kind(renderer="raycast")
+MARK_S = 4321.0  # seconds that no render of this test takes
+OPTIONS = ("--frames", "0:1", "--most-samples", 4, "--seeds", 2)
+
+
+@pytest.fixture(scope="module")
+def tiny_stage(tmp_path_factory, spin_usd):
+    """Eight pictures of Tango at 80 x 50."""
+    folder = tmp_path_factory.mktemp("tiny")
+    (folder / "camera.json").write_text(json.dumps(speedplus_camera(divide=24)))
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", folder / "camera.json",
+             "--out", folder / "stage")  # fmt: skip
+    return folder / "stage" / "dataset.usda"
+
+
+@pytest.fixture(scope="module")
+def killed(tiny_stage):
+    """The folder of a measurement that was killed in the middle, all of whose renders then say that they took
+    MARK_S."""
+    out = tiny_stage.parent / "measured"
+    command = [sys.executable, "-m", "spin_usd.cli.main", "measure", str(tiny_stage), *map(str, OPTIONS)]
+    running = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    while len(list(out.glob("runs/*/*.json"))) < 12:
+        assert running.poll() is None
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    for path in out.glob("runs/*/*.json"):
+        kept = json.loads(path.read_text())
+        path.write_text(json.dumps({**kept, "cost": {**kept["cost"], "cpu_s": MARK_S, "warm": True}}))
+    return out
+
+
+@pytest.fixture(scope="module")
+def measured(killed, tiny_stage, spin_usd):
+    """That measurement, finished by a second run."""
+    printed = spin_usd("measure", tiny_stage, *OPTIONS)
+    assert "blender samples=4" in printed.stdout
+    return read_measurement(killed / "measure.json")
+
+
+def figures(measurement, renderer="blender", **effort):
+    setting = Setting(renderer=renderer, effort=Effort(**effort))
+    return next(each for each in measurement.figures if each.setting == setting)
+
+
+@pytest.mark.slow
+def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed):
+    """Renders that were there are not made again, and the files of a finished picture are removed."""
+    assert any(each.cpu_s == MARK_S for each in measured.figures)
+    assert any(each.cpu_s < 60 for each in measured.figures)
+    assert list(killed.glob("runs/*/*.exr")) == []
+    assert {path.name for path in killed.iterdir()} == {"measure.json", "measure.md", "measure.svg", "runs"}
+
+
+@pytest.mark.slow
+def test_all_settings_are_measured_on_the_picture(measured):
+    walked = settings_to_measure(most_samples=4, several_lights=False, others=tuple(QUALITIES.values()))
+    assert [each.setting for each in measured.figures] == walked
+    assert measured.failures == ()
+    assert [frame.name for frame in measured.frames] == ["img000001"]
+    assert all(each.memory_bytes > 50e6 and each.wall_s > 0 for each in measured.figures)
+
+
+@pytest.mark.slow
+def test_the_reference_is_as_good_as_it_says(measured):
+    (frame,) = measured.frames
+    smallest = min(each.error for each in measured.figures)
+    assert not frame.reference_capped
+    assert frame.reference_error**2 <= measured.reference_share * smallest**2
+    assert frame.reference_samples > 4
+
+
+@pytest.mark.slow
+def test_more_samples_are_nearer_to_the_reference_and_unbiased(measured):
+    one, four = (figures(measured, samples=samples) for samples in (1, 4))
+    assert four.error_dn < one.error_dn
+    assert four.structure < one.structure
+    assert four.bias_squared < four.variance
+
+
+@pytest.mark.slow
+def test_the_preview_is_biased_and_has_no_noise(measured):
+    """One ray through each pixel's centre, in Lambert's light: what it lacks is no chance."""
+    preview = figures(measured, renderer="raycast", samples=1)
+    assert preview.variance == 0
+    assert preview.bias_squared > 0.05
+
+
+@pytest.mark.slow
+def test_labels_and_execution_agree(measured):
+    (labels,) = measured.labels
+    assert labels.iou > 0.99
+    assert labels.reprojection_px < 1e-3
+    assert [each.same for each in measured.execution] == [True] * len(measured.execution)
+    assert {each.crop for each in measured.execution} == {True, False}
+
+
+@pytest.mark.slow
+def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny_stage, spin_usd):
+    before = (killed / "measure.json").read_text()
+    again = spin_usd("measure", tiny_stage, *OPTIONS, "--json", "--quiet")
+    assert json.loads(again.stdout) == json.loads(before)
+    assert (killed / "measure.json").read_text() == before
+
+
+def campaign(tmp_path, told=lambda *_: None, **fields):
+    request = MeasureRequest(stage=tmp_path / "dataset.usda")
+    usual = {
+        "request": request,
+        "runs": Runs(root=tmp_path),
+        "seed": 7,
+        "stage": "0" * 64,
+        "versions": {"bpy": "5.2.3"},
+        "machine": {"cores": 2},
+        "tally": Tally(told),
+        "pool": None,
+    }
+    return Campaign(**{**usual, **fields})
+
+
+def planned(**fields):
+    usual = {field.name: None for field in dataclasses.fields(PlannedPicture)}
+    content = {"radiance": "r", "exposure": "e", "frame": "f", "region": (0, 0, 10, 10), "light_groups": 1}
+    return PlannedPicture(**{**usual, **content, **fields})
+
+
+def test_a_render_is_known_by_all_that_decides_it(tmp_path):
+    """So a changed stage, setting, seed, renderer, software or machine is measured anew, and nothing else is."""
+
+    def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), **shared):
+        return campaign(tmp_path, **shared).series(picture or planned(), kind, effort or Effort(), seeds).keys
+
+    others = [
+        keys(planned(radiance="other")),
+        keys(kind=Kind(renderer="blender")),
+        keys(kind=Kind(renderer="raycast", crop=False)),
+        keys(effort=Effort(samples=17)),
+        keys(seeds=(3, 4)),
+        keys(versions={"bpy": "5.2.4"}),
+        keys(machine={"cores": 4}),
+    ]
+    every = [*keys(), *(key for each in others for key in each)]
+    assert len(set(every)) == len(every)
+    assert keys() == keys(planned(exposure="brighter"))
+
+
+def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path):
+    """The choice among settings is not made on the pictures themselves."""
+    settings, reference = (campaign(tmp_path).seeds(purpose, range(100)) for purpose in ("setting", "reference"))
+    assert len({7, *settings, *reference}) == 201
+    assert campaign(tmp_path, seed=8).seeds("setting", range(100)) != settings
+
+
+def test_work_is_told_of_once():
+    heard = []
+    tally = Tally(lambda what, done, total: heard.append((done, total)))
+    tally.expect({"a": 30, "b": 60})
+    tally.expect({"a": 30, "c": 10})
+    tally.did(["a", "a", "unknown"])
+    tally.did(["b", "a"])
+    tally.did(["c"])
+    assert heard == [(0, 100), (0, 100), (30, 100), (90, 100), (100, 100)]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"count": 0},
+        {"seeds": 1},
+        {"most_samples": 0},
+        {"reference_samples": 63},
+        {"reference_share": 0.0},
+        {"reference_share": float("nan")},
+        {"variant": "all"},
+    ],
+)
+def test_a_request_that_makes_no_sense_is_refused(tmp_path, asked):
+    with pytest.raises(InputError):
+        MeasureRequest(stage=tmp_path, **asked)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"stage": REPOSITORY / "nothing.usda"}, "does not exist"),
+        ({"variant": "nothing"}, "nominal"),
+        ({"frames": "90:"}, "selects none"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_and_leaves_nothing(small_stage, tmp_path, asked, said):
+    request = MeasureRequest(**{"stage": small_stage, **asked})
+    with pytest.raises(InputError, match=said):
+        measure(request, tmp_path / "out", progress=lambda *_: None)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_usd):
+    (tmp_path / "notes.txt").write_text("mine")
+    told = spin_usd("measure", small_stage, "--out", tmp_path, "--quiet", code=2).stderr
+    assert "notes.txt" in told
+    assert len(told.splitlines()) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+class Dying(Child):
+    """Is killed when it gets to compare labels."""
+
+    def send(self, call, **arguments):
+        super().send(call, **arguments)
+        if arguments.get("what") == "labels":
+            self.process.kill()
+
+
+@pytest.fixture
+def opened(small_stage, tmp_path):
+    """Starts a process that measures, of the class given."""
+
+    def start(kind_of_child, number, kind, **fields):
+        child = kind_of_child()
+        opening = {"stage": str(small_stage), "variant": "nominal", "folder": str(tmp_path), **vars(kind)}
+        child.send("open_measuring", **{**opening, **fields}, cpus=usable_cpus())
+        return child
+
+    return start
+
+
+def test_a_crash_ends_one_job(opened):
+    digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
+    dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
+    wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
+    with Pool(1, partial(opened, Dying)) as pool:
+        first, crashed, refused, last = pool.run([digest, dies, wrong, digest])
+    assert first.failed is None
+    assert first.result == last.result
+    assert "SIGKILL" in crashed.failed
+    assert "is not the render that was written" in refused.failed
+
+
+def test_where_no_process_opens_it_is_said(opened):
+    job = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
+    with Pool(1, partial(opened, Child, variant="nothing")) as pool, pytest.raises(StageError, match="nothing"):
+        pool.run([job])
+
+
+def test_several_processes_share_the_jobs(opened):
+    jobs = [
+        Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": seed})
+        for seed in (5, 6, 5)
+    ]
+    with Pool(2, partial(opened, Child)) as pool:
+        outcomes = pool.run(jobs)
+    assert [each.failed for each in outcomes] == [None, None, None]
+    assert outcomes[0].result == outcomes[2].result
