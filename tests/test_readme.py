@@ -1,9 +1,11 @@
-"""Every command of the README, run as a reader would run it."""
+"""Every command of the README, run as a reader would run it, and its figures."""
 
+import json
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 
 import pytest
 from conftest import REPOSITORY
@@ -61,3 +63,31 @@ def test_the_presets_lights_and_environments_that_travel_along_are_named_in_the_
     folders = (REPOSITORY / "stages" / "presets", REPOSITORY / "stages" / "environments")
     for path in (path for folder in folders for path in folder.glob("*.usda")):
         assert f"`{path.stem}`" in README, path.stem
+
+
+def build_readme(*arguments):
+    command = [sys.executable, REPOSITORY / "tools" / "build_readme", *arguments]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def test_the_figures_of_the_readme_are_those_measured():
+    done = build_readme("--check")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_block_that_is_not_what_its_figures_make_is_named_and_mended(tmp_path):
+    spread = {"median": 2.0, "least": 1.0, "most": 4.0}
+    case = {"stage": "matt", "effort": "samples=4", "predicted_s": 2.2, "taken_s": spread, "predicted_over_taken": 1.1}
+    (tmp_path / "bench.json").write_text(json.dumps({"predict": {"cases": [case]}}))
+    readme, own = tmp_path / "README.md", "before\n<!-- generated: predicted -->\n{}<!-- end -->\nafter\n"
+    readme.write_text(own.format("old\n"))
+    asked = ["--figures", tmp_path, "--readme", readme]
+    stale = build_readme(*asked, "--check")
+    assert stale.returncode == 1
+    assert str(readme) in stale.stderr
+    assert readme.read_text() == own.format("old\n")
+    assert build_readme(*asked).returncode == 0
+    assert build_readme(*asked, "--check").returncode == 0
+    assert "| matt, `samples=4` | 2.2 | 2 (1 to 4) | 10 % |" in readme.read_text()
+    assert readme.read_text().startswith("before\n")
+    assert readme.read_text().endswith("after\n")

@@ -6,6 +6,8 @@ name, beside those of the others (tools/figures/bench.json holds the README's).
 
 import argparse
 import json
+import os
+import sys
 from pathlib import Path
 
 from benchmarks import calibrate, frames, growth, plan, predict, sensor, stages, variants
@@ -33,6 +35,8 @@ def main() -> None:
     print(module.table(figures))
     if options.json:
         keep(options.json, options.command, figures)
+    sys.stdout.flush()
+    os._exit(0)  # the interpreter's teardown with bpy loaded can hang
 
 
 def keep(file: Path, name: str, figures: dict[str, object]) -> None:

@@ -11,6 +11,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,7 +72,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     os.sched_setaffinity(0, usable_cpus()[:1])
     if options.processor:
         Stopwatch.clock = staticmethod(time.process_time)
-    samples = list(made(options))
+    with quiet():
+        samples = list(made(options))
     renderers = dict.fromkeys(sample.renderer for sample in samples)
     return {
         "pictures": len(samples),
@@ -80,6 +82,18 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
             name: fitted([sample for sample in samples if sample.renderer == name], TRACING[name]) for name in renderers
         },
     }
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """What Blender prints goes to standard error."""
+    own = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(own, 1)
+        os.close(own)
 
 
 def made(options: argparse.Namespace) -> Iterator[Sample]:

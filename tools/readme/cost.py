@@ -1,0 +1,73 @@
+"""Blocks made of tools/figures/bench.json, which `tools/bench NAME --json` writes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from benchmarks import predict
+from benchmarks.frames import OURS
+from benchmarks.spread import shown
+from readme.marked import prose
+
+from spin_usd.measuring.tables import in_markdown, number, percent
+
+
+def _figures(folder: Path, name: str) -> dict[str, Any]:
+    return json.loads((folder / "bench.json").read_text())[name]
+
+
+def machine(folder: Path) -> str:
+    """What all of the costs were measured on."""
+    found = _figures(folder, "frames")
+    of, (width, height) = found["machine"], found["frame"]
+    where = f"{of['cores']} cores of an {of['architecture'].replace('_', '-')} server without a GPU"
+    of_what = f"{width}x{height}, the SPEED+ lens, a Tango mesh of {found['faces']:,} faces"
+    return prose(f"Measured on {where}, {of_what}.")
+
+
+def peers(folder: Path) -> str:
+    """Seconds of a picture, by spin_usd and by others."""
+    found = _figures(folder, "frames")
+    rows = []
+    for name, taken in found["makers"].items():
+        beside = "" if name == OURS else shown(taken["over_ours"])
+        rows.append([name, shown(taken["wall_s"]), shown(taken["cpu_s"]), beside])
+    intro = (
+        f"Seconds a picture at {found['samples']} samples, over {found['pictures']} poses, all in turn, held open, "
+        "until the files are there: median (least to most). The box that the target can cover is "
+        f"{percent(found['box_share']['median'])} of the frame (median)."
+    )
+    lacking = "".join(f"\nNot installed, so left out: {name}.\n" for name in found["not_installed"])
+    headings = ("", "wall clock", "processor", "times spin_usd's wall clock")
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}{lacking}"
+
+
+def growth(folder: Path) -> str:
+    """What one more of anything costs a run."""
+    found = _figures(folder, "growth")
+    rows = []
+    for name, sweep in found["sweeps"].items():
+        values, fit = [row[name] for row in sweep["rows"]], sweep["cpu"]
+        of = [f"{values[0]:,} to {values[-1]:,}{' wide' if name == 'width' else ''}"]
+        rows.append([sweep["against"], *of, f"{fit['slope']:.2g}", number(fit["intercept"]), percent(fit["off"])])
+    base = ", ".join(f"{value:,} {name}" for name, value in found["base"].items())
+    headings = ("", "from, to", "CPU s for one more", "CPU s for none", "furthest from the line")
+    return f"{prose(f'How the cost of a run grows, one number at a time of {base}:')}\n\n{in_markdown(headings, rows)}"
+
+
+def predicted(folder: Path) -> str:
+    """What plan said, beside what was."""
+    found = _figures(folder, "predict")
+    rows = [
+        [
+            f"{case['stage']}, `{case['effort']}`",
+            number(case["predicted_s"]),
+            shown(case["taken_s"]),
+            percent(case["predicted_over_taken"] - 1),
+        ]
+        for case in found["cases"]
+    ]
+    worst = max(abs(case["predicted_over_taken"] - 1) for case in found["cases"])
+    within = f"within {percent(predict.BOUND)}" if worst <= predict.BOUND else f"up to {percent(worst)} off"
+    headings = ("stage", "planned, s", "taken, s", "off")
+    return f"What `plan` says a run takes, {within}:\n\n{in_markdown(headings, rows)}"

@@ -1,0 +1,23 @@
+"""Text between a block's marks, `<!-- generated: NAME -->` and `<!-- end -->`, each on a line of its own."""
+
+import re
+import textwrap
+from collections.abc import Callable
+
+WIDTH = 120
+BLOCK = re.compile(r"^<!-- generated: (\w+) -->\n(.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
+
+
+def filled(text: str, make: Callable[[str], str]) -> str:
+    """`text` with what `make` makes of each block's name in its place."""
+    return BLOCK.sub(lambda found: f"<!-- generated: {found[1]} -->\n{make(found[1]).strip()}\n<!-- end -->", text)
+
+
+def names(text: str) -> list[str]:
+    """Of the blocks in `text`, in their order."""
+    return [found[1] for found in BLOCK.finditer(text)]
+
+
+def prose(text: str) -> str:
+    """In lines as long as the README's."""
+    return textwrap.fill(text, WIDTH, break_on_hyphens=False)
