@@ -29,11 +29,14 @@ def plan(
     from spin_usd.dataset.chosen import doubts
     from spin_usd.dataset.foreign import foreign_pictures, in_words
     from spin_usd.dataset.matrix import matrix
+    from spin_usd.dataset.measured_cost import measured_beside
     from spin_usd.dataset.store import Store
 
     with shown(context.obj["quiet"]) as progress:
         found = rendering.plan(request, progress=progress)
-    cost = matrix(found, rendering.method_of(request, found), request.image_suffix, out)
+    method = rendering.method_of(request, found)
+    renders = measured_beside(request.stage, found, method)
+    cost = matrix(found, method, request.image_suffix, out, renders)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
     seconds = cost.seconds(workers, len(rendering.usable_cpus()))

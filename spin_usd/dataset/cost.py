@@ -105,9 +105,12 @@ class Measured:
         """`work` as expected, each kind times what it took of what was expected of it."""
         return {kind: seconds * self._scale(kind) for kind, seconds in work.items()}
 
+    def knows(self, work: str) -> bool:
+        """Whether there was enough of that kind of work to say anything."""
+        return self.expected.get(work, 0.0) >= LEAST_MEASURED_S
+
     def _scale(self, work: str) -> float:
-        expected = self.expected.get(work, 0.0)
-        return self.taken.get(work, 0.0) / expected if expected >= LEAST_MEASURED_S else 1.0
+        return self.taken.get(work, 0.0) / self.expected[work] if self.knows(work) else 1.0
 
 
 def read_measured(file: Path) -> Measured:

@@ -10,12 +10,13 @@ from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, RENDERS, held_keys
 from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.job import PlannedPicture
+from spin_usd.dataset.measured_cost import RENDER
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import Wanted, is_finished
 from spin_usd.dataset.schedule import OPEN_S, Work, wall_seconds
 from spin_usd.dataset.store import Store
 
-PASSES = ("label pass", "beauty pass")
+PASSES = ("label pass", RENDER)
 MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 
@@ -73,11 +74,18 @@ def _json(row: Row) -> dict[str, Any]:
     return {**values, "core_seconds": row.seconds}
 
 
-def matrix(plan: Plan, method: Method, image_suffix: str, out: Path | None = None) -> Matrix:
-    """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there."""
+def matrix(
+    plan: Plan, method: Method, image_suffix: str, out: Path | None = None, renders: Measured | None = None
+) -> Matrix:
+    """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
+
+    `renders`: what some took, where the dataset has made none.
+    """
     store = Store(root=out.absolute()) if out else None
     held = held_keys(store) if store else {}
     measured = read_measured(store.cache / MEASURED) if store else Measured()
+    if renders and not measured.knows(RENDER):
+        measured.add(renders.expected, renders.taken)
     wanted = Wanted(kinds=method.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
     labelled = set.intersection(*(held.get(kind, set()) for kind in method.labels)) if method.labels else set()

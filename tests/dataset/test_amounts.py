@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import measured
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,6 +10,7 @@ from scenes import SPEEDPLUS
 
 from spin_usd.dataset.amounts import Making, Method, amounts
 from spin_usd.dataset.cost import expected_work
+from spin_usd.dataset.measured_cost import RENDER, measured_renders
 from spin_usd.dataset.plan import Extents
 from spin_usd.dataset.planning import Question, make_plan
 from spin_usd.dataset.schedule import BESIDE, Work, wall_seconds
@@ -22,16 +24,20 @@ METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), f
 
 @pytest.fixture(scope="module")
 def pictures(small_stage):
+    return planned(small_stage).pictures
+
+
+def planned(stage, frames=None):
     question = Question(
-        stage=small_stage,
+        stage=stage,
         variants=(),
-        frames=None,
+        frames=frames,
         renderer="blender",
         effort=Effort(),
         seed=0,
         image_suffix=".png",
     )
-    return make_plan(question, processes=1, progress=lambda *_: None).pictures
+    return make_plan(question, processes=1, progress=lambda *_: None)
 
 
 def light(picture, effort=METHOD.effort):
@@ -95,3 +101,16 @@ def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
         wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
     )
     assert passes < 0 == rest
+
+
+def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders_alone(small_stage):
+    plan = planned(small_stage, frames="0:3")
+    method = replace(METHOD, effort=Effort(samples=64))
+    made = [measured.figures(measured.setting("samples=64"), cpu_s=3, frame=picture.frame) for picture in plan.pictures]
+    other = measured.figures(measured.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
+    found = measured_renders(measured.measurement([*made, other]), plan, method)
+    expected = expected_work(Making(picture=plan.pictures[0], label_pass=True, render=True), method)
+    assert found.taken == {RENDER: 9}
+    scaled = found.scaled(expected)
+    assert scaled[RENDER] == pytest.approx(expected[RENDER] * 9 / found.expected[RENDER])
+    assert {work for work in expected if scaled[work] != expected[work]} == {RENDER}

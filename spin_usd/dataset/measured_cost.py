@@ -1,0 +1,36 @@
+"""What renders cost by the stage's own measurement, beside what would be expected of them: for the next expectation."""
+
+from pathlib import Path
+
+from spin_usd.dataset.amounts import Making, Method
+from spin_usd.dataset.cost import Measured, expected_work
+from spin_usd.dataset.machine import machine
+from spin_usd.dataset.measured import measurement_file, read_measurement
+from spin_usd.dataset.planning import Plan
+from spin_usd.errors import InputError
+from spin_usd.measuring.measurement import Measurement, Setting
+
+RENDER = "beauty pass"
+
+
+def measured_beside(stage: Path, plan: Plan, method: Method) -> Measured:
+    """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine."""
+    try:
+        measurement = read_measurement(measurement_file(stage))
+    except InputError:
+        return Measured()
+    known = plan.stages.get(measurement.variant)
+    if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
+        return Measured()
+    return measured_renders(measurement, plan, method)
+
+
+def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Measured:
+    """Of the pictures that were measured and are planned, at the method's very setting."""
+    setting, found = Setting(renderer=method.renderer, effort=method.effort), Measured()
+    cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
+    for picture in plan.pictures:
+        if picture.variant == measurement.variant and picture.frame in cpu_s:
+            expected = expected_work(Making(picture=picture, label_pass=False, render=True), method)
+            found.add({RENDER: expected[RENDER]}, {RENDER: cpu_s[picture.frame]})
+    return found
