@@ -14,7 +14,7 @@ from spin_usd.stage.check_layers import layer_findings
 from spin_usd.stage.check_pictures import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
 from spin_usd.stage.check_properties import property_findings
-from spin_usd.stage.check_scenes import Progress, scene_findings
+from spin_usd.stage.check_scenes import Progress, TargetRule, scene_findings
 from spin_usd.stage.check_variants import variant_findings
 from spin_usd.stage.compose import open_for_check
 
@@ -36,8 +36,14 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
 )
 
 
-def check_stage(path: str | Path, *, progress: Progress = lambda done, total: None) -> tuple[Finding, ...]:
-    """All findings on the stage whose root layer is at `path`, in the order of the rules.
+def check_stage(
+    path: str | Path,
+    *,
+    progress: Progress = lambda done, total: None,
+    target_rule: TargetRule = lambda target: iter(()),
+) -> tuple[Finding, ...]:
+    """All findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one more, on
+    each shape of its target.
 
     A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
     when there is no file at `path`.
@@ -52,7 +58,7 @@ def check_stage(path: str | Path, *, progress: Progress = lambda done, total: No
     found = [*validator_findings(stage)]
     for rule in RULES:
         found += rule(stage)
-    found += scene_findings(path, stage, progress=progress)
+    found += scene_findings(path, stage, progress=progress, target_rule=target_rule)
     return tuple(found)
 
 

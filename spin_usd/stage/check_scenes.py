@@ -7,8 +7,10 @@ from pxr import Usd
 
 from spin_usd.errors import SpinError
 from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.target import Target
 from spin_usd.stage.check_blending import BlendedPoses
 from spin_usd.stage.check_same import SameVariants
+from spin_usd.stage.check_small import SmallTargets
 from spin_usd.stage.compose import variants
 from spin_usd.stage.read import StageReader
 
@@ -17,11 +19,16 @@ PROGRESS_EVERY = 500
 
 Progress = Callable[[int, int], None]
 """Told how many pictures were read and how many there are."""
+TargetRule = Callable[[Target], Iterator[Finding]]
+"""What there is to say of a target's shape."""
 
 
-def scene_findings(path: str | Path, stage: Usd.Stage, *, progress: Progress) -> Iterator[Finding]:
+def scene_findings(
+    path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule
+) -> Iterator[Finding]:
     """What a render of the stage at `path` would refuse: the first picture of each variant that cannot be read, in the
-    reader's own words. What variants share is told once, of the first.
+    reader's own words. What variants share is told once, of the first; of each of the target's shapes what
+    `target_rule` finds.
 
     `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
     """
@@ -32,29 +39,52 @@ def scene_findings(path: str | Path, stage: Usd.Stage, *, progress: Progress) ->
         message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
     told: set[tuple[str, str]] = set()
-    same = SameVariants(path)
+    same, shapes = SameVariants(path), Shapes(target_rule)
     for place, name in enumerate(names[:MAX_VARIANTS]):
-        yield from _VariantCheck(path, name, told, same).findings(place, min(len(names), MAX_VARIANTS), progress)
+        check = _VariantCheck(path, name, told, same, shapes)
+        yield from check.findings(place, min(len(names), MAX_VARIANTS), progress)
+
+
+class Shapes:
+    """The target's shapes, each of which is looked at once."""
+
+    def __init__(self, rule: TargetRule) -> None:
+        self._rule = rule
+        self._last: Target | None = None
+        self._seen: set[str] = set()
+
+    def findings(self, target: Target) -> Iterator[Finding]:
+        if target is self._last:
+            return
+        self._last = target
+        if target.mesh.key not in self._seen:
+            self._seen.add(target.mesh.key)
+            yield from self._rule(target)
 
 
 class _VariantCheck:
-    """One variant's pictures. `told`: where and what was found already. `same`: has seen the variants before."""
+    """One variant's pictures. `told`: where and what was found already. `same` and `shapes` have seen the variants
+    before."""
 
-    def __init__(self, path: str | Path, variant: str, told: set[tuple[str, str]], same: SameVariants) -> None:
-        self.path, self.variant, self.told, self.same = path, variant, told, same
+    def __init__(
+        self, path: str | Path, variant: str, told: set[tuple[str, str]], same: SameVariants, shapes: Shapes
+    ) -> None:
+        self.path, self.variant, self.told, self.same, self.shapes = path, variant, told, same, shapes
         self.picture = ""
 
     def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
         """`place` among `count` variants, for the progress."""
         try:
             reader = StageReader(self.path, variant=self.variant)
-            blended = BlendedPoses(reader)
+            blended, small = BlendedPoses(reader), SmallTargets()
             for done, frame in enumerate(reader.frames):
                 if done % PROGRESS_EVERY == 0:
                     progress(place * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 scene = reader.scene(frame)
                 blended.add(scene)
+                small.add(scene)
+                yield from self.shapes.findings(scene.target)
                 self.same.see(scene, len(reader.frames))
             progress((place + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
@@ -65,6 +95,9 @@ class _VariantCheck:
         if blended.pictures:
             self.picture = blended.pictures[0]
             yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
+        if small.pictures:
+            self.picture = small.pictures[0]
+            yield from self._told_once("target-small", small.where, small.found, "", WARNING)
 
     def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
         if (str(where), found) not in self.told:

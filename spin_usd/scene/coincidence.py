@@ -1,0 +1,82 @@
+"""Faces of a mesh that lie in one another: which of two is seen there is chance, and the picture's light is wrong."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.scene.mesh import Mesh
+
+# Of the target's radius. A renderer's float32 resolves a range of 16 radii, beyond which its rays start at the target,
+# to 2**-24 of that: surfaces nearer to each other are drawn in random order.
+GAP = 2.0**-20
+MOST_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
+CHUNK = 4096  # faces whose neighbourhoods are looked at together
+MOST_PAIRS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
+INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
+
+
+def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
+    """(M,) all faces of `mesh`, or of very many MOST_MIDDLES at most."""
+    return np.arange(0, len(mesh.faces), -(-len(mesh.faces) // MOST_MIDDLES))
+
+
+def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or as near to it
+    as no renderer can tell.
+
+    Both orders of a pair are there where the two are alike.
+    """
+    corners = mesh.points[mesh.faces] - mesh.centre
+    middles = corners[chosen].mean(1)
+    found = [
+        np.stack([chosen[point], face], -1)[_lies_in(middles[point], corners[face], GAP * mesh.radius)]
+        for point, face in _neighbours(middles, corners)
+    ]
+    pairs = np.concatenate([np.zeros((0, 2), np.intp), *found])
+    others: NDArray[np.intp] = pairs[pairs[:, 0] != pairs[:, 1]]
+    return others
+
+
+def _neighbours(middles: Float, corners: Float) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, some faces at a time."""
+    from scipy.spatial import cKDTree
+
+    tree, left = cKDTree(middles), MOST_PAIRS
+    centre, radius = _bounding_spheres(corners)
+    for start in range(0, len(corners), CHUNK):
+        chunk = slice(start, start + CHUNK)
+        within = tree.query_ball_point(centre[chunk], radius[chunk], return_sorted=False)
+        count = np.array([len(each) for each in within])
+        left -= int(count.sum())
+        if left < 0:
+            return
+        point = np.concatenate([np.zeros(0, np.intp), *(np.asarray(each, np.intp) for each in within)])
+        yield point, np.repeat(np.arange(start, start + len(count)), count)
+
+
+def _bounding_spheres(corners: Float) -> tuple[Float, Float]:
+    """Centres (F, 3) and radii (F,) around the middles of the faces' longest edges."""
+    ends = np.roll(corners, -1, axis=1)
+    longest = np.linalg.norm(ends - corners, axis=2).argmax(1)
+    each = np.arange(len(corners))
+    centre: Float = (corners[each, longest] + ends[each, longest]) / 2
+    return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+
+
+def _lies_in(points: Float, corners: Float, gap: float) -> NDArray[np.bool_]:
+    """(N,) whether the points (N, 3) lie within the triangles (N, 3, 3), at most `gap` off their planes."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    w, normal = points - a, np.cross(u, v)
+    square = np.maximum((normal * normal).sum(1), np.finfo(float).tiny)
+    beta, gamma = (np.cross(w, v) * normal).sum(1) / square, (np.cross(u, w) * normal).sum(1) / square
+    inside = np.minimum(np.minimum(beta, gamma), 1 - beta - gamma) > INSIDE
+    return np.asarray(inside & (np.abs((w * normal).sum(1)) <= gap * np.sqrt(square)))
+
+
+def face_areas(mesh: Mesh) -> Float:
+    """(F,) square metres."""
+    a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
+    area: Float = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return area

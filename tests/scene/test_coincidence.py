@@ -1,0 +1,93 @@
+"""Faces that lie in one another: planted ones are found, whatever the mesh's place, size and order, and no others."""
+
+import time
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenes import box, soup, target, unit_quaternions
+
+from spin_usd.geometry.rotation import matrix_from_quaternion
+from spin_usd.scene.coincidence import GAP, MOST_MIDDLES, coincident_faces, evenly_spread, face_areas
+
+SECONDS = 20.0  # for 200,000 faces; measured 1
+
+
+def planted(seed, gap):
+    """Random triangles and, as the last, a smaller one in the middle of one of them, `gap` radii before it."""
+    points, faces, _ = soup(seed)
+    rng = np.random.default_rng(seed)
+    host = int(rng.integers(len(faces)))
+    corners = points[faces[host]]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    own = corners.mean(0) + 0.3 * (corners - corners.mean(0))[rng.permutation(3)]
+    own += gap * target(points, faces).mesh.radius * normal / np.linalg.norm(normal)
+    return np.concatenate([points, own]), np.concatenate([faces, [len(points) + np.arange(3)]]), host
+
+
+def pairs(points, faces):
+    mesh = target(points, faces).mesh
+    return {(int(a), int(b)) for a, b in coincident_faces(mesh, evenly_spread(mesh))}
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_every_planted_face_is_found(seed):
+    for gap in (0.0, 0.9 * GAP):
+        points, faces, host = planted(seed, gap)
+        assert (len(faces) - 1, host) in pairs(points, faces)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_faces_that_a_renderer_can_tell_apart_are_none(seed):
+    points, faces, _ = planted(seed, 1.1 * GAP)
+    assert pairs(points, faces) == set()
+
+
+@settings(max_examples=25)
+@given(unit_quaternions(), st.sampled_from([1e-3, 1.0, 1e3]), st.integers(0, 9))
+def test_place_size_and_order_do_not_matter(q, size, seed):
+    points, faces, _ = planted(seed, 0.0)
+    moved = size * (points @ matrix_from_quaternion(q).T + 1000.0 * np.array([1, -2, 3]))
+    assert pairs(moved, faces) == pairs(points, faces)
+    assert pairs(points, faces[::-1]) == {tuple(len(faces) - 1 - i for i in pair) for pair in pairs(points, faces)}
+
+
+def test_a_mesh_with_every_face_twice():
+    """The same way round or the other: each with its twin, both ways."""
+    points, faces = box()
+    for twin in (faces, faces[:, ::-1]):
+        count = len(faces)
+        expected = {(i, i + count) for i in range(count)} | {(i + count, i) for i in range(count)}
+        assert pairs(points, np.concatenate([faces, twin])) == expected
+
+
+def test_closed_bodies_have_none():
+    for made in (
+        trimesh.creation.icosphere(subdivisions=3),
+        trimesh.creation.capsule(),
+        trimesh.creation.annulus(0.9, 1.0, 0.1),
+    ):
+        assert pairs(made.vertices, made.faces) == set()
+
+
+def test_many_faces_take_seconds():
+    """200,000 in one plane, twice: the worst that a plane can be."""
+    side = 224
+    x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0))
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], -1)
+    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    half = (
+        np.stack([corner, corner + 1, corner + side + 2], -1),
+        np.stack([corner, corner + side + 2, corner + side + 1], -1),
+    )
+    faces = np.concatenate([*half, *half])
+    started = time.process_time()
+    mesh = target(points, faces).mesh
+    looked_at = evenly_spread(mesh)
+    found = coincident_faces(mesh, looked_at)
+    assert time.process_time() - started < SECONDS
+    assert MOST_MIDDLES / 2 < len(looked_at) <= MOST_MIDDLES
+    np.testing.assert_array_equal(np.unique(found[:, 0]), looked_at)
+    assert face_areas(mesh).sum() == pytest.approx(2 * side**2)
