@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -189,9 +189,10 @@ class _Making:
     notes: dict[str, float] = field(default_factory=dict)
 
 
-def open_renderer(name: str, *, crop: bool = True) -> Renderer:
+def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
     """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders whole frames instead of the
-    target's part of them, to the same result."""
+    target's part of them, and with `keep` it does work that the scene does not need (see render.requirements): both to
+    the same result."""
     if name == "raycast":
         from spin_usd.render.raycast import RaycastRenderer
 
@@ -199,7 +200,7 @@ def open_renderer(name: str, *, crop: bool = True) -> Renderer:
     if name == "blender":
         from spin_usd.render.blender.renderer import BlenderRenderer
 
-        return BlenderRenderer(crop=crop)
+        return BlenderRenderer(crop=crop, keep=keep)
     raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
 
 

@@ -1,9 +1,10 @@
 """The work that a scene does not need: rule by rule, what may be left out, why, and how surely nothing changes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from spin_usd.errors import InputError
 from spin_usd.render.blender.rays import View
 from spin_usd.render.facts import Facts
 
@@ -83,7 +84,7 @@ def _tree(facts: Facts) -> Reason:
 
 
 def _shadows(facts: Facts) -> Reason:
-    if not facts.lights or not facts.alone or facts.surfaces.tilted:
+    if not facts.lights or not facts.alone or facts.surfaces.tilted or facts.tubes:
         return None
     return "the target is convex and its faces flat: none is in another's light", BITS
 
@@ -166,6 +167,14 @@ RULES: Mapping[str, Rule] = MappingProxyType(
     }
 )
 """By name, what a renderer may leave out. The names are those of `BlenderRenderer(keep=...)`."""
+
+
+def known_rules(names: Collection[str]) -> frozenset[str]:
+    """`names` as those of RULES. Raises InputError for another."""
+    for name in names:
+        if name not in RULES:
+            raise InputError(f"nothing that may be left out is called {name!r}", do=f"choose among {', '.join(RULES)}")
+    return frozenset(names)
 
 
 def left_out(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[LeftOut, ...]:

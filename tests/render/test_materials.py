@@ -12,6 +12,7 @@ from spin_usd.render.blender import material as materials
 from spin_usd.render.blender import textures
 from spin_usd.render.blender.nodes import Nodes
 from spin_usd.render.blender.textures import node_value
+from spin_usd.render.surfaces import Surfaces
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.lookup import values_at
@@ -41,10 +42,12 @@ def textured(square, scale=1.3, shift=0.4):
 
 
 def uniform(value, output="rgb"):
-    """A texture of one value."""
+    """A texture of one value, but for a texel's last bit: or it would be drawn as a constant."""
     rgba = np.ones(4, np.float32)
     rgba[: np.size(value)] = value
-    return Texture(path="/t", image=Image(name="u", pixels=np.tile(rgba, (2, 3, 1))), output=output)
+    pixels = np.tile(rgba, (2, 3, 1))
+    pixels[0, 0] = np.nextafter(pixels[0, 0], np.float32(0.5))
+    return Texture(path="/t", image=Image(name="u", pixels=pixels), output=output)
 
 
 def inner(picture):
@@ -57,7 +60,7 @@ def shows(blender, monkeypatch):
     """Render any input as emission, and compare it with `values_at` on every pixel's own surface point."""
 
     def glow(value):
-        def surface(material, images):
+        def surface(material, images, **_):
             nodes = Nodes("glow")
             return nodes.surface(nodes.add("ShaderNodeEmission", [node_value(nodes, images, value)]).outputs[0])
 
@@ -65,6 +68,7 @@ def shows(blender, monkeypatch):
 
     def compare(scene, value):
         monkeypatch.setattr(materials, "surface_material", glow(value))
+        monkeypatch.setattr(Surfaces, "primvars", property(lambda it: frozenset(it.target.mesh.primvars)))
         unique = Material(path="/m", emissive_color=(1.0,) * 3, ior=1 + RNG.random())  # not built by the library yet
         scene = replace(scene, target=replace(scene.target, materials=(unique,)))
         visibility = blender.visibility(scene)
@@ -234,8 +238,8 @@ def uncorrected(monkeypatch):
     """Without Cycles' darkening of what a tilted normal lights at a slant (Conty Estevez and others, 2019)."""
     make = materials.surface_material
 
-    def made(*args):
-        material = make(*args)
+    def made(*args, **options):
+        material = make(*args, **options)
         material.cycles.use_bump_map_correction = False
         return material
 
@@ -262,7 +266,8 @@ def test_normal_maps_tilt_along_their_texture(blender, make_scene, square, lambe
     tangent, bitangent = (np.append(step / np.linalg.norm(step), 0) for step in inverse.T)
     tilted = TILT @ np.array([tangent, bitangent, (0, 0, -1)])
     light = np.array([0.5, -0.3, 0.8]) / np.linalg.norm([0.5, -0.3, 0.8])
-    material = replace(lambert, normal=normal(TILT), ior=1 + RNG.random())  # not one that was built with correction
+    white = (1.0, 1.0, 1 - 0.1 * RADIOMETRY * RNG.random())  # not one that was built with correction
+    material = replace(lambert, normal=normal(TILT), diffuse_color=white)
     corner_normals = np.tile([0, 0, -1.0], (2, 3, 1))
     if smooth:  # that shading normals count, not the face's own
         corner_normals = np.tile([0, 0.6, -0.8], (2, 3, 1))

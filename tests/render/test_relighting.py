@@ -113,6 +113,7 @@ def as_one(blender, monkeypatch, scene, effort, **options):
     """The picture without groups."""
     with monkeypatch.context() as patch:
         patch.setattr("spin_usd.render.blender.renderer.group_names", lambda groups: ["all"])
+        patch.setattr("spin_usd.render.facts.Groups.count", 1)
         return blender.radiance(scene, effort, **options)
 
 

@@ -31,12 +31,12 @@ class CameraRig:
         scene.collection.objects.link(self._object)
         scene.camera = self._object
 
-    def aim(self, view: View) -> None:
-        """Make the scene's camera that of `view`."""
+    def aim(self, view: View, *, plain: bool) -> None:
+        """Make the scene's camera that of `view`: Blender's own where it is to be `plain` and Blender can."""
         render = {"resolution_x": view.camera.width, "resolution_y": view.camera.height}
         assign(self._scene.render, render)
         assign(self._data, {"clip_start": CLIP_START, "clip_end": CLIP_SLACK * view.depth + 2 * CLIP_START})
-        if not (view.plain and self._aim_plain(view.camera)):
+        if not (plain and self._aim_plain(view.camera)):
             self._aim_shader(view)
 
     def crop(self, region: Region) -> None:

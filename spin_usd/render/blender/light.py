@@ -1,6 +1,6 @@
 """The lights of a scene as Blender's: kept from frame to frame, touched only where they changed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,8 +17,6 @@ from spin_usd.render.blender.textures import ImageLibrary
 from spin_usd.render.blender.tube import Tube
 from spin_usd.scene.content import key_of
 from spin_usd.scene.light import AreaLight, DistantLight, Light
-
-TREE_FROM = 2  # as many lights are chosen among by what they do where they are looked for: a third of the noise
 
 
 @dataclass(eq=False)
@@ -40,30 +38,30 @@ class LightRig:
         self._shown: list[Shown] = []
         self._kinds: list[str] = []
         self._groups: list[int] = []
+        self.made = 0
+        """How often its lights were made anew."""
 
-    def shine(self, lights: Sequence[Light], view: View, groups: Mapping[int, Any]) -> None:
-        """Make the scene's lights these, for a target whose face groups are these objects."""
+    def shine(
+        self,
+        lights: Sequence[Light],
+        shining: Collection[int],
+        view: View,
+        groups: Mapping[int, Any],
+        *,
+        shadows: bool,
+    ) -> None:
+        """Make the scene's lights those of `lights` with the indices `shining`, for a target whose face groups are
+        these objects; `shadows`: those that cast any cast them."""
         placed = {i: light for i, light in enumerate(lights) if isinstance(light, (DistantLight, AreaLight))}
         for light in placed.values():
             refuse_clamped(light)
-        shining = {i: light for i, light in placed.items() if _reaches(light, groups)}
+        shining = {i: placed[i] for i in shining}
         self._provide([_kind(light) for light in shining.values()], [shown.as_pointer() for shown in groups.values()])
         for shown, (i, light) in zip(self._shown, shining.items(), strict=True):
-            self._show(shown, light, view, groups)
+            self._show(shown, light, view, groups, shadows=shadows)
             shown.source.object.lightgroup = light_name(i)
         images = (light.image for light in shining.values() if isinstance(light, AreaLight))
         self._images.keep_only({image.key for image in images if image})
-
-    @property
-    def needs_tree(self) -> bool:
-        """Whether a light is better chosen by what it does than by its power."""
-        return len(self._shown) >= TREE_FROM or "TUBE" in self._kinds
-
-    @property
-    def has_lamps(self) -> bool:
-        """Whether rays can meet a light on their way. To Cycles it is transparent: where it may pass through nothing
-        transparent, the ray ends there, and what lies behind is lost."""
-        return any(kind != "SUN" for kind in self._kinds)
 
     def _provide(self, kinds: list[str], groups: list[int]) -> None:
         """Have these kinds of lights, in this order, made after the target's objects: the order decides which random
@@ -78,15 +76,18 @@ class LightRig:
             self._scene.collection.objects.link(source.object)
         self._shown = [Shown(source=source, links=LightLinking(source.object)) for source in sources]
         self._kinds, self._groups = kinds, groups
+        self.made += 1
 
     def _new(self, kind: str) -> Sun | Lamp | Tube:
         if kind == "SUN":
             return Sun(self._parent)
         return Tube() if kind == "TUBE" else Lamp(kind, self._images)
 
-    def _show(self, shown: Shown, light: DistantLight | AreaLight, view: View, groups: Mapping[int, Any]) -> None:
+    def _show(
+        self, shown: Shown, light: DistantLight | AreaLight, view: View, groups: Mapping[int, Any], *, shadows: bool
+    ) -> None:
         linked = [(group, each.as_pointer()) for group, each in groups.items()]
-        key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked])
+        key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked, shadows])
         if key == shown.key:
             return
         shown.key = ""
@@ -97,7 +98,7 @@ class LightRig:
             assert not isinstance(shown.source, Sun)
             shown.source.show(light, Place.of(light.T_cam_light, view, self._parent))
         shown.links.link(light, groups)
-        shown.source.casts_shadows(light.shadows and chosen(light.shadowed_by, groups) != [])
+        shown.source.casts_shadows(shadows and light.shadows and chosen(light.shadowed_by, groups) != [])
         shown.key = key
 
 
@@ -105,9 +106,3 @@ def _kind(light: DistantLight | AreaLight) -> str:
     if isinstance(light, DistantLight):
         return "SUN"
     return KINDS.get(light.shape, "TUBE")
-
-
-def _reaches(light: DistantLight | AreaLight, groups: Mapping[int, Any]) -> bool:
-    """Whether the light shines on anything."""
-    emission = light.at_target if isinstance(light, DistantLight) else light.emission
-    return any(emission) and chosen(light.lights, groups) != []

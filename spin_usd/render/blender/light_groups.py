@@ -20,17 +20,16 @@ def group_names(groups: Groups) -> list[str]:
     return placed + [SURROUNDINGS] * groups.surroundings + [EMISSION] * groups.emission
 
 
-def pass_names(names: Sequence[str]) -> list[str]:
-    """The passes that hold these groups: one has all the light there is, and is the picture itself."""
-    return [f"{COMBINED}_{name}" for name in names] if len(names) > 1 else [COMBINED] * len(names)
+def pass_names(names: Sequence[str], *, apart: bool) -> list[str]:
+    """The passes that hold these groups: where they are not `apart`, the only one is the picture itself."""
+    return [f"{COMBINED}_{name}" for name in names] if apart else [COMBINED] * len(names)
 
 
 def keep_apart(layer: Any, names: Sequence[str]) -> None:
-    """Let the view layer render these groups apart: none where one picture has all the light there is."""
-    wanted = list(names) if len(names) > 1 else []
-    if [group.name for group in layer.lightgroups] == wanted:
+    """Let the view layer render these groups apart."""
+    if [group.name for group in layer.lightgroups] == list(names):
         return
     while len(layer.lightgroups):
         layer.lightgroups.remove(layer.lightgroups[0])
-    for name in wanted:
+    for name in names:
         layer.lightgroups.add(name=name)

@@ -1,6 +1,7 @@
 """UsdPreviewSurface as Cycles materials, and the materials of the label picture."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import bpy
@@ -15,6 +16,7 @@ from spin_usd.scene.mesh import Mesh
 
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing
 LABEL = "label"
+GLOWING_ONLY = "glowing, but no light"
 EVERY = tuple(LIMITS)
 CUT = ("opacity",)  # the inputs that labels depend on
 # fmt: off
@@ -29,30 +31,37 @@ class MaterialLibrary:
     def __init__(self) -> None:
         self._built: dict[str, Any] = {}
         self._images = ImageLibrary()
-        self._materials: tuple[Material, ...] = ()
+        self._used: dict[str, dict[str, Material]] = {}  # by the last pass of each kind, under their keys
         self._shown: list[str] = []
         self._checked: dict[tuple[str, ...], set[Material]] = {}
 
-    def dress(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
-        """Give the Blender meshes of `mesh` these materials, in this order. `again` where the meshes are new.
+    def dress(
+        self,
+        meshes: Sequence[Any],
+        authored: Sequence[Material],
+        mesh: Mesh,
+        *,
+        needed: Sequence[Material],
+        glowing_lights: bool,
+        again: bool,
+    ) -> None:
+        """Give the Blender meshes of `mesh` what is `needed` of its `authored` materials, in their order. `again` where
+        the meshes are new. `glowing_lights`: whether rays look for those that glow.
 
-        Raises UnsupportedError, with the material's path.
+        Raises UnsupportedError, with the material's path, also for what is not needed.
         """
-        self._check(materials, mesh, EVERY, again=again)
-        self._show(meshes, materials, [material.key for material in materials], surface_material, again=again)
+        self._check(authored, mesh, EVERY, again=again)
+        make = partial(surface_material, glowing_lights=glowing_lights)
+        keys = [_surface_key(material, glowing_lights=glowing_lights) for material in needed]
+        self._used["surface"] = dict(zip(keys, needed, strict=True))
+        self._show(meshes, keys, make, again=again)
 
     def number(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
         """Let every face of the Blender meshes of `mesh` glow with its number, where it is not cut out."""
         self._check(materials, mesh, CUT, again=again)
-        self._show(meshes, materials, [_label_key(material) for material in materials], label_material, again=again)
-
-    @property
-    def emissive(self) -> bool:
-        return any(m.emissive_color != (0, 0, 0) for m in self._materials)
-
-    @property
-    def transparent(self) -> bool:
-        return any(m.cut_out or m.opacity != 1 for m in self._materials)
+        keys = [_label_key(material) for material in materials]
+        self._used[LABEL] = dict(zip(keys, materials, strict=True))
+        self._show(meshes, keys, label_material, again=again)
 
     def _check(self, materials: Sequence[Material], mesh: Mesh, inputs: tuple[str, ...], *, again: bool) -> None:
         """Check what was not checked before with this mesh; for the labels only what cuts it out."""
@@ -67,29 +76,28 @@ class MaterialLibrary:
     def _show(
         self,
         meshes: Sequence[Any],
-        materials: Sequence[Material],
         keys: list[str],
         make: Callable[[Material, ImageLibrary], Any],
         *,
         again: bool,
     ) -> None:
-        """Fill the meshes' slots with what `make` makes of the materials, each kept under its key."""
-        self._materials = tuple(materials)
+        """Fill the meshes' slots with what `make` makes of the materials in use under these keys; each is kept."""
         if keys == self._shown and not again:
             return
-        for key, material in zip(keys, materials, strict=True):
+        used = {key: material for of_kind in self._used.values() for key, material in of_kind.items()}
+        for key in keys:
             if key not in self._built:
-                self._built[key] = make(material, self._images)
+                self._built[key] = make(used[key], self._images)
         for mesh in meshes:
             _fill_slots(mesh.materials, [self._built[key] for key in keys])
         self._shown = keys
-        self._forget()
-
-    def _forget(self) -> None:
-        used = {key for m in self._materials for key in (m.key, _label_key(m))}
-        for key in set(self._built) - used:
+        for key in set(self._built) - set(used):
             bpy.data.materials.remove(self._built.pop(key))
-        self._images.keep(self._materials)
+        self._images.keep(used.values())
+
+
+def _surface_key(material: Material, *, glowing_lights: bool) -> str:
+    return material.key if glowing_lights else f"{material.key} {GLOWING_ONLY}"
 
 
 def _label_key(material: Material) -> str:
@@ -120,14 +128,24 @@ def label_material(cut: Material | None = None, images: ImageLibrary | None = No
     return material
 
 
-def surface_material(material: Material, images: ImageLibrary) -> Any:
-    """The Cycles material of a UsdPreviewSurface that `check_material` accepts."""
+def black_material() -> Any:
+    """What reflects nothing: the shape alone."""
+    nodes = Nodes("black")
+    return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
+
+
+def surface_material(material: Material, images: ImageLibrary, *, glowing_lights: bool = True) -> Any:
+    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `glowing_lights`: if it glows, rays
+    look for it."""
     nodes = Nodes("surface")
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
     normal = _normal(nodes, images, material)
     feeds = principled_inputs(nodes, inputs, specular_workflow=material.use_specular_workflow)
     principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **tilted(normal, "Normal", "Coat Normal")})
-    return nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
+    surface = nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
+    if not glowing_lights:
+        surface.cycles.emission_sampling = "NONE"
+    return surface
 
 
 def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:

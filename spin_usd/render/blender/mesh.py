@@ -1,6 +1,7 @@
 """The target in Blender: one mesh object, or one for each face group where lights are linked; faces are numbered."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
+from functools import partial
 from typing import Any
 
 import bpy
@@ -25,8 +26,9 @@ Faces = NDArray[np.intp] | slice
 EVERY = slice(None)
 
 
-def build_mesh(mesh: Mesh, chosen: Faces = EVERY) -> Any:
-    """A Blender mesh of the `chosen` faces of `mesh`, metres from its centre, each with three vertices of its own.
+def build_mesh(mesh: Mesh, chosen: Faces, primvars: Set[str]) -> Any:
+    """A Blender mesh of the `chosen` faces of `mesh`, metres from its centre, each with three vertices of its own, and
+    of those of its `primvars`.
 
     Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
     """
@@ -41,7 +43,8 @@ def build_mesh(mesh: Mesh, chosen: Faces = EVERY) -> Any:
     data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
     data.polygons.foreach_set("material_index", mesh.face_material[chosen])
     _number_faces(data, np.arange(1, len(mesh.faces) + 1, dtype=np.float32)[chosen])
-    for name, values in mesh.primvars.items():
+    for name in sorted(primvars & set(mesh.primvars)):
+        values = mesh.primvars[name]
         kind, holder = KINDS[values.shape[2]]
         attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map
         attribute.data.foreach_set(holder, values[chosen].ravel())
@@ -73,21 +76,25 @@ class TargetObject:
         self._axes = bpy.data.objects.new("pose", None)
         self._objects: dict[int, Any] = {}
         self._mesh: Mesh | None = None
+        self._primvars: frozenset[str] = frozenset()
         self._split = False
         self._bare = True
         self._materials = MaterialLibrary()
 
-    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool = False) -> None:
-        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres; `split` into face groups."""
-        if mesh is not self._mesh or split != self._split:
+    def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool, primvars: frozenset[str]) -> None:
+        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres; `split` into face groups. It
+        has at least these of the mesh's `primvars`."""
+        if mesh is not self._mesh or split != self._split or not primvars <= self._primvars:
+            self._primvars = primvars | self._primvars if mesh is self._mesh else primvars
             self._replace(_pieces(mesh) if split else {0: EVERY}, mesh)
             self._mesh, self._split, self._bare = mesh, split, True
         for shown in self._objects.values():
             _pose(shown, R_cam_body, location)
 
-    def dress(self, materials: Sequence[Material]) -> None:
-        """Give it its materials. Raises UnsupportedError; what only labels need stays visible without."""
-        self._fill(self._materials.dress, materials)
+    def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, glowing_lights: bool) -> None:
+        """Give it the materials that are `needed` of those `authored`; `glowing_lights`: rays look for those that glow.
+        Raises UnsupportedError; what only labels need stays visible without."""
+        self._fill(partial(self._materials.dress, needed=needed, glowing_lights=glowing_lights), authored)
 
     def number(self, materials: Sequence[Material]) -> None:
         """Let it glow with its faces' numbers, where its materials do not cut it out."""
@@ -103,20 +110,12 @@ class TargetObject:
         """The object of each face group; where it is not split, the whole as group 0."""
         return self._objects
 
-    @property
-    def emissive(self) -> bool:
-        return self._materials.emissive
-
-    @property
-    def transparent(self) -> bool:
-        return self._materials.transparent
-
     def _replace(self, pieces: Mapping[int, Faces], mesh: Mesh) -> None:
         """Show other meshes, and free those before."""
         for group in set(self._objects) - set(pieces):
             bpy.data.meshes.remove(self._objects.pop(group).data)  # and with it the object
         for group, chosen in pieces.items():
-            data = build_mesh(mesh, chosen)
+            data = build_mesh(mesh, chosen, self._primvars)
             if group in self._objects:
                 before, self._objects[group].data = self._objects[group].data, data
                 bpy.data.meshes.remove(before)

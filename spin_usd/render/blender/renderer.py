@@ -1,6 +1,7 @@
 """The Blender renderer: Cycles, held open from frame to frame."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from spin_usd.render.blender.denoiser import GUIDES, Denoiser
 from spin_usd.render.blender.light import LightRig
 from spin_usd.render.blender.light_groups import group_names, keep_apart, pass_names
 from spin_usd.render.blender.light_links import needs_groups
-from spin_usd.render.blender.material import label_material
+from spin_usd.render.blender.material import black_material, label_material
 from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
@@ -30,6 +31,9 @@ from spin_usd.render.blender.settings import (
     cycles_scene,
 )
 from spin_usd.render.blender.world import WorldRig
+from spin_usd.render.left_out import known_rules
+from spin_usd.render.requirements import Requirements
+from spin_usd.render.surfaces import surfaces_of
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
@@ -42,18 +46,19 @@ class BlenderRenderer:
     """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
 
     Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
+    `keep`: names in render.left_out.RULES of what it does even where the scene does not need it, to measure that.
     """
 
     name = "blender"
 
-    def __init__(self, *, crop: bool = True) -> None:
-        self._crop = crop
+    def __init__(self, *, crop: bool = True, keep: Collection[str] = ()) -> None:
+        self._crop, self._keep = crop, known_rules(keep)
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self._scratch = scratch_folder()
         folder = Path(self._scratch.name)
         # One Blender scene for both passes: alternating between two cost 30 ms of CPU more per frame.
         self._scene = cycles_scene()
-        self._label_material = label_material()
+        self._label_material, self._black = label_material(), black_material()
         self._camera = CameraRig(self._scene, folder)
         self._target = TargetObject(self._scene)
         self._motion = MotionRig(self._scene)
@@ -61,14 +66,14 @@ class BlenderRenderer:
         self._world = WorldRig(self._scene)
         self._readback = Readback(folder)
         self._denoiser = Denoiser(folder)
-        self._kept: tuple[Effort, str] | None = None
+        self._kept: Any = None
 
     def visibility(self, scene: Scene) -> Visibility:
         """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
         region = scene.region
         if region.empty:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
-        self._show(scene, View.sharp(scene))
+        self._show(scene, View.sharp(scene), surfaces_of(scene.target).primvars)
         self._motion.hold()
         holes = bool(scene.target.cut_out_key)
         assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
@@ -84,18 +89,17 @@ class BlenderRenderer:
         region, names = scene.picture_region, group_names(Groups.of(scene))
         if region.empty:
             return Radiance.dark(region, groups=len(names))
-        view = View.blurred(scene)
-        self._show(scene, view)
-        self._motion.move(self._target.groups.values(), scene)
-        self._target.dress(scene.target.materials)
-        self._lights.shine(scene.lights, view, self._target.groups)
-        self._world.shine(scene)
-        self._forget(effort, self._world.image)
-        assign(self._scene.cycles, {**self._required(effort), "seed": seed})
-        self._scene.view_layers[0].material_override = None
+        required = Requirements.of(scene, effort, self._keep)
+        self._prepare(required, {**cycles_effort(effort), **_settings(required)}, effort)
+        self._scene.cycles.seed = seed
+        if not required.shading:
+            self._split_light([], guided=False)
+            coverage = self._planes(required.scene, effort, [])[1]
+            return replace(Radiance.dark(region, groups=len(names)), coverage=coverage)
         guided = bool(names) and effort.denoiser != "none"
-        self._split_light(names, guided=guided)
-        planes, coverage = self._planes(scene, effort, [*pass_names(names), *(GUIDES if guided else ())])
+        self._split_light(names if required.light_groups else [], guided=guided)
+        passes = pass_names(names, apart=required.light_groups)
+        planes, coverage = self._planes(required.scene, effort, [*passes, *(GUIDES if guided else ())])
         groups, guides = planes[: len(names)], planes[len(names) :]
         noisy = Radiance(region=region, groups=groups, coverage=coverage)
         return self._denoiser.denoised(noisy, guides, effort.denoiser) if guided else noisy
@@ -113,10 +117,23 @@ class BlenderRenderer:
         self._scratch.cleanup()
         bpy.ops.wm.read_factory_settings(use_empty=True)
 
-    def _show(self, scene: Scene, view: View) -> None:
-        split = needs_groups(scene.lights)
-        self._target.show(scene.target.mesh, scene.T_cam_body.rotation, view.target_location, split=split)
-        self._camera.aim(view)
+    def _prepare(self, required: Requirements, settings: dict[str, Any], effort: Effort) -> None:
+        """Make Blender's scene what is required, but for the seed and the passes."""
+        scene, target = required.scene, self._target
+        view = View.blurred(scene)
+        self._show(scene, view, required.primvars, camera_shader=required.camera_shader)
+        self._motion.move(target.groups.values(), scene)
+        target.dress(scene.target.materials, required.materials, glowing_lights=required.glowing_lights)
+        self._lights.shine(scene.lights, required.lights, view, target.groups, shadows=required.shadows)
+        self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)
+        self._forget((effort, settings, self._world.image, self._lights.made))
+        assign(self._scene.cycles, settings)
+        self._scene.view_layers[0].material_override = None if required.shading else self._black
+
+    def _show(self, scene: Scene, view: View, primvars: frozenset[str], *, camera_shader: bool = False) -> None:
+        split, turn = needs_groups(scene.lights), scene.T_cam_body.rotation
+        self._target.show(scene.target.mesh, turn, view.target_location, split=split, primvars=primvars)
+        self._camera.aim(view, plain=view.plain and not camera_shader)
 
     def _numbers(self, bands: list[Region], region: Region) -> Float32:
         """(rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
@@ -152,27 +169,32 @@ class BlenderRenderer:
             return [scene.picture_region]  # a pixel's neighbours decide with it how many samples it takes
         return picture_bands(scene, samples=effort.samples)
 
-    def _forget(self, effort: Effort, world: str) -> None:
-        """Make Cycles prepare all anew where the effort or the world's image changed.
+    def _forget(self, kept: Any) -> None:
+        """Make Cycles prepare all anew where effort, settings, the world's image or the making of the lights are not those
+        `kept`.
 
         Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
         renders of fewer then had other noise than without that one. And an image that comes after another, or after
-        none, gave other noise than in a renderer just opened.
+        none, gave other noise than in a renderer just opened. So did lights that came after others, which it keeps in
+        another order.
         """
-        if self._kept not in (None, (effort, world)):
+        if self._kept not in (None, kept):
             assign(self._scene.render, {"use_persistent_data": False})
             assign(self._scene.render, {"use_persistent_data": True})
-        self._kept = effort, world
+        self._kept = kept
 
-    def _required(self, effort: Effort) -> dict[str, Any]:
-        """Cycles' settings for what the materials, the lights and the user ask of the path tracer."""
-        clear = self._target.transparent or self._lights.has_lamps
-        return {
-            **cycles_effort(effort),
-            # One Sun needs no tree.
-            "use_light_tree": effort.light_tree and (self._target.emissive or self._lights.needs_tree),
-            "transparent_max_bounces": TRANSPARENT_BOUNCES if clear else 0,
-        }
+
+def _settings(required: Requirements) -> dict[str, Any]:
+    """Cycles' own settings for what a picture requires."""
+    return {
+        "max_bounces": required.bounces,
+        "diffuse_bounces": required.bounces,
+        "glossy_bounces": required.glossy_bounces,
+        "transmission_bounces": required.transmission_bounces,
+        "volume_bounces": required.volume_bounces,
+        "transparent_max_bounces": TRANSPARENT_BOUNCES if required.clear else 0,
+        "use_light_tree": required.light_tree,
+    }
 
 
 def _inside(band: Region, region: Region) -> tuple[slice, slice]:

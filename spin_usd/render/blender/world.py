@@ -11,13 +11,14 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.render.background.surroundings import Surroundings
 from spin_usd.render.blender.light_groups import SURROUNDINGS
 from spin_usd.render.blender.settings import assign
-from spin_usd.scene.model import Scene
+from spin_usd.scene.texture import Color
 
 # Blender's latitude-longitude images have +x in their middle column, -y right of it and +z at the top; ours -z, +x, +y.
 TO_BLENDER = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
 # Of the map by which Cycles chooses directions, up to which it is twice as fine as the image: so it misses no texel's
 # bilinear slopes. Each change of image or camera makes it again, which takes 0.1 s at this width.
 FINE_MAP_WIDTH = 1024
+BLACK = "black"
 
 
 class WorldRig:
@@ -31,20 +32,23 @@ class WorldRig:
         """The digest of the image that shines, "" while none does."""
         self._turned = np.zeros((3, 3))
 
-    def shine(self, scene: Scene) -> None:
-        """Surround the scene with its domes and planets."""
-        surroundings = Surroundings.of(scene)
+    def shine(self, surroundings: Surroundings | None, *, there: bool, sampled: bool) -> None:
+        """Show these surroundings; a black world where there are none but it is to be `there`. `sampled`: rays look for
+        where it is bright."""
         self.image = surroundings.key if surroundings and surroundings.uniform is None else ""
-        if surroundings is None:
+        if not there:
             self._show(None)
             return
         if self._world is None:
             self._make_world()
         self._show(self._world)
-        if surroundings.key != self._key:
+        key = surroundings.key if surroundings else BLACK
+        if key != self._key:
             self._paint(surroundings)
-            self._key = surroundings.key
-        self._turn(surroundings.rotation)
+            self._key = key
+        assign(self._world.cycles, {"sampling_method": "MANUAL" if sampled else "NONE"})
+        if surroundings:
+            self._turn(surroundings.rotation)
 
     def _show(self, world: Any) -> None:
         """Whatever is assigned, Cycles prepares it anew."""
@@ -69,26 +73,36 @@ class WorldRig:
         link(self._mapping.outputs["Vector"], self._texture.inputs["Vector"])
         link(self._background.outputs["Background"], output.inputs["Surface"])
 
-    def _paint(self, surroundings: Surroundings) -> None:
-        color, uniform = self._background.inputs["Color"], surroundings.uniform
-        for link in list(color.links):
-            self._world.node_tree.links.remove(link)
-        old, self._texture.image = self._texture.image, None if uniform else _image(surroundings)
-        if old:
-            # After the new one is made: at the same address Blender would take it for the old one.
-            bpy.data.images.remove(old)
-        if uniform:
-            strength = max(uniform)
-            color.default_value = (*(channel / strength for channel in uniform), 1.0)
-            assign(self._background.inputs["Strength"], {"default_value": strength})
-            # The same from everywhere: where a surface scatters to is the best choice of a direction.
-            assign(self._world.cycles, {"sampling_method": "NONE"})
-            return
+    def _paint(self, surroundings: Surroundings | None) -> None:
+        if surroundings is None or surroundings.uniform is not None:
+            self._paint_uniform(surroundings.uniform if surroundings and surroundings.uniform else (0.0, 0.0, 0.0))
+        else:
+            self._paint_image(surroundings)
+
+    def _paint_uniform(self, radiance: Color) -> None:
+        self._replace_image(None)
+        strength = max(radiance) or 1.0
+        self._background.inputs["Color"].default_value = (*(channel / strength for channel in radiance), 1.0)
+        assign(self._background.inputs["Strength"], {"default_value": strength})
+        assign(self._world.cycles, {"sample_map_resolution": FINE_MAP_WIDTH})
+
+    def _paint_image(self, surroundings: Surroundings) -> None:
+        self._replace_image(_image(surroundings))
         assign(self._background.inputs["Strength"], {"default_value": 1.0})
-        self._world.node_tree.links.new(self._texture.outputs["Color"], color)
+        self._world.node_tree.links.new(self._texture.outputs["Color"], self._background.inputs["Color"])
         width = surroundings.pixels.shape[1]
-        width = min(2 * width, max(width, FINE_MAP_WIDTH))
-        assign(self._world.cycles, {"sampling_method": "MANUAL", "sample_map_resolution": width})
+        assign(self._world.cycles, {"sample_map_resolution": min(2 * width, max(width, FINE_MAP_WIDTH))})
+
+    def _replace_image(self, image: Any) -> None:
+        """Show `image`, or none, and free the one before.
+
+        After the new one is made: at the same address Blender would take it for the old one.
+        """
+        for link in list(self._background.inputs["Color"].links):
+            self._world.node_tree.links.remove(link)
+        old, self._texture.image = self._texture.image, image
+        if old:
+            bpy.data.images.remove(old)
 
     def _turn(self, rotation: Float) -> None:
         """rotation (3, 3): from the image's axes to the camera's."""
