@@ -170,8 +170,8 @@ class BlenderRenderer:
         return picture_bands(scene, samples=effort.samples)
 
     def _forget(self, kept: Any) -> None:
-        """Make Cycles prepare all anew where effort, settings, the world's image or the making of the lights are not those
-        `kept`.
+        """Make Cycles prepare all anew where effort, settings, the world's image or how often lights were made are not
+        those `kept`.
 
         Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
         renders of fewer then had other noise than without that one. And an image that comes after another, or after
