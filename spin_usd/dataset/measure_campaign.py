@@ -7,7 +7,7 @@ from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.planning import Progress
 from spin_usd.errors import InputError
@@ -15,6 +15,7 @@ from spin_usd.measuring.measurement import Measurement
 from spin_usd.scene.effort import MOST_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 
+BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
 OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PERCENT = 100
 
@@ -82,10 +83,12 @@ class Tally:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key."""
+    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key. `work`:
+    what is not left out of them although the scene does not need it."""
 
     kind: Kind
     effort: Effort
+    work: tuple[str, ...]
     seeds: tuple[int, ...]
     keys: tuple[str, ...]
 
@@ -123,10 +126,17 @@ class Campaign:
         """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""
         return tuple(int(digest(["measure", self.seed, purpose, n])[:8], 16) & 0x7FFFFFFF for n in numbers)
 
-    def series(self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int]) -> Series:
+    def series(
+        self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int], *, work: tuple[str, ...] = ()
+    ) -> Series:
         """Of the picture, with these seeds."""
-        keys = tuple(self.key(picture.radiance, asdict(kind), asdict(effort), seed) for seed in seeds)
-        return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
+        how = [picture.radiance, asdict(kind), asdict(effort), work]
+        keys = tuple(self.key(*how, seed) for seed in seeds)
+        return Series(kind=kind, effort=effort, work=work, seeds=tuple(seeds), keys=keys)
+
+    def asked(self, pool: Pool, picture: PlannedPicture, kind: Kind, what: str, **arguments: Any) -> Outcome:
+        """What came of asking a process of that kind about the picture."""
+        return pool.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
 
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
         """Tell the tally of renders to come."""
@@ -141,7 +151,7 @@ class Campaign:
             missing = {key: seed for key, seed in zip(series.keys, series.seeds, strict=True) if not self.runs.has(key)}
             self.tally.did(set(series.keys) - missing.keys())
             if missing:
-                how = {"effort": asdict(series.effort), "seeds": missing}
+                how = {"effort": asdict(series.effort), "work": series.work, "seeds": missing}
                 jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
         outcomes = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
         for number in jobs:

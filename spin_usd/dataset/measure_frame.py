@@ -6,15 +6,15 @@ from dataclasses import asdict
 from typing import Any
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_campaign import Campaign, Series
-from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measure_campaign import BLENDER, RAYCAST, Campaign, Series
+from spin_usd.dataset.measure_pool import Kind, Pool
+from spin_usd.dataset.measure_savings import SavingsTask
 from spin_usd.dataset.measured import read_measurement
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import Failure, Figures, Frame, LabelFigures, Measurement, Setting
 from spin_usd.measuring.walk import settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
-BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
 FIRST_PARTS = 4  # whose spread tells the reference's error well enough to say how many more are needed
 MARGIN = 1.1  # times as many parts as seem to be needed
@@ -36,6 +36,7 @@ class PictureTask:
         samples = max(min(PART * request.most_samples, request.reference_samples // FIRST_PARTS), 1)
         self._part = Effort(samples=samples, bounces=REFERENCE_BOUNCES)
         self._most_parts = max(request.reference_samples // samples, FIRST_PARTS)
+        self._savings = SavingsTask(campaign, picture)
         self._failures: list[Failure] = []
         asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part)]
         self.key = campaign.key("picture", picture.exposure, [asdict(each) for each in settings], asked)
@@ -61,7 +62,7 @@ class PictureTask:
     def keys(self) -> set[str]:
         """Of all that there can be of the picture."""
         series = [*self._settings.values(), *self._parts(self._most_parts)]
-        return {self.key, *(key for each in series for key in each.keys)}
+        return {self.key, *self._savings.keys, *(key for each in series for key in each.keys)}
 
     def _made(self, pool: Pool) -> Measurement:
         by_kind: dict[Kind, dict[Setting, Series]] = {BLENDER: {}, RAYCAST: {}}
@@ -69,14 +70,17 @@ class PictureTask:
             by_kind[series.kind][setting] = series
         made = self._rendered(pool, by_kind[BLENDER])
         labels = self._asked(pool, BLENDER, "labels", against=RAYCAST.renderer)
+        self._savings.render(pool)
         made |= self._rendered(pool, by_kind[RAYCAST])
         reference, capped = self._reference(pool, [each.keys for each in made.values()])
+        base = made.get(self._savings.setting)
         frames, figures = self._figures(pool, made, reference, capped=capped) if reference else ((), ())
         return self._campaign.measurement(
             frames=frames,
             figures=figures,
             labels=(LabelFigures(**labels),) if labels else (),
-            failures=tuple(self._failures),
+            savings=self._savings.savings(pool, reference, base.keys) if reference and base else (),
+            failures=(*self._failures, *self._savings.failures),
         )
 
     def _rendered(self, pool: Pool, wanted: Mapping[Setting, Series]) -> dict[Setting, Series]:
@@ -132,8 +136,7 @@ class PictureTask:
 
     def _asked(self, pool: Pool, kind: Kind, what: str, **arguments: Any) -> Any:
         """What a process of that kind answers; None where it failed."""
-        job = Job(kind=kind, what=what, arguments={"index": self._picture.index, **arguments})
-        outcome = pool.run([job])[0]
+        outcome = self._campaign.asked(pool, self._picture, kind, what, **arguments)
         if outcome.failed is not None:
             self._fail(what, outcome.failed)
         return outcome.result

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.measuring.error import LinearError, Reference, linear_error
-from spin_usd.measuring.measurement import Figures, Setting
+from spin_usd.measuring.measurement import Figures, Saving, Setting
 from spin_usd.measuring.structure import RADIUS_PX, similarity
 from spin_usd.render.background.sky import sky
 from spin_usd.scene.effort import Effort
@@ -141,6 +141,17 @@ class MeasuredPicture:
             "wall_s": median(cost.wall_s for cost in timed),
             "memory_bytes": max(cost.memory_bytes for cost in costs),
         }
+
+    def saving(self, what: str, with_it: Sequence[str], without: Sequence[str]) -> Saving:
+        """Of runs that differ in that work alone, seed by seed."""
+        return Saving(
+            frame=self.scene.frame.name,
+            what=what,
+            cpu_s=self.cost(without)["cpu_s"],
+            cpu_s_with=self.cost(with_it)["cpu_s"],
+            difference=self.difference(with_it, without),
+            noise=self.difference(without, [*without[1:], *without[:1]]),
+        )
 
     def difference(self, ones: Sequence[str], others: Sequence[str]) -> float:
         """Relative root mean square difference between runs, each of the ones and the other in its place."""

@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from spin_usd.labels.label import LABELS
 from spin_usd.measuring.agreement import LabelImages, View, agreement
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.renderer import Renderer
+from spin_usd.render.requirements import Requirements
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.scene.light_groups import in_unit_light
@@ -40,11 +42,23 @@ class MeasuringWorker:
             os.sched_setaffinity(0, cpus)
         self.runs = Runs(root=Path(folder))
         self.reader = StageReader(stage, variant=variant)
-        self.renderer = open_renderer(renderer, **how)
+        self._open = partial(open_renderer, renderer, **how)
+        self.renderer: Renderer = self._open()
+        self._work: Sequence[str] = []
         self._before: tuple[int, Effort] | None = None
 
-    def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int], progress: Progress) -> None:
-        """Render picture `index` with each of the seeds, keep each under its key, and tell of each."""
+    def make_runs(
+        self,
+        *,
+        index: int,
+        effort: Mapping[str, Any],
+        work: Sequence[str],
+        seeds: Mapping[str, int],
+        progress: Progress,
+    ) -> None:
+        """Render picture `index` with each of the seeds, keep each under its key, and tell of each. `work`: what is
+        done even where the scene does not need it."""
+        self._do(work)
         scene, wanted = self._scene(index), Effort(**effort)
         for key, seed in seeds.items():
             self.runs.keep(key, *self._timed(scene, wanted, seed))
@@ -97,6 +111,31 @@ class MeasuringWorker:
                 asdict(picture.figures(image, setting, keys)) for setting, keys in zip(made, runs, strict=True)
             ],
         }
+
+    def left_out(self, *, index: int, effort: Mapping[str, Any], progress: Progress) -> list[str]:
+        """Names of the work that a render of picture `index` does not need."""
+        required = Requirements.of(self._scene(index), Effort(**effort))
+        return [each.what for each in required.left_out]
+
+    def savings(
+        self,
+        *,
+        index: int,
+        reference: Sequence[str],
+        without: Sequence[str],
+        runs: Mapping[str, Sequence[str]],
+        progress: Progress,
+    ) -> list[dict[str, Any]]:
+        """What leaving work out saves and changes, by the runs with each work and those `without` any: Saving, as
+        JSON."""
+        picture = self._picture(index, reference)
+        return [asdict(picture.saving(work, keys, without)) for work, keys in runs.items()]
+
+    def _do(self, work: Sequence[str]) -> None:
+        """From now on do that work in each render, needed or not."""
+        if work != self._work:
+            self.renderer.close()
+            self.renderer, self._work, self._before = self._open(keep=work), work, None
 
     def _picture(self, index: int, reference: Sequence[str]) -> MeasuredPicture:
         return MeasuredPicture(self._scene(index), self.runs, reference)

@@ -124,6 +124,16 @@ def test_labels_and_execution_agree(measured):
 
 
 @pytest.mark.slow
+def test_what_is_left_out_changes_less_than_another_seed(measured):
+    """And nothing at all where it is said to be the same bits."""
+    assert {"volumes", "light tree", "world"} <= {each.what for each in measured.savings}
+    for saving in measured.savings:
+        assert saving.difference < saving.noise
+        if saving.what in ("volumes", "light tree", "world"):
+            assert saving.difference == 0
+
+
+@pytest.mark.slow
 def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny_stage, spin_usd):
     before = (killed / "measure.json").read_text()
     again = spin_usd("measure", tiny_stage, *OPTIONS, "--json", "--quiet")
@@ -155,8 +165,9 @@ def planned(**fields):
 def test_a_render_is_known_by_all_that_decides_it(tmp_path):
     """So a changed stage, setting, seed, renderer, software or machine is measured anew, and nothing else is."""
 
-    def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), **shared):
-        return campaign(tmp_path, **shared).series(picture or planned(), kind, effort or Effort(), seeds).keys
+    def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), work=(), **shared):
+        how = (picture or planned(), kind, effort or Effort(), seeds)
+        return campaign(tmp_path, **shared).series(*how, work=work).keys
 
     others = [
         keys(planned(radiance="other")),
@@ -164,6 +175,7 @@ def test_a_render_is_known_by_all_that_decides_it(tmp_path):
         keys(kind=Kind(renderer="raycast", crop=False)),
         keys(effort=Effort(samples=17)),
         keys(seeds=(3, 4)),
+        keys(work=("glossy bounces",)),
         keys(versions={"bpy": "5.2.4"}),
         keys(machine={"cores": 4}),
     ]
