@@ -67,7 +67,7 @@ def polygon_area(corners: ArrayLike) -> float:
     if not len(p):
         return 0.0
     x, y = (p - p[0]).T  # far from the origin the products would cancel
-    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
+    return float(abs(x[:-1] @ y[1:] - y[:-1] @ x[1:])) / 2  # the last edge ends at the origin, and spans nothing
 
 
 def convex_hull_2d(points: ArrayLike) -> Float:

@@ -110,7 +110,7 @@ class Scene:
         outline = self._picture_outline
         return self.camera.frame if outline is None else region_around(self.camera, outline)
 
-    @property
+    @cached_property
     def outline_pixels(self) -> float:
         """The area, pixels, of the outline of the target's convex hull in the picture: at least what it covers."""
         region, outline = self.picture_region, self._picture_outline
