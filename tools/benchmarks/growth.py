@@ -77,8 +77,8 @@ def author(case: Case, folder: Path) -> Path:
     poses = [{**known[i % len(known)], "filename": f"img{i:06d}.png"} for i in range(case.pictures)]
     (folder / "poses.json").write_text(json.dumps(poses))
     (folder / "camera.json").write_text(json.dumps(camera(case.width)))
-    ball(case.faces).export(folder / "ball.obj", include_normals=False)
-    model = ["--target", folder / "ball.obj", "--camera", folder / "camera.json", "--units-per-metre", 1]
+    ball(case.faces).export(folder / "ball.ply")
+    model = ["--target", folder / "ball.ply", "--camera", folder / "camera.json", "--units-per-metre", 1]
     root = Path(asked("author", "--poses", folder / "poses.json", *model, "--out", folder / "stage")["root"])
     if case.variants > 1:
         (folder / "relight.toml").write_text(RELIGHT.format(count=case.variants - 1))
