@@ -35,7 +35,7 @@ class Judged:
     """errors and bounds by quantity, one number for each pixel (N,) that shows the same face as the truth: "depth"
     relative to itself, "body" relative to the target's radius, "reprojection" in pixels. wrong: how many pixels show
     another face, or none, or one where there is none; near: how many lie so near an edge or another surface that
-    float32 may decide otherwise; unexcused: those of `wrong` that are not `near`."""
+    float32 may decide otherwise; unexcused: those of `wrong` that are not `near`. nearest: least depth seen, metres."""
 
     errors: dict[str, np.ndarray]
     bounds: dict[str, np.ndarray]
@@ -43,6 +43,7 @@ class Judged:
     wrong: int
     near: int
     unexcused: int
+    nearest: float
 
 
 def judged(case, renderer):
@@ -85,6 +86,7 @@ class _Judge:
             wrong=int(wrong.sum()),
             near=int(near.sum()),
             unexcused=int((wrong & ~near).sum()),
+            nearest=float(self.true.z[self.true.face >= 0].min(initial=np.inf)),
         )
 
     def _same(self):
@@ -108,11 +110,12 @@ class _Judge:
         off = np.abs(body[both] - true.body[both]).astype(float)
         seen = exact.project(self.case.camera, body[both] @ self.R.T + self.t)
         asked = exact.project(self.case.camera, np.where(wanted[:, None] > 0, wanted[:, None], 1) * d)
-        slide = self._slide(both)
-        coordinates = U32 * np.abs(true.body[both]).astype(float) + slide[:, None] * self.length[both][:, None]
-        way = np.linalg.norm(coordinates, axis=1)
+        rounded, slide = self._rounded(both), self._slide(both)
+        kept = U32 * np.abs(true.body[both]).astype(float)
+        coordinates = kept + slide[:, None] * self.length[both][:, None]
+        across = np.linalg.norm(kept, axis=1) + rounded  # along its ray a point may slide and be seen where it was
         depth_m, focal = wanted.astype(float), max(self.case.camera.fx, self.case.camera.fy)
-        ahead = np.maximum(depth_m - way, np.finfo(float).tiny)
+        ahead = np.maximum(depth_m - across, np.finfo(float).tiny)
         errors = {
             "depth": dz / depth_m,
             "body": off.max(1) / self.mesh.radius,
@@ -121,24 +124,25 @@ class _Judge:
         bounds = {
             "depth": U32 + slide / depth_m,
             "body": coordinates.max(1) / self.mesh.radius,
-            "reprojection": focal * true.most[both].astype(float) * way * self.length[both] / ahead,
+            "reprojection": focal * true.most[both].astype(float) * across * self.length[both] / ahead,
         }
         return errors, bounds
 
+    def _rounded(self, both):
+        """(M,) metres that roundings of doubles move a point across its ray: of the range and the radius, more where
+        the lens is flat."""
+        lens = 1 / self.true.least[both].astype(float)
+        return DOUBLES * U64 * (self.true.z[both].astype(float) * self.length[both] * lens + self._size)
+
     def _slide(self, both):
-        """(M,) metres of depth by which roundings of doubles move the point along its ray: those of the numbers across
-        it, more where the lens is flat, and of the plane's tilt, more where the triangle is thin, divided by the cosine
-        under which it is seen."""
-        corners = self.corners[self.face[both]].astype(float)
-        a, b, c = corners.swapaxes(0, 1)
+        """(M,) metres of depth that they move it along its ray: more where the triangle is thin, so that its plane may
+        tilt, divided by the cosine under which it is seen."""
+        a, b, c = self.corners[self.face[both]].astype(float).swapaxes(0, 1)
         normal = np.cross(b - a, c - a)
         area = np.linalg.norm(normal, axis=1)
         longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
         slope = np.abs((normal * self.d[both].astype(float)).sum(1)) / area
-        lens = 1 / self.true.least[both].astype(float)
-        thin = longest**2 / area
-        rounded = self.true.z[both].astype(float) * self.length[both] * lens + self._size + self.mesh.radius * thin
-        return DOUBLES * U64 * rounded / slope
+        return (self._rounded(both) + DOUBLES * U64 * self.mesh.radius * longest**2 / area) / slope
 
     def _reach(self, blender):
         """Metres across a ray that float32 may be off at the target: roundings of numbers of the target's own size, or

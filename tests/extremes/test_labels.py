@@ -1,10 +1,14 @@
 """Every case's labels against the truth: within the roundings of float64 and float32, in both renderers."""
 
+from dataclasses import replace
+from functools import lru_cache
+
 import cv2
 import numpy as np
 import pytest
+import trimesh
 from extremes import exact
-from extremes.cases import CASES
+from extremes.cases import CASES, Case, camera
 from extremes.judged import judged
 
 SEEN = 30  # pixels that a case must show, or it would prove nothing
@@ -34,3 +38,23 @@ def test_the_truth_is_finer_than_what_it_judges():
     if exact.HALF_ULP > 2.0**-60:
         pytest.skip("this machine's longdouble is a double")
     assert exact.HALF_ULP <= 2.0**-64
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("away", "focal"), [(5.0, 4e-4), (1e5, 8.0)])
+def test_a_real_mesh(shared, renderer, away, focal):
+    """23,360 faces of a model as it was built, needles and shared surfaces among them."""
+    case = tango(shared / "data" / "tango" / "tango.obj", away, focal)
+    found = judged(case, renderer)
+    assert found.seen >= SEEN
+    assert found.unexcused == 0
+    assert all((errors <= found.bounds[quantity]).all() for quantity, errors in found.errors.items())
+
+
+@lru_cache
+def tango(file, away, focal):
+    """Once for both renderers, so that its truth is. The file's unit is the centimetre."""
+    model = trimesh.load(file, force="mesh", process=False)
+    through = replace(camera(focal), width=24, height=18, cx=12.3, cy=8.7)
+    mesh = np.asarray(model.vertices) / 100, np.asarray(model.faces)
+    return Case(group="real", name="Tango", camera=through, mesh=mesh, t=(0.0, 0.0, away))
