@@ -27,7 +27,15 @@ from spin_usd.stage.shutter import Opening, read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
 from spin_usd.stage.thin_lens import read_thin_lens
 from spin_usd.stage.variation import Steady, moves, target_varies, varying
-from spin_usd.stage.xforms import UNIT_SCALE_TOLERANCE, Placement, check_chain, placement, relative
+from spin_usd.stage.xforms import (
+    UNIT_SCALE_TOLERANCE,
+    Placement,
+    between,
+    check_chain,
+    nearest_ancestor,
+    placement,
+    placement_below,
+)
 
 # What of a camera's attributes, by the beginnings of their names, only one part of a picture depends on.
 SENSOR = ("exposure", "spin:sensor:")
@@ -105,8 +113,7 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._T_world_usdcam.at(time)
-        body_scale = _placement(self._target_prim, world, "body", self.metres).scale
-        T_cam_body = self._T_cam_body(world)
+        T_cam_body, body_scale = self._body_at(time, world)
         target = self._target_at(time, body_scale)
         centre = T_cam_body.points(target.mesh.centre)
         lights = self._lights.read(time, T_world_usdcam, world, self.metres)
@@ -126,12 +133,19 @@ class StageReader:
 
     def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
-        return self._T_cam_body(UsdGeom.XformCache(Usd.TimeCode(time_code)))
+        time = Usd.TimeCode(time_code)
+        return self._body_at(time, UsdGeom.XformCache(time))[0]
 
-    def _T_cam_body(self, world: UsdGeom.XformCache) -> Transform:
-        """At the time of `world`."""
-        frames = ("usdcam", "body")
-        return T_CAM_USDCAM @ relative(self._camera_prim, self._target_prim, world, frames=frames, metres=self.metres)
+    def _body_at(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> tuple[Transform, float]:
+        """T_cam_body, and the scale of the body's axes in the world. Units come last: a far origin's product with
+        them would be rounded."""
+        usdcam, size = self._usdcam_below.at(time)
+        body = placement_below(self._above, self._target_prim, world, frame="body")
+        near = between(usdcam, body.transform)
+        metres = near.translation * (size * self.metres)
+        return T_CAM_USDCAM @ Transform.following(
+            to=near.to, of=near.of, rotation=near.rotation, translation=metres
+        ), size * body.scale
 
     def _read_camera_parts(self) -> None:
         """Say how each part of the camera is read, and which of them can change in time.
@@ -148,6 +162,8 @@ class StageReader:
             return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
 
         camera = Steady(lens, partial(read_camera, prim))
+        self._above = nearest_ancestor(prim, self._target_prim)
+        self._usdcam_below = Steady(moves(prim), partial(_below, self._above, prim))
         self._shutter_varies = varies(*SHUTTER)
         self._T_world_usdcam = Steady(moves(prim), T_world_usdcam)
         self._camera = camera
@@ -180,6 +196,13 @@ class StageReader:
             self._target = target
         self._target_scale = scale
         return self._target
+
+
+def _below(above: Usd.Prim, camera: Usd.Prim, time: Usd.TimeCode) -> tuple[Transform, float]:
+    """T_above_usdcam in units of `above`, and their size in the world's."""
+    world = UsdGeom.XformCache(time)
+    size = _placement(above, world, "above", 1.0).scale
+    return placement_below(above, camera, world, frame="usdcam").transform, size
 
 
 def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: float) -> Placement:

@@ -62,29 +62,23 @@ def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
     )
 
 
-def relative(
-    first: Usd.Prim, second: Usd.Prim, world: UsdGeom.XformCache, *, frames: tuple[str, str], metres: float
-) -> Transform:
-    """T_first_second by the names of their `frames`, at the time of `world`; stage units are `metres` each.
+def nearest_ancestor(first: Usd.Prim, second: Usd.Prim) -> Usd.Prim:
+    """The nearest prim above both whose axes both move with: the stage's own where one resets its transform stack.
 
-    Through the nearest ancestor of both, not through the world: what goes round the Sun with them, 1.5e11 m from the
-    stage's origin, where doubles are 3e-5 m apart, moves neither as the other sees it. Units come last, for their
-    product with a far origin would be rounded. Raises StageError as `placement`.
+    What goes round the Sun with both, 1.5e11 m from the stage's origin, where doubles are 3e-5 m apart, moves neither
+    as the other sees it; so where they stand below it is all that counts.
     """
     above = first.GetStage().GetPrimAtPath(first.GetPath().GetCommonPrefix(second.GetPath()))
     above = above.GetParent() if above in (first, second) else above
-    matrices, resets = zip(*(world.ComputeRelativeTransform(prim, above) for prim in (first, second)), strict=True)
-    if any(resets):  # then one of them has the stage's axes
-        matrices, above = tuple(map(world.GetLocalToWorldTransform, (first, second))), first.GetStage().GetPseudoRoot()
-    T_above_first, T_above_second = (
-        placement(matrix, frame=name, metres=1.0, where=prim.GetPath()).transform
-        for matrix, name, prim in zip(matrices, frames, (first, second), strict=True)
-    )
-    size = placement(world.GetLocalToWorldTransform(above), frame="above", metres=1.0, where=above.GetPath()).scale
-    near = between(T_above_first, T_above_second)
-    return Transform.following(
-        to=near.to, of=near.of, rotation=near.rotation, translation=near.translation * (size * metres)
-    )
+    cache = UsdGeom.XformCache()
+    free = any(cache.ComputeRelativeTransform(prim, above)[1] for prim in (first, second))
+    return first.GetStage().GetPseudoRoot() if free else above
+
+
+def placement_below(above: Usd.Prim, prim: Usd.Prim, world: UsdGeom.XformCache, *, frame: str) -> Placement:
+    """`placement` of `prim` in the axes and the units of its ancestor `above`."""
+    matrix, _ = world.ComputeRelativeTransform(prim, above)
+    return placement(matrix, frame=frame, metres=1.0, where=prim.GetPath())
 
 
 def check_chain(prim: Usd.Prim) -> None:

@@ -81,6 +81,28 @@ def test_an_equal_scale_of_the_camera_changes_nothing(read_scene):
     np.testing.assert_allclose(scaled.T_cam_body.matrix, read_scene(name="b.usda").T_cam_body.matrix, atol=1e-15)
 
 
+RIG = 'def Xform "World"\n{{\n{}\nuniform token[] xformOpOrder = ["{}"]\n'
+
+
+def rigged(path, op):
+    """The stage with an operation on /World, above camera and target."""
+    path.write_text(path.read_text().replace('def Xform "World"\n{\n', RIG.format(op, op.split()[1])))
+    reader = StageReader(path)
+    return reader.scene(reader.frames[0])
+
+
+def test_what_holds_camera_and_target_scales_both(make_stage):
+    scene = rigged(make_stage(), "float3 xformOp:scale = (3, 3, 3)")
+    np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 30], atol=1e-14)
+    assert np.ptp(scene.target.mesh.points) == pytest.approx(6)
+
+
+def test_a_camera_that_does_not_move_with_the_rest(make_stage):
+    still = make_stage(camera='uniform token[] xformOpOrder = ["!resetXformStack!"]')
+    scene = rigged(still, "double3 xformOp:translate = (0, 0, -5)")
+    np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 15], atol=1e-14)
+
+
 def with_frames(path, names):
     """The stage with SpinCaptureAPI and these names at time codes 0, 1, ..."""
     stage = Usd.Stage.Open(str(path))
