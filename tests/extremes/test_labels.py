@@ -1,5 +1,6 @@
 """Every case's labels against the truth: within the roundings of float64 and float32, in both renderers."""
 
+import json
 from dataclasses import replace
 from functools import lru_cache
 
@@ -7,10 +8,12 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
+from conftest import REPOSITORY
 from extremes import exact
 from extremes.cases import CASES, Case, camera
 from extremes.judged import judged
 
+REPORT = REPOSITORY / "tools" / "figures" / "extremes.json"
 SEEN = 30  # pixels that a case must show, or it would prove nothing
 OPENCV_PX = 1e-9  # OpenCV's doubles
 
@@ -32,6 +35,15 @@ def test_the_truth_sees_through_lenses_as_opencv_does(case):
     uv = cv2.projectPoints(rays[:, None], np.zeros(3), np.zeros(3), camera.matrix, np.array(camera.distortion))[0]
     v, u = np.mgrid[0 : camera.height, 0 : camera.width] + 0.5
     np.testing.assert_allclose(uv[:, 0], np.stack([u, v], -1).reshape(-1, 2), rtol=0, atol=OPENCV_PX)
+
+
+def test_the_report_is_of_these_cases():
+    """tools/report_extremes was run since the last of them came, and every row keeps its bound."""
+    rows = [row for row in json.loads(REPORT.read_text()) if "extreme" in row]
+    told = {(row["extreme"], row["case"], row["renderer"]) for row in rows}
+    assert told == {(case.group, case.name, name) for case in CASES for name in ("raycast", "blender")}
+    assert all(row[label]["of_bound"] <= 1 for row in rows for label in ("depth", "body", "reprojection"))
+    assert all(row["wrong"] <= row["within_float32"] for row in rows)
 
 
 def test_the_truth_is_finer_than_what_it_judges():
