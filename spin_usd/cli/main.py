@@ -202,7 +202,7 @@ def run() -> NoReturn:
     except SystemExit as e:
         code = e.code
         if code == INTERRUPTED:
-            print("interrupted; a render run again takes up where it stopped", file=sys.stderr)
+            print("interrupted; a render or a measurement run again takes up where it stopped", file=sys.stderr)
     except SpinError as e:
         code = _report(e, str(e), e.exit_code, debug)
     except Exception as e:
