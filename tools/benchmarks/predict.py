@@ -1,9 +1,12 @@
 """What `spin-usd plan` says that a run takes, beside what it takes, on the three stages of the figures.
 
-Each run makes a dataset from nothing by the command line; the stages take turns, round after round.
+Each run makes a dataset from nothing by the command line; the stages take turns, round after round. `rest` is what is
+not a worker's work on pictures: planning, the start, and workers that have nothing left to do. With --cpus 1 no worker
+is beside another: work that takes longer without it says by how much they hinder each other.
 """
 
 import argparse
+import os
 import statistics
 import tempfile
 from itertools import product
@@ -13,6 +16,8 @@ from typing import Any
 import three_stages
 from benchmarks.command import asked, run
 from benchmarks.spread import shown, spread
+
+from spin_usd.dataset.render import usable_cpus
 
 BOUND = 0.25  # of the time, that a prediction may be off
 
@@ -24,12 +29,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stages", nargs="+", default=list(three_stages.STAGES), choices=three_stages.STAGES)
     parser.add_argument("--renderer", default="blender")
     parser.add_argument("--rounds", type=int, default=1)
+    parser.add_argument("--cpus", type=int, default=len(usable_cpus()), help="processors, and so workers")
 
 
 def measure(options: argparse.Namespace) -> dict[str, Any]:
     if options.quick:
         options.frames, options.efforts, options.stages = "3:4", ["samples=1"], ["matt"]
         options.renderer, options.rounds = "raycast", 1
+    os.sched_setaffinity(0, usable_cpus()[: options.cpus])  # the commands inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name:
         folder = Path(name)
         roots = {
@@ -62,6 +69,7 @@ def summed(case: dict[str, Any]) -> dict[str, Any]:
     kinds = {
         name: statistics.median(run["work"].get(name, 0) for run in case["runs"]) for name in case["runs"][0]["work"]
     }
+    workers = min(case["workers"], case["pictures"])
     return {
         **{name: case[name] for name in ("stage", "effort", "pictures", "workers")},
         "predicted_s": round(case["wall_seconds"], 2),
@@ -69,20 +77,24 @@ def summed(case: dict[str, Any]) -> dict[str, Any]:
         "predicted_over_taken": round(case["wall_seconds"] / statistics.median(wall), 3),
         "predicted_work_s": round(case["core_seconds"], 2),
         "work_s": spread(work),
+        "predicted_rest_s": round(case["wall_seconds"] - case["core_seconds"] / workers, 2),
+        "rest_s": spread([seconds - each / workers for seconds, each in zip(wall, work, strict=True)]),
         "work": {name: spread([run["work"].get(name, 0.0) for run in case["runs"]]) for name in kinds},
     }
 
 
 def table(figures: dict[str, Any]) -> str:
     lines = [
-        "| stage | effort | pictures | predicted s | taken s | predicted / taken | work, predicted / taken |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| stage | effort | pictures | predicted s | taken s | predicted / taken | work, predicted / taken | rest, "
+        "predicted and taken s |",
+        "| --- " * 8 + "|",
     ]
     for case in figures["cases"]:
         work = case["predicted_work_s"] / case["work_s"]["median"]
         lines.append(
             f"| {case['stage']} | {case['effort']} | {case['pictures']} | {case['predicted_s']:.1f} | "
-            f"{shown(case['taken_s'])} | {case['predicted_over_taken']:.2f} | {work:.2f} |"
+            f"{shown(case['taken_s'])} | {case['predicted_over_taken']:.2f} | {work:.2f} | "
+            f"{case['predicted_rest_s']:.1f}, {case['rest_s']['median']:.1f} |"
         )
     off = [case for case in figures["cases"] if abs(case["predicted_over_taken"] - 1) > BOUND]
     return "\n".join([*lines, f"\noff by more than {BOUND:.0%}: {len(off)} of {len(figures['cases'])}"])
