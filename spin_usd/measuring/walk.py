@@ -11,7 +11,7 @@ STEP = 4  # from one number of samples to the next: half the noise
 DENOISERS = ("none", "fast", "high")
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
 BOUNCES = (0, 1, 2, 8)
-CLAMPS = (10.0, 1.0)  # the first is what Blender's own scenes start with
+CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
 REDUCTIONS = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 
