@@ -21,7 +21,10 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 
-FLOOR = 0.01  # eps, of the reference's mean over the target: what is darker counts as if it were so bright
+FLOOR = 0.4
+"""eps, of the reference's mean over the target. Usual is eps^2 = 0.01 beside a white of 1 (Rousselle 2011); an exposure
+that meters the target's mean at a quarter of white makes that 0.4 of the mean. With much less, shadows that no detector
+can see would decide."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

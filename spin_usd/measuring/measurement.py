@@ -1,7 +1,7 @@
 """What `measure` found of a stage: of each setting, on each of a few pictures, its cost and its error.
 
 Errors are of the target's pixels against a converged reference. In linear light they are relative: of each pixel's
-deviation over its own radiance (see measuring.error).
+deviation over about its own radiance (see measuring.error).
 """
 
 from collections.abc import Mapping

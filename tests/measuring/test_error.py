@@ -26,6 +26,12 @@ def noisy(value, sigma, count, seed):
     return value + sigma * power * rng(seed).standard_normal((count, *value.shape))
 
 
+def lit(value):
+    """Mean of each pixel's square over that and the floor's: noise in proportion to pixels counts by so much."""
+    power = (value * value).mean(-1)
+    return (power / (power + (FLOOR * value.mean()) ** 2)).mean()
+
+
 def known_reference(value):
     return Reference(radiance=value, variance=np.zeros_like(value), parts=2)
 
@@ -39,8 +45,10 @@ def test_variance_and_bias_are_told_apart():
     value, sigma, bias = truth(), 0.2, 0.1
     found = linear_error(noisy((1 + bias) * value, sigma / (1 + bias), SEEDS, 2), known_reference(value))
     chance = CHANCE * standard_error(sigma, 3 * PIXELS)
-    assert found.variance == pytest.approx(sigma**2, abs=chance + 2 * FLOOR**2)
-    assert found.bias_squared == pytest.approx(bias**2, abs=chance + 2 * bias * sigma / np.sqrt(PIXELS) * CHANCE)
+    assert found.variance == pytest.approx(sigma**2 * lit(value), abs=chance)
+    assert found.bias_squared == pytest.approx(
+        bias**2 * lit(value), abs=chance + 2 * bias * sigma / np.sqrt(PIXELS) * CHANCE
+    )
     assert found.brightness == pytest.approx(bias, abs=CHANCE * sigma / np.sqrt(3 * PIXELS))
     assert found.squared == found.variance + found.bias_squared
 
@@ -60,7 +68,7 @@ def test_the_reference_knows_its_own_error():
     value, sigma = truth(), 0.05
     reference = Reference.of(noisy(value, sigma, PARTS, 5))
     chance = CHANCE * standard_error(sigma, 3 * PIXELS * (PARTS - 1)) / PARTS
-    assert reference.error_squared == pytest.approx(sigma**2 / PARTS, abs=chance + sigma**2 * 4 * FLOOR**2)
+    assert reference.error_squared == pytest.approx(sigma**2 * lit(value) / PARTS, abs=chance)
     assert reference.error_squared == pytest.approx(
         known_reference(value).relative(reference.radiance - value), rel=0.1
     )
