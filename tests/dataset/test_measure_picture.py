@@ -8,6 +8,7 @@ import scenes
 
 from spin_usd.dataset.measure_picture import MeasuredPicture
 from spin_usd.dataset.measure_runs import Cost, Runs
+from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.scene.effort import Effort
@@ -52,9 +53,11 @@ def picture(runs, scene):
     return MeasuredPicture(scene, runs, make(runs, scene, "reference", samples=64, seeds=PARTS))
 
 
-def lit(picture):
-    """Share of the target's pixels that have any light: what has none has none whatever it is multiplied by."""
-    return float((picture.reference.radiance.sum(-1) > 0).mean())
+def counted(picture):
+    """What a deviation in proportion to the light, squared, counts: less than itself where the light is near FLOOR."""
+    light = picture.reference.radiance
+    power = (light**2).mean(-1)
+    return float((power / (power + (FLOOR * light.mean()) ** 2)).mean())
 
 
 def test_more_samples_are_less_noisy_and_neither_is_biased(picture, runs, scene):
@@ -70,7 +73,7 @@ def test_more_samples_are_less_noisy_and_neither_is_biased(picture, runs, scene)
 def test_light_too_much_is_a_bias(picture, runs, scene):
     keys = make(runs, scene, "bright", samples=64, seeds=range(SEEDS), change=lambda light: np.float32(1.1) * light)
     found = picture.linear_error(keys)
-    assert found.bias_squared == pytest.approx(0.01 * lit(picture), rel=0.01)
+    assert found.bias_squared == pytest.approx(0.01 * counted(picture), rel=0.01)
     assert found.brightness == pytest.approx(0.1, abs=0.002)
 
 
@@ -117,7 +120,7 @@ def test_differences_are_of_runs_pair_by_pair(picture, runs, scene):
     keys = make(runs, scene, "a", samples=64, seeds=range(2))
     dimmer = make(runs, scene, "b", samples=64, seeds=range(2), change=lambda light: np.float32(0.9) * light)
     assert picture.difference(keys, keys) == 0
-    assert picture.difference(keys, dimmer) == pytest.approx(0.1 * lit(picture) ** 0.5, rel=0.01)
+    assert picture.difference(keys, dimmer) == pytest.approx(0.1 * counted(picture) ** 0.5, rel=0.01)
 
 
 def test_the_targets_pixels_are_those_that_it_covers_by_half(picture):
