@@ -1,6 +1,9 @@
 """`spin-usd plan`: the matrix of what a render would make, and about what that costs."""
 
 import json
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +15,9 @@ from spin_usd.cli.request import show_doubts, with_request
 
 if TYPE_CHECKING:
     from spin_usd.dataset.matrix import Matrix, Row
+    from spin_usd.dataset.planning import Plan
 
+NAMED = 6  # variants at the most that are told by name
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 
@@ -22,6 +27,7 @@ def plan(
     *,
     out: Annotated[Path | None, typer.Option(help="A dataset: plan what is missing of it.")] = None,
     request: Any,
+    explain: Annotated[bool, typer.Option(help="What is left out because no picture needs it, and why.")] = False,
     as_json: Json = False,
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
@@ -33,7 +39,7 @@ def plan(
     from spin_usd.dataset.store import Store
 
     with shown(context.obj["quiet"]) as progress:
-        found = rendering.plan(request, progress=progress)
+        found = rendering.plan(request, progress=progress, explain=explain)
     method = rendering.method_of(request, found)
     renders = measured_beside(request.stage, found, method)
     cost = matrix(found, method, request.image_suffix, out, renders)
@@ -46,7 +52,10 @@ def plan(
         wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign)}
         chosen = request.chosen.recorded if request.chosen else None
         effort = {"renderer": request.renderer, "effort": request.effort.text, "chosen": chosen}
-        print(json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes}))
+        left_out = {"left_out": [asdict(each) for each in found.spared]} if explain else {}
+        print(
+            json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes, **left_out})
+        )
         return
     print(table(cost))
     if request.chosen:
@@ -57,6 +66,29 @@ def plan(
         print(f"note: {out} {in_words(foreign)}; a render needs --prune, which removes them, or another folder")
     total = cost.total
     print(f"about {_duration(seconds)} with {workers} workers, {_size(total.bytes)} on disk")
+    if explain:
+        print(explanation(found))
+
+
+def explanation(found: "Plan") -> str:
+    """What is left out, why, how surely nothing changes, and of which pictures."""
+    from spin_usd.dataset.explain import KEPT
+
+    planned = Counter(picture.variant for picture in found.pictures)
+    lines = [
+        f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, planned)})"
+        for each in found.spared
+    ]
+    return "\n".join(("left out, because the pictures do not need it:", *lines, KEPT))
+
+
+def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
+    """Which pictures, of those that are `planned` of each variant."""
+    if counts == planned:
+        return "all pictures"
+    if len(counts) > NAMED:
+        return f"{sum(counts.values())} of {sum(planned.values())} pictures, of {len(counts)} variants"
+    return ", ".join(f"{count} of {planned[variant]} of {variant}" for variant, count in counts.items())
 
 
 def table(cost: "Matrix") -> str:

@@ -10,6 +10,7 @@ from typing import Any
 
 from spin_usd.dataset.amounts import features
 from spin_usd.dataset.coverage import Coverage
+from spin_usd.dataset.explain import Tally
 from spin_usd.dataset.planning import COLUMNS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
@@ -58,22 +59,24 @@ def plan_pictures(
     settings: Mapping[str, Any],
     image_suffix: str | None,
     provenance: Sequence[str],
+    explain: bool,
     progress: Callable[[Any], None],
 ) -> list[dict[str, Any]]:
     """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
-    named in `provenance` what a record says of the stage.
+    named in `provenance` what a record says of the stage. With `explain` also "spared", as Tally.taken has it.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
     pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
     """
-    extents = Extents()
+    extents, rendering = Extents(), RenderSettings.from_json(settings)
+    tally = Tally(rendering) if explain else None
     answer = []
     reader: StageReader | None = None
     for variant in variants:
         reader = StageReader(root, variant=variant, after=reader)
-        planned = _planned(reader, range(*chosen), RenderSettings.from_json(settings), image_suffix, extents, progress)
+        planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, tally, progress)
         stage = stage_provenance(reader) if variant in provenance else None
-        answer.append({"variant": variant, "stage": stage, **planned})
+        answer.append({"variant": variant, "stage": stage, "spared": tally.taken() if tally else [], **planned})
     return answer
 
 
@@ -116,6 +119,7 @@ def _planned(
     settings: RenderSettings,
     image_suffix: str | None,
     extents: Extents,
+    tally: Tally | None,
     progress: Callable[[Any], None],
 ) -> dict[str, list[Any]]:
     """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
@@ -129,6 +133,8 @@ def _planned(
             _check_bit_depth(reader, scene, image_suffix)
         keys = maker.keys(scene)
         extent = extents.of(scene, keys.geometry)
+        if tally:
+            tally.add(scene, keys.radiance)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
         for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, features(scene)), strict=True):
             columns[name].append(value)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.explain import Spared, spared
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.effort import Effort
@@ -25,7 +26,8 @@ Progress = Callable[[str, int, int], None]
 @dataclass(frozen=True, kw_only=True)
 class Question:
     """What a plan is asked: the stage, the variants and the slice of its pictures wanted (as `--frames`), how they are
-    to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage to first."""
+    to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage to first.
+    `explain`: what of the work the scenes do not need."""
 
     stage: Path
     variants: tuple[str, ...]
@@ -35,6 +37,7 @@ class Question:
     seed: int | None
     image_suffix: str | None
     copy_to: Path | None = None
+    explain: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,7 +46,7 @@ class Plan:
 
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
     pictures · stages: by variant, what a record says of the stage · description: what dataset.json says of the target ·
-    pictures: by variant, then in the stage's order.
+    pictures: by variant, then in the stage's order · spared: what of their work they do not need, where that was asked.
     """
 
     root: Path
@@ -54,6 +57,7 @@ class Plan:
     stages: Mapping[str, Mapping[str, Any]]
     description: Mapping[str, Any]
     pictures: tuple[PlannedPicture, ...]
+    spared: tuple[Spared, ...] = ()
 
 
 def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
@@ -96,6 +100,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 settings=asdict(settings),
                 image_suffix=question.image_suffix,
                 provenance=variants[number::count],
+                explain=question.explain,
             )
         answers = _answers(children, lambda done: progress("planning", done, len(chosen) * len(variants)))
     return Plan(
@@ -107,6 +112,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
+        spared=spared((part["variant"], part["spared"]) for parts in zip(*answers, strict=True) for part in parts),
     )
 
 

@@ -92,9 +92,9 @@ class RenderReport:
     doubts: list[str] = field(default_factory=list)
 
 
-def plan(request: RenderRequest, *, progress: Progress) -> Plan:
-    """What a run would make; writes nothing."""
-    return _plan(request, None, progress)
+def plan(request: RenderRequest, *, progress: Progress, explain: bool = False) -> Plan:
+    """What a run would make; writes nothing. With `explain` also what it leaves out, and why."""
+    return _plan(request, None, progress, explain=explain)
 
 
 def method_of(request: RenderRequest, plan: Plan) -> Method:
@@ -223,7 +223,7 @@ class _Listener:
         self.progress("rendering", report.reused + report.made + len(report.failed), report.pictures)
 
 
-def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> Plan:
+def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, explain: bool = False) -> Plan:
     question = Question(
         stage=request.stage,
         variants=request.variants,
@@ -233,6 +233,7 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress) -> P
         seed=request.seed,
         image_suffix=request.image_suffix if request.image else None,
         copy_to=copy_to,
+        explain=explain,
     )
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 

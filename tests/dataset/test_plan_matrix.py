@@ -49,6 +49,26 @@ over "World" (
     }
 }
 """
+MATT_LOOK = """#usda 1.0
+over "World" (
+    prepend variantSets = "augmentation"
+)
+{
+    variantSet "augmentation" = {
+        "matt" {
+            over "Target" {
+                over "Model" (
+                    variants = {
+                        string look = "matt"
+                    }
+                )
+                {
+                }
+            }
+        }
+    }
+}
+"""
 
 
 @pytest.fixture
@@ -61,15 +81,16 @@ def augmented(small_stage, tmp_path):
     return root
 
 
-def asked(stage, processes=1, variants=("all",)):
+def asked(stage, processes=1, variants=("all",), renderer=SETTINGS.renderer, explain=False):
     question = Question(
         stage=stage,
         variants=variants,
         frames="1:7:2",
-        renderer=SETTINGS.renderer,
+        renderer=renderer,
         effort=SETTINGS.effort,
         seed=SETTINGS.seed,
         image_suffix=".png",
+        explain=explain,
     )
     return make_plan(question, processes=processes, progress=lambda *_: None)
 
@@ -182,3 +203,36 @@ def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path):
         ("bright", 3, 0, 0),
     ]
     assert "bright" in spin_usd(*command).stdout
+
+
+def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeypatch):
+    alone = asked(augmented, explain=True, renderer="blender")
+    assert {each.what for each in alone.spared} >= {
+        "light tree",
+        "world",
+        "stars",
+        "pixels outside the target's region",
+    }
+    for each in alone.spared:
+        assert all(1 <= count <= 3 for count in each.pictures.values())
+    expected = dict.fromkeys(alone.variants, 3)
+    assert next(each for each in alone.spared if each.what == "volumes").pictures == expected
+    monkeypatch.setattr("spin_usd.dataset.planning.SHARED_FROM", 2)
+    assert asked(augmented, processes=2, explain=True, renderer="blender").spared == alone.spared
+    assert asked(augmented, renderer="blender").spared == ()
+    assert "light tree" not in {each.what for each in asked(augmented, explain=True).spared}  # the preview has none
+
+
+def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage):
+    root = small_stage.parent / "looks.usda"
+    (small_stage.parent / "look.usda").write_text(MATT_LOOK)
+    root.write_text(small_stage.read_text().replace("@./layers/poses.usdc@", "@./look.usda@, @./layers/poses.usdc@", 1))
+    command = ["plan", root, "--variants", "all", "--frames", "0:2", "--explain"]
+    told = json.loads(spin_usd(*command, "--json").stdout)["left_out"]
+    of = {(each["part"], each["what"]): each for each in told}
+    assert of["render", "volumes"]["pictures"] == {"nominal": 2, "matt": 2}
+    assert of["render", "glossy bounces"]["pictures"] == {"matt": 2}
+    text = spin_usd(*command).stdout
+    assert "render: no glossy bounces: all materials are matt (the same bits; 2 of 2 of matt)" in text
+    assert "all pictures)" in text
+    assert "geometry is not simplified" in text
