@@ -17,9 +17,11 @@ RAYCAST_SAMPLES = (1, 4, 16)
 
 
 def settings_to_measure(*, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()) -> list[Setting]:
-    """All settings, each once, none of more than `most_samples`; and the `others`, such as named qualities."""
-    efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *others])
-    blender = [Setting(renderer="blender", effort=effort) for effort in efforts if effort.samples <= most_samples]
+    """All settings, each once, none of more than `most_samples`; and of the `others`, such as named qualities, those of
+    one STEP more at most."""
+    near = (effort for effort in others if effort.samples <= STEP * most_samples)
+    efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *near])
+    blender = [Setting(renderer="blender", effort=effort) for effort in efforts]
     raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= most_samples]
     return [*blender, *(Setting(renderer="raycast", effort=effort) for effort in raycast)]
 
