@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from spin_usd.errors import InputError
-from spin_usd.render.blender.rays import View
 from spin_usd.render.facts import Facts
+from spin_usd.render.rays import View
 
 BITS, ROUNDING, MEASURED = "the same bits", "the same but for rounding", "measured to be the same"
 DARK_ENOUGH = 1e-4  # of the light reflected once, that later bounces may hold and be left out

@@ -26,7 +26,7 @@ NOISE = 0.02  # relative, of a mean over some thousand pixels of 64 samples that
 MIRROR = 2e-3  # relative: a mirror's Fresnel reflection up to 3 degrees from head-on
 ROUNDED = 1e-5  # relative, of pictures whose inputs differ by float32's rounding
 SAME_ON_AVERAGE = 2e-3  # relative: noise of 4,000 pixels of 16 samples
-# The lens distorts a little, so that the first ray goes through the pixel's exact centre (render.blender.rays).
+# The lens distorts a little, so that the first ray goes through the pixel's exact centre (render.rays).
 CAMERA = Camera(width=64, height=64, fx=120, fy=120, cx=32, cy=32, distortion=(1e-3, 0, 0, 0, 0))
 RNG = np.random.default_rng(3)
 IMAGE = Image(name="noise", pixels=RNG.random((5, 7, 4), np.float32))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.render.blender.rays import View
+from spin_usd.render.rays import View
 from spin_usd.render.reduced import enlarged, reduced
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material

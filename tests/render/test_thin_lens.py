@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.render.blender.rays import View
+from spin_usd.render.rays import View
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Scene, ThinLens
@@ -92,7 +92,7 @@ def test_near_and_far_form_are_one_picture(blender, make_scene, needles, speedpl
     scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(1, -0.5, 12))
     scene = defocused(scene, 3.0, 9.0)
     near = coverage(blender, scene, samples=64)
-    monkeypatch.setattr("spin_usd.render.blender.rays.NEAR_RADII", 2.0)
+    monkeypatch.setattr("spin_usd.render.rays.NEAR_RADII", 2.0)
     far = coverage(blender, scene, samples=64)
     assert not View.blurred(scene).near
     assert near.max() == 1

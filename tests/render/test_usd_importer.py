@@ -11,8 +11,8 @@ from mathutils import Matrix
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.light_groups import EMISSION
-from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.textures import forget_render_data
+from spin_usd.render.rays import View
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read import StageReader
 

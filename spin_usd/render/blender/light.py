@@ -11,10 +11,10 @@ from spin_usd.render.blender.light_check import refuse_clamped
 from spin_usd.render.blender.light_groups import light_name
 from spin_usd.render.blender.light_links import LightLinking, chosen
 from spin_usd.render.blender.place import Place
-from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.sun import Sun
 from spin_usd.render.blender.textures import ImageLibrary
 from spin_usd.render.blender.tube import Tube
+from spin_usd.render.rays import View
 from spin_usd.scene.content import key_of
 from spin_usd.scene.light import AreaLight, DistantLight, Light
 

@@ -21,7 +21,6 @@ from spin_usd.render.blender.material import black_material, label_material
 from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
-from spin_usd.render.blender.rays import View
 from spin_usd.render.blender.settings import (
     LABEL,
     LABEL_LAYERS,
@@ -32,6 +31,7 @@ from spin_usd.render.blender.settings import (
 )
 from spin_usd.render.blender.world import WorldRig
 from spin_usd.render.left_out import known_rules
+from spin_usd.render.rays import View
 from spin_usd.render.requirements import Requirements
 from spin_usd.render.surfaces import surfaces_of
 from spin_usd.scene.effort import Effort

@@ -8,7 +8,7 @@ import pytest
 
 from spin_usd.errors import SpinError
 from spin_usd.geometry import lens
-from spin_usd.render.blender.rays import View, lens_inverse
+from spin_usd.render.rays import View, lens_inverse
 
 LENS_PX = 1e-4  # what the inverse may be off by, over the whole frame
 LENSES = [
