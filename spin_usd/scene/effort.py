@@ -68,7 +68,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
         "reference": Effort(samples=256, bounces=8),
     }
 )
-"""Efforts that have a name, the cheapest first: points of the measured front of three stages (README)."""
+"""Efforts that have a name, the cheapest first: chosen from the measured fronts of three stages (README)."""
 
 
 def parse_effort(text: str) -> Effort:
@@ -87,7 +87,7 @@ def parse_effort(text: str) -> Effort:
 def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    return str(value).removesuffix(".0")  # of floats the shortest text that is exactly them
 
 
 def _parsed(name: str, value: str, where: str) -> Any:

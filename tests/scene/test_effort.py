@@ -5,15 +5,13 @@ from hypothesis import strategies as st
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import DENOISERS, MOST_BOUNCES, MOST_SAMPLES, REDUCTIONS, Effort, parse_effort
 
-SIX_DIGITS = st.integers(1, 999_999)  # as many as are written
-
 efforts = st.builds(
     Effort,
     samples=st.integers(1, MOST_SAMPLES),
-    adaptive=SIX_DIGITS.map(lambda n: n / 1e6),
+    adaptive=st.floats(0, 1, exclude_max=True),
     denoiser=st.sampled_from(DENOISERS),
     bounces=st.integers(0, MOST_BOUNCES),
-    clamp=SIX_DIGITS.map(lambda n: n / 1e2),
+    clamp=st.floats(0, allow_infinity=False),
     light_tree=st.booleans(),
     reduction=st.sampled_from(REDUCTIONS),
 )
@@ -27,6 +25,10 @@ def test_an_effort_is_read_as_it_was_written(effort):
 def test_only_what_is_unusual_is_said():
     assert Effort().text == "samples=16"
     assert Effort(samples=4, denoiser="fast", light_tree=False).text == "samples=4,denoiser=fast,light_tree=off"
+
+
+def test_numbers_are_written_with_all_their_digits_and_no_more():
+    assert Effort(adaptive=0.01234567, clamp=2.0).text == "samples=16,adaptive=0.01234567,clamp=2"
 
 
 @pytest.mark.parametrize(
