@@ -102,7 +102,7 @@ def _world(facts: Facts) -> Reason:
 def _world_sampling(facts: Facts) -> Reason:
     if facts.surroundings is None or facts.surroundings.uniform is None:
         return None
-    return "the sky is the same from everywhere", MEASURED
+    return "the sky is the same from everywhere", BITS
 
 
 def _depth_of_field(facts: Facts) -> Reason:

@@ -157,7 +157,7 @@ def test_the_picture_is_the_same_with_it(keeping, case):
         np.testing.assert_allclose(kept.groups, without.groups, rtol=ROUNDED)
 
 
-@pytest.mark.parametrize("case", ["light tree beside a sky", "glowing faces as lights", "world sampling"])
+@pytest.mark.parametrize("case", ["light tree beside a sky", "glowing faces as lights"])
 def test_the_picture_is_the_same_but_for_its_noise_which_does_not_grow(keeping, case):
     scene, effort = CASES[case].scene, replace(CASES[case].effort, samples=4 * SAMPLES)
     pictures = {

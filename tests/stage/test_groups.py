@@ -13,6 +13,7 @@ from pxr import Usd
 
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
+from spin_usd.render.surfaces import surfaces_of
 from spin_usd.resources import stages
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
@@ -75,6 +76,7 @@ def test_each_group_does_what_it_says_whatever_the_others_are(authored: Path, ce
     assert luminance(sun.irradiance) == pytest.approx(SUN[environment], rel=DIGITS)
     assert len(taken.environment.planets) == (environment == "rich")
     assert all(shiny(taken) if materials == "rich" else matt(taken))
+    assert surfaces_of(taken.target).matt == (materials == "plain")  # so a render goes without glossy bounces
 
 
 def matt(taken: Scene) -> list[bool]:
