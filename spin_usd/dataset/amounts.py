@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.label import LABELS
 from spin_usd.render.blender.bands import BAND_COST_SAMPLES
@@ -84,10 +84,10 @@ def amounts(making: Making, method: Method) -> dict[str, Amounts]:
     files = sum(making.label_pass or kind not in LABELS for kind in method.kinds)
     found: dict[str, Amounts] = {"stage": {"picture": 1}, "cache": {"picture": 1}, "files": {"pixel": files * frame}}
     if making.label_pass:
-        found["label pass"] = {"picture": 1, **_traced(picture, method.renderer, samples=1)}
+        found[LABEL_PASS] = {"picture": 1, **_traced(picture, method.renderer, samples=1)}
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels}
     if making.render:
-        found["beauty pass"] = {"picture": 1, **dict(_light(picture, method))}
+        found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, method))}
     elif method.lit:
         found["cache"]["pixel"] = picture.region_pixels
     if IMAGE in method.kinds:

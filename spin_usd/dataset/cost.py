@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from spin_usd.dataset.amounts import Making, Method, amounts
-from spin_usd.dataset.picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.store import write_json
 from spin_usd.labels.label import LABELS
 
@@ -35,8 +35,8 @@ EVERYWHERE: Costs = {
 """Seconds a unit of each kind of work; see amounts. A dome is taken for a back plate, unmeasured."""
 TRACING: Mapping[str, Costs] = {
     "blender": {
-        "label pass": {"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
-        "beauty pass": {
+        LABEL_PASS: {"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
+        BEAUTY_PASS: {
             "picture": 0.017,
             "box": 0.02,
             "pixel": 3e-7,
@@ -56,8 +56,8 @@ TRACING: Mapping[str, Costs] = {
         },
     },
     "raycast": {
-        "label pass": {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
-        "beauty pass": {"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
+        LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
+        BEAUTY_PASS: {"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
     },
 }
 """The same of the two passes, by renderer: units that one of them does not have there cost nothing."""

@@ -10,13 +10,12 @@ from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, RENDERS, held_keys
 from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measured_cost import RENDER
+from spin_usd.dataset.picture import BEAUTY_PASS, PASSES
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import Wanted, is_finished
 from spin_usd.dataset.schedule import OPEN_S, Work, wall_seconds
 from spin_usd.dataset.store import Store
 
-PASSES = ("label pass", RENDER)
 MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 
@@ -84,7 +83,7 @@ def matrix(
     store = Store(root=out.absolute()) if out else None
     held = held_keys(store) if store else {}
     measured = read_measured(store.cache / MEASURED) if store else Measured()
-    if renders and not measured.knows(RENDER):
+    if renders and not measured.knows(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
     wanted = Wanted(kinds=method.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]

@@ -6,11 +6,10 @@ from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cost import Measured, expected_work
 from spin_usd.dataset.machine import machine
 from spin_usd.dataset.measured import measurement_file, read_measurement
+from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.planning import Plan
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import Measurement, Setting
-
-RENDER = "beauty pass"
 
 
 def measured_beside(stage: Path, plan: Plan, method: Method) -> Measured:
@@ -32,5 +31,5 @@ def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Me
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:
             expected = expected_work(Making(picture=picture, label_pass=False, render=True), method)
-            found.add({RENDER: expected[RENDER]}, {RENDER: cpu_s[picture.frame]})
+            found.add({BEAUTY_PASS: expected[BEAUTY_PASS]}, {BEAUTY_PASS: cpu_s[picture.frame]})
     return found

@@ -25,6 +25,8 @@ RADIANCE = "radiance"
 RADIANCE_CHANNELS = ("R", "G", "B", "A")
 IMAGE_CHANNELS = {"mono": ("Y",), "rgb": ("R", "G", "B")}
 KINDS = (IMAGE, RADIANCE, *LABELS)
+LABEL_PASS, BEAUTY_PASS = "label pass", "beauty pass"
+PASSES = (LABEL_PASS, BEAUTY_PASS)  # the kinds of work that a renderer does
 
 
 class Stopwatch:
@@ -49,7 +51,7 @@ Made = tuple[str, NDArray[Any], tuple[str, ...]]
 def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch) -> Iterator[Made]:
     """The labels among `kinds`, from one pass."""
     labels = [LABELS[kind] for kind in LABELS if kind in kinds]
-    with watch("label pass"):
+    with watch(LABEL_PASS):
         visibility = renderer.visibility(scene)
     with watch("labels"):
         surface = visible_surface(scene, visibility)
@@ -61,7 +63,7 @@ def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: S
 
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
     """The target in unit light: a render that all pictures with this radiance key share."""
-    with watch("beauty pass"):
+    with watch(BEAUTY_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
         return enlarged(small, light.scene, by)

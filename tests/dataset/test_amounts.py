@@ -10,7 +10,8 @@ from scenes import SPEEDPLUS
 
 from spin_usd.dataset.amounts import Making, Method, amounts
 from spin_usd.dataset.cost import expected_work
-from spin_usd.dataset.measured_cost import RENDER, measured_renders
+from spin_usd.dataset.measured_cost import measured_renders
+from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.plan import Extents
 from spin_usd.dataset.planning import Question, make_plan
 from spin_usd.dataset.schedule import BESIDE, Work, wall_seconds
@@ -42,7 +43,7 @@ def planned(stage, frames=None):
 
 def light(picture, effort=METHOD.effort):
     making = Making(picture=picture, label_pass=True, render=True)
-    return amounts(making, replace(METHOD, effort=effort))["beauty pass"]
+    return amounts(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
 
 
 @pytest.mark.parametrize("samples", [1, 16, 256])
@@ -61,7 +62,7 @@ def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, sa
 def test_more_of_anything_costs_more(pictures):
     def seconds(effort):
         making = Making(picture=pictures[0], label_pass=True, render=True)
-        return expected_work(making, replace(METHOD, effort=effort))["beauty pass"]
+        return expected_work(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
 
     usual = seconds(Effort())
     for more in (Effort(samples=32), Effort(denoiser="fast")):
@@ -110,7 +111,7 @@ def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders
     other = measured.figures(measured.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
     found = measured_renders(measured.measurement([*made, other]), plan, method)
     expected = expected_work(Making(picture=plan.pictures[0], label_pass=True, render=True), method)
-    assert found.taken == {RENDER: 9}
+    assert found.taken == {BEAUTY_PASS: 9}
     scaled = found.scaled(expected)
-    assert scaled[RENDER] == pytest.approx(expected[RENDER] * 9 / found.expected[RENDER])
-    assert {work for work in expected if scaled[work] != expected[work]} == {RENDER}
+    assert scaled[BEAUTY_PASS] == pytest.approx(expected[BEAUTY_PASS] * 9 / found.expected[BEAUTY_PASS])
+    assert {work for work in expected if scaled[work] != expected[work]} == {BEAUTY_PASS}

@@ -8,6 +8,7 @@ from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.matrix import MANY, Row, in_lines, matrix
+from spin_usd.dataset.picture import PASSES
 from spin_usd.dataset.planning import Plan, Question, make_plan
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
@@ -171,7 +172,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
     for _ in range(2):
         write_measured(file, of_run)
     scaled = read_measured(file).scaled(expected)
-    for kind in ("label pass", "beauty pass"):
+    for kind in PASSES:
         assert scaled[kind] == pytest.approx(3 * expected[kind])
     assert expected_bytes(making, METHOD) > 0
 
