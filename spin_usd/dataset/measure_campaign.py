@@ -11,7 +11,7 @@ from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.planning import Progress
 from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import Measurement
+from spin_usd.measuring.measurement import FORMULAS, Measurement
 from spin_usd.scene.effort import MOST_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 
@@ -121,6 +121,10 @@ class Campaign:
     def key(self, *of: Any) -> str:
         """Of what was made of `of`, JSON, with this software on this machine."""
         return digest(dict(self.versions), dict(self.machine), list(of))
+
+    def result_key(self, *of: Any) -> str:
+        """Of figures that were made of `of`, JSON, by today's formulas."""
+        return self.key("formulas", FORMULAS, *of)
 
     def seeds(self, purpose: str, numbers: range) -> tuple[int, ...]:
         """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""

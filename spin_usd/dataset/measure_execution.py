@@ -41,7 +41,7 @@ class ExecutionTask:
         ]
         ways = (Way(processes=n, crop=crop) for n, crop in ((1, True), (len(usable_cpus()), True), (1, False)))
         radiance = [picture.radiance for picture in ordered]
-        self._keys = {way: campaign.key("execution", asdict(way), radiance, self._renders) for way in ways}
+        self._keys = {way: campaign.result_key("execution", asdict(way), radiance, self._renders) for way in ways}
         campaign.tally.expect(
             dict.fromkeys(self._keys.values(), len(seeds) * sum(weight(picture, effort) for picture in ordered))
         )

@@ -39,7 +39,7 @@ class PictureTask:
         self._savings = SavingsTask(campaign, picture)
         self._failures: list[Failure] = []
         asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part)]
-        self.key = campaign.key("picture", picture.exposure, [asdict(each) for each in settings], asked)
+        self.key = campaign.result_key("picture", picture.exposure, [asdict(each) for each in settings], asked)
         campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
 
     def measured(self, pool: Pool) -> Measurement:

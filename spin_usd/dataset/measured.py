@@ -27,5 +27,8 @@ def measurement_file(stage: Path, measured: Path | None = None) -> Path:
 
 
 def read_measurement(file: Path) -> Measurement:
-    """Raises InputError for a file that is none."""
-    return Measurement.from_json(read_json(file, "measure-1"))
+    """Raises InputError for a file that is none, or of other formulas."""
+    try:
+        return Measurement.from_json(read_json(file, "measure-1"))
+    except InputError as e:
+        raise InputError(e.found, where=file, do="measure again with spin-usd measure") from e

@@ -10,6 +10,8 @@ from typing import Any
 
 from spin_usd.scene.effort import Effort
 
+FORMULAS = 2  # raise it, here and in the schema, when what a figure means changes
+
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
@@ -140,7 +142,7 @@ class Measurement:
 
     def as_json(self) -> dict[str, Any]:
         """By the schema measure-1."""
-        return {"schema": "measure-1", **asdict(self)}
+        return {"schema": "measure-1", "formulas": FORMULAS, **asdict(self)}
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Measurement":

@@ -41,6 +41,16 @@ def test_a_measurement_is_read_as_it_was_written(tmp_path):
     assert read_measurement(written(tmp_path, usual())) == usual()
 
 
+def test_figures_of_other_formulas_are_refused(tmp_path):
+    file = written(tmp_path, usual())
+    of_old = json.loads(file.read_text())
+    del of_old["formulas"]
+    for told in (of_old, of_old | {"formulas": 1}):
+        file.write_text(json.dumps(told))
+        with pytest.raises(InputError, match=r"measure\.json: .*formulas.*; measure again with spin-usd measure$"):
+            read_measurement(file)
+
+
 @pytest.mark.parametrize(
     ("ways", "effort"),
     [

@@ -15,6 +15,8 @@ from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure import measure
 from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure_execution import ExecutionTask
+from spin_usd.dataset.measure_frame import PictureTask
 from spin_usd.dataset.measure_pool import Job, Kind, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.measured import read_measurement
@@ -182,6 +184,20 @@ def test_a_render_is_known_by_all_that_decides_it(tmp_path):
     every = [*keys(), *(key for each in others for key in each)]
     assert len(set(every)) == len(every)
     assert keys() == keys(planned(exposure="brighter"))
+
+
+def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, monkeypatch):
+    """So what an earlier version worked out is worked out anew, from the renders that it made."""
+
+    def keys():
+        shared = campaign(tmp_path)
+        picture, execution = PictureTask(shared, planned()), ExecutionTask(shared, [planned()])
+        return {picture.key, *execution.keys}, picture.keys - {picture.key}
+
+    results, renders = keys()
+    monkeypatch.setattr("spin_usd.dataset.measure_campaign.FORMULAS", 99)
+    assert results.isdisjoint(keys()[0])
+    assert renders == keys()[1]
 
 
 def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path):
