@@ -11,7 +11,7 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.label import LABELS
-from spin_usd.render.blender.bands import BAND_COST_SAMPLES
+from spin_usd.render.bands import BAND_COST_SAMPLES
 from spin_usd.render.surfaces import surfaces_of
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DomeLight

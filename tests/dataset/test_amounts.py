@@ -15,7 +15,7 @@ from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.plan import Extents
 from spin_usd.dataset.planning import Question, make_plan
 from spin_usd.dataset.schedule import BESIDE, Work, wall_seconds
-from spin_usd.render.blender.bands import picture_bands
+from spin_usd.render.bands import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read import StageReader
 

@@ -252,7 +252,7 @@ def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speed
         scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=t, lights=[sun()])
         pictures = []
         for cost in (1e18, 0.0):  # one band; as many as there are
-            monkeypatch.setattr("spin_usd.render.blender.bands.BAND_COST_SAMPLES", cost)
+            monkeypatch.setattr("spin_usd.render.bands.BAND_COST_SAMPLES", cost)
             pictures.append((blender.visibility(scene).face, blender.radiance(scene, Effort(samples=3), seed=5).rgb))
         assert (pictures[0][0] >= 0).any()
         assert np.array_equal(pictures[0][0], pictures[1][0])

@@ -83,7 +83,7 @@ def test_qualities_differ_and_leave_nothing_behind(blender, noisy):
 def test_bands_leave_no_seams(blender, noisy, monkeypatch):
     pictures = []
     for cost in (1e18, 0.0):  # one band; as many as there are
-        monkeypatch.setattr("spin_usd.render.blender.bands.BAND_COST_SAMPLES", cost)
+        monkeypatch.setattr("spin_usd.render.bands.BAND_COST_SAMPLES", cost)
         pictures.append(render(blender, noisy, "balanced").groups)
     np.testing.assert_array_equal(*pictures)
 

@@ -133,7 +133,7 @@ def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name)
 
 
 def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blender, taken, monkeypatch):
-    from spin_usd.render.blender.bands import picture_bands
+    from spin_usd.render.bands import picture_bands
 
     lights, fields = SOURCES["everything"]
     scene = taken(*lights, **fields, camera=replace(CAMERA, width=128, height=96, fx=180.0, fy=180.0, cx=64, cy=48))

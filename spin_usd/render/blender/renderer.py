@@ -11,7 +11,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
-from spin_usd.render.blender.bands import label_bands, picture_bands
+from spin_usd.render.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.denoiser import GUIDES, Denoiser
 from spin_usd.render.blender.light import LightRig
