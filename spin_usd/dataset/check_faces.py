@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.directions import sphere
+from spin_usd.geometry.triangles import areas, unit_normals
 from spin_usd.render.raycast import RaycastRenderer
-from spin_usd.scene.coincidence import GAP, coincident_faces, evenly_spread, face_areas
+from spin_usd.scene.coincidence import GAP, coincident_faces, evenly_spread
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.target import Target
 
 LEAST_SHARE = 1e-4  # of the target's area
@@ -27,26 +28,26 @@ NAMED = 3  # pairs of parts
 def face_findings(target: Target) -> Iterator[Finding]:
     """A warning where faces that coincide and are in the open make up LEAST_SHARE of the target's area."""
     mesh = target.mesh
-    areas, chosen = face_areas(mesh), evenly_spread(mesh)
-    areas /= areas[chosen].sum()
+    area, chosen = areas(mesh.points[mesh.faces]), evenly_spread(mesh)
+    area /= area[chosen].sum()
     pairs = coincident_faces(mesh, chosen)
     pairs = pairs[_in_the_open(target, pairs[:, 0])]
-    share = float(areas[np.unique(pairs[:, 0])].sum())
+    share = float(area[np.unique(pairs[:, 0])].sum())
     if share >= LEAST_SHARE:
         message = (
-            f"{100 * share:.3g} % of its area coincides with other faces ({_named(target, pairs, areas)}): which of "
+            f"{100 * share:.3g} % of its area coincides with other faces ({_named(target, pairs, area)}): which of "
             "them is seen is chance, and Blender renders them too dark; remove one of each two, or move it by more "
             f"than {GAP * mesh.radius:.1g} m"
         )
         yield Finding(code="faces-coincident", where=target.path, message=message, severity=WARNING)
 
 
-def _named(target: Target, pairs: NDArray[np.intp], areas: Float) -> str:
+def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
     """The paths of the parts whose faces coincide most."""
     by_parts: Counter[tuple[int, int]] = Counter()
     for first, second in pairs:
         low, high = sorted((int(target.mesh.face_part[first]), int(target.mesh.face_part[second])))
-        by_parts[low, high] += areas[first]
+        by_parts[low, high] += area[first]
     paths = {part.id: part.path for part in target.parts}
     named = [
         f"{paths[a]} with {paths[b]}" if a != b else f"{paths[a]} with itself"
@@ -58,25 +59,12 @@ def _named(target: Target, pairs: NDArray[np.intp], areas: Float) -> str:
 def _in_the_open(target: Target, face: NDArray[np.intp]) -> NDArray[np.bool_]:
     """(N,) whether some straight way leads from just beside the middle of each face (N,), either side, to outside."""
     faces, which = np.unique(face, return_inverse=True)
-    middles, normals = _middles_and_normals(target.mesh, faces)
+    corners = target.mesh.points[target.mesh.faces[faces]]
+    middles, normals = corners.mean(1), unit_normals(corners)
     renderer, open_faces = RaycastRenderer(), np.zeros(len(faces), bool)
-    for way in _all_around():
+    for way in sphere(WAYS):
         cosine = normals @ way
         tried = np.flatnonzero(~open_faces & (np.abs(cosine) > GRAZING))
         start = middles[tried] + LIFT * target.mesh.radius * np.sign(cosine[tried])[:, None] * normals[tried]
         open_faces[tried] = ~renderer.shadowed(target, start, way)
     return np.asarray(open_faces[which])
-
-
-def _middles_and_normals(mesh: Mesh, faces: NDArray[np.intp]) -> tuple[Float, Float]:
-    corners = mesh.points[mesh.faces[faces]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return corners.mean(1), normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-
-
-def _all_around() -> Float:
-    """(WAYS, 3) unit vectors spread evenly by the golden angle."""
-    i = np.arange(WAYS) + 0.5
-    z, angle = 1 - 2 * i / WAYS, np.pi * (1 + 5**0.5) * i
-    across = np.sqrt(1 - z * z)
-    return np.stack([across * np.cos(angle), across * np.sin(angle), z], -1)

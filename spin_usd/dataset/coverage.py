@@ -10,6 +10,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.scene.model import Scene
@@ -38,14 +39,6 @@ class Coverage:
         along = (self._sides @ towards / max(float(np.linalg.norm(towards)), 1e-300)) ** SHARPNESS
         total = float(along.sum())
         return scene.outline_pixels * (float(along @ self._filled[key]) / total if total else 1.0)
-
-
-def half_sphere(count: int) -> Float:
-    """(count, 3) unit vectors spread evenly over the half with z > 0, along a spiral of golden angles."""
-    i = np.arange(count) + 0.5
-    z, turn = i / count, np.pi * (3 - 5**0.5) * i
-    across = np.sqrt(1 - z * z)
-    return np.stack([across * np.cos(turn), across * np.sin(turn), z], -1)
 
 
 def filled(scene: Scene, side: Float, renderer: RaycastRenderer) -> float:

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.triangles import areas, unit_normals
 
 PLANE = 1e-9  # of the body's size, by which a corner may stand out of a face's plane: the rounding of its places
 AREA = 1e-9  # relative
@@ -24,8 +25,7 @@ def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
     around = hull.points[hull.vertices]
     if len(around) * len(faces) > MOST_DISTANCES or not _supports(corners, around):
         return False
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = float(np.linalg.norm(normals, axis=1).sum()) / 2
+    area = float(areas(corners).sum())
     return abs(area - hull.area) <= AREA * hull.area and _is_closed(corners)
 
 
@@ -34,10 +34,9 @@ def _supports(corners: Float, around: Float) -> bool:
     tolerance = PLANE * float(np.ptp(around, axis=0).max())
     step = max(CHUNK // len(around), 1)
     for start in range(0, len(corners), step):
-        a, b, c = np.moveaxis(corners[start : start + step], 1, 0)
-        normal = np.cross(b - a, c - a)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-        side = normal @ around.T - (normal * a).sum(1)[:, None]
+        chunk = corners[start : start + step]
+        normal = unit_normals(chunk)
+        side = normal @ around.T - (normal * chunk[:, 0]).sum(1)[:, None]
         if ((side.min(1) < -tolerance) & (side.max(1) > tolerance)).any():
             return False
     return True

@@ -73,10 +73,3 @@ def _lies_in(points: Float, corners: Float, gap: float) -> NDArray[np.bool_]:
     beta, gamma = (np.cross(w, v) * normal).sum(1) / square, (np.cross(u, w) * normal).sum(1) / square
     inside = np.minimum(np.minimum(beta, gamma), 1 - beta - gamma) > INSIDE
     return np.asarray(inside & (np.abs((w * normal).sum(1)) <= gap * np.sqrt(square)))
-
-
-def face_areas(mesh: Mesh) -> Float:
-    """(F,) square metres."""
-    a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
-    area: Float = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    return area

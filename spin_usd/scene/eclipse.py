@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.directions import GOLDEN_ANGLE
 from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light
 
 RAYS = 4096  # over the disc: a limb across it is off by some thousandth of the disc
 ROUNDING_RAD = 1e-7  # of an arc cosine near 0, with room
-GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
 def eclipsed(lights: tuple[Light, ...], planets: tuple[Planet, ...], place_cam: Float) -> tuple[Light, ...]:

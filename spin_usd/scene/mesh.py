@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float, digest, finite, frozen
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.convexity import is_convex
+from spin_usd.geometry.triangles import unit_normals
 
 MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
 FLAT = 1e-3  # corner normals this near the face's own are a flat face's
@@ -98,9 +99,7 @@ class Mesh:
     @cached_property
     def smooth(self) -> NDArray[np.bool_]:
         """(F,) whether a face's corner normals differ from its own normal."""
-        a, b, c = np.moveaxis(self.points[self.faces], 1, 0)
-        normal: Float = np.cross(b - a, c - a)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        normal = unit_normals(self.points[self.faces])
         return frozen(np.abs(self.corner_normals - normal[:, None]).max((1, 2)) > FLAT, bool)
 
     @cached_property

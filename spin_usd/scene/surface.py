@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
+from spin_usd.geometry.triangles import normals, unit_normals
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility
@@ -104,16 +105,15 @@ def geometric_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Flo
     mesh = scene.target.mesh
     faces, which = _distinct(face, len(mesh.faces))
     corners = mesh.points[mesh.faces[faces]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return _facing(scene, normals[which], body)
+    return _facing(scene, normals(corners)[which], body)
 
 
-def _facing(scene: Scene, normals: Float, body: Float) -> Float:
-    """`normals` (N, 3) made unit and turned towards the camera."""
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY)
+def _facing(scene: Scene, along: Float, body: Float) -> Float:
+    """Normals `along` (N, 3) made unit and turned towards the camera."""
+    unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), TINY)
     eye = scene.T_cam_body.inverse().translation
-    away = (normals * (body - eye)).sum(1) > 0
-    return np.where(away[:, None], -normals, normals)
+    away = (unit * (body - eye)).sum(1) > 0
+    return np.where(away[:, None], -unit, unit)
 
 
 def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -129,10 +129,8 @@ def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], ND
 def _planes(mesh: Mesh, faces: NDArray[np.intp], pose: Transform) -> Float:
     """(6, F) in camera axes around the mesh's centre: unit normal, offset along it, least and largest depth."""
     corners = pose.directions(mesh.points[mesh.faces[faces]] - mesh.centre)
-    a = corners[:, 0]
-    normal = np.cross(corners[:, 1] - a, corners[:, 2] - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), TINY)
-    offset = (normal * a).sum(1)
+    normal = unit_normals(corners)
+    offset = (normal * corners[:, 0]).sum(1)
     depth = corners[..., 2]
     return np.stack([*normal.T, offset, depth.min(1), depth.max(1)])
 

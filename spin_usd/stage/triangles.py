@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.geometry.triangles import normals
 
 Int = NDArray[np.int64]
 # Twice the area over the longest edge squared: below this, rounding decides which way a triangle faces.
@@ -71,8 +72,7 @@ class Triangles:
 
 def face_normals(points: Float, corners: Int) -> Float:
     """Unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
-    a, b, c = (points[corners[:, i]] for i in range(3))
-    return unit(np.cross(b - a, c - a))
+    return unit(normals(points[corners]))
 
 
 def unit(vectors: Float) -> Float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.dataset.coverage import Coverage, half_sphere
+from spin_usd.dataset.coverage import Coverage
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.stage.read import StageReader
 
@@ -16,14 +16,3 @@ def test_the_estimate_is_near_what_a_renderer_finds(small_stage):
         scene = reader.scene(frame)
         found = np.count_nonzero(renderer.visibility(scene).face >= 0)
         assert coverage.target_pixels(scene) == pytest.approx(found, rel=OFF)
-
-
-def test_sides_are_unit_vectors_spread_over_half_the_sphere():
-    sides = half_sphere(128)
-    assert np.linalg.norm(sides, axis=1) == pytest.approx(1)
-    # Every direction or its opposite has a side near, none is alone: caps of equal area hold about as many.
-    rng = np.random.default_rng(0)
-    of = rng.standard_normal((100, 3))
-    of /= np.linalg.norm(of, axis=1)[:, None]
-    nearest = np.degrees(np.arccos(np.abs(of @ sides.T).max(1)))
-    assert nearest.max() < 15

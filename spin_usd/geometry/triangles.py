@@ -1,0 +1,25 @@
+"""Triangles by their corners: which way they face, and how large they are."""
+
+import numpy as np
+
+from spin_usd.arrays import Float
+
+
+def normals(corners: Float) -> Float:
+    """(..., 3) of the triangles `corners` (..., 3, 3), whose corners go around them counter-clockwise: as long as twice
+    the area."""
+    a, b, c = np.moveaxis(corners, -2, 0)
+    return np.cross(b - a, c - a)
+
+
+def unit_normals(corners: Float) -> Float:
+    """(..., 3) as `normals`, at length 1; 0 where there is no area."""
+    along = normals(corners)
+    along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), np.finfo(float).tiny)
+    return along
+
+
+def areas(corners: Float) -> Float:
+    """(...) of the triangles `corners` (..., 3, 3)."""
+    area: Float = np.linalg.norm(normals(corners), axis=-1) / 2
+    return area
