@@ -19,7 +19,7 @@ from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.measured import FILE, read_measurement
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.render import usable_cpus
-from spin_usd.dataset.store import Store, write_atomically
+from spin_usd.dataset.store import TEMPORARY, Store, write_atomically
 from spin_usd.dataset.versions import library_versions
 from spin_usd.errors import InputError, OutputError, RenderError
 from spin_usd.measuring.measurement import Measurement
@@ -88,9 +88,10 @@ def _prepare(folder: Path) -> None:
     """Make the folder. InputError where it holds anything but a measurement, OutputError where it cannot be made."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        held = sorted(entry.name for entry in folder.iterdir() if entry.name not in OURS)
+        names = sorted(entry.name for entry in folder.iterdir())
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=folder, do="choose another folder") from e
+    held = [name for name in names if name not in OURS and TEMPORARY not in name]
     if held:
         raise InputError(f"holds {held[0]}, which is of no measurement", where=folder, do="choose an empty folder")
 

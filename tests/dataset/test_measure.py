@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import signal
 import subprocess
 import sys
 import time
@@ -28,6 +27,7 @@ from spin_usd.scene.effort import QUALITIES, Effort
 
 RAYCAST = Kind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes
+PATIENCE_S = 300.0  # for twelve small renders
 OPTIONS = ("--frames", "0:1", "--most-samples", 4, "--seeds", 2)
 
 
@@ -49,15 +49,27 @@ def killed(tiny_stage):
     out = tiny_stage.parent / "measured"
     command = [sys.executable, "-m", "spin_usd.cli.main", "measure", str(tiny_stage), *map(str, OPTIONS)]
     running = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-    while len(list(out.glob("runs/*/*.json"))) < 12:
-        assert running.poll() is None
-        time.sleep(0.02)
-    running.send_signal(signal.SIGKILL)
-    running.wait()
+    try:
+        give_up = time.monotonic() + PATIENCE_S
+        while len(list(out.glob("runs/*/*.json"))) < 12:
+            assert running.poll() is None
+            assert time.monotonic() < give_up, "the measurement makes no renders"
+            time.sleep(0.02)
+    finally:
+        running.kill()
+        running.wait()
     for path in out.glob("runs/*/*.json"):
         kept = json.loads(path.read_text())
         path.write_text(json.dumps({**kept, "cost": {**kept["cost"], "cpu_s": MARK_S, "warm": True}}))
+    half_written(out)
     return out
+
+
+def half_written(folder):
+    """A file that a kill left."""
+    path = folder / "measure.tmp-12345.json"
+    path.write_text('{"schema": "mea')
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -256,6 +268,13 @@ def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_us
     assert "notes.txt" in told
     assert len(told.splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_what_a_kill_left_half_written_is_swept(small_stage, tmp_path):
+    left = half_written(tmp_path)
+    with pytest.raises(InputError, match="selects none"):
+        measure(MeasureRequest(stage=small_stage, frames="90:"), tmp_path, progress=lambda *_: None)
+    assert not left.exists()
 
 
 class Dying(Child):
