@@ -93,15 +93,13 @@ def cycles_scene() -> Any:
 
 
 def cycles_effort(effort: Effort) -> dict[str, Any]:
-    """Cycles' own settings for the effort of a picture."""
-    kinds = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
+    """Cycles' own settings for the effort of a picture, but for those that also depend on what the scene requires."""
     adaptive = {"adaptive_threshold": effort.adaptive, "adaptive_min_samples": ADAPTIVE_FROM} if effort.adaptive else {}
     return {
         "samples": effort.samples,
         "use_adaptive_sampling": bool(effort.adaptive),
         **adaptive,
         "sample_clamp_indirect": effort.clamp,
-        **dict.fromkeys(kinds, effort.bounces),
     }
 
 
