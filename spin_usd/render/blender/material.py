@@ -45,10 +45,12 @@ class MaterialLibrary:
         glowing_lights: bool,
         again: bool,
     ) -> None:
-        """Give the Blender meshes of `mesh` what is `needed` of its `authored` materials, in their order. `again` where
-        the meshes are new. `glowing_lights`: whether rays look for those that glow.
+        """Make the surfaces of `mesh` those of its materials.
 
-        Raises UnsupportedError, with the material's path, also for what is not needed.
+        meshes: Blender's, of `mesh` or of its groups of faces · authored: the materials of `mesh`, in the order in
+        which its faces name them; all are checked · needed: the same, as far as the picture depends on them; these are
+        shown · glowing_lights: whether rays look for the surfaces that glow · again: the Blender meshes are new, so
+        nothing is left of the time before. Raises UnsupportedError, with the material's path.
         """
         self._check(authored, mesh, EVERY, again=again)
         make = partial(surface_material, glowing_lights=glowing_lights)
