@@ -39,7 +39,9 @@ class PictureTask:
         self._savings = SavingsTask(campaign, picture)
         self._failures: list[Failure] = []
         asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part)]
-        self.key = campaign.result_key("picture", picture.exposure, [asdict(each) for each in settings], asked)
+        self.key = campaign.result_key(
+            "picture", picture.index, picture.exposure, [asdict(each) for each in settings], asked
+        )
         campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
 
     def measured(self, pool: Pool) -> Measurement:
@@ -79,7 +81,7 @@ class PictureTask:
             frames=frames,
             figures=figures,
             labels=(LabelFigures(**labels),) if labels else (),
-            savings=self._savings.savings(pool, reference, base.keys) if reference and base else (),
+            savings=self._savings.savings(pool, reference, base.keys) if frames and base else (),
             failures=(*self._failures, *self._savings.failures),
         )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure_runs import Runs
+from spin_usd.errors import InputError
 from spin_usd.measuring.error import LinearError, Reference, linear_error
 from spin_usd.measuring.measurement import Figures, Saving, Setting
 from spin_usd.measuring.structure import RADIUS_PX, similarity
@@ -81,7 +82,11 @@ class MeasuredPicture:
         return linear_error(np.stack([self.radiance(key).rgb[self._target] for key in keys]), self.reference)
 
     def developed(self, seed: int) -> Developed:
-        """The reference after the detector, its exposure as metered on the reference; `seed` of the dataset."""
+        """The reference after the detector, its exposure as metered on the reference; `seed` of the dataset. Raises
+        InputError where it shows nothing of the target."""
+        if not self._target.any():
+            found, do = "no ray of the reference meets the target", "measure pictures that show it larger"
+            raise InputError(found, where=self.scene.frame.name, do=do)
         drawn = picture_seed(self.scene, RenderSettings(renderer="blender", effort=Effort(), seed=seed))
         radiance, behind = self._mean(self._parts), sky(self.scene, seed=drawn)
         sensor = replace(exposed(self.scene.sensor, radiance), auto_exposure=None)

@@ -16,12 +16,12 @@ from spin_usd.dataset.measure import measure
 from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure_execution import ExecutionTask
 from spin_usd.dataset.measure_frame import PictureTask
-from spin_usd.dataset.measure_pool import Job, Kind, Pool
+from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.measured import read_measurement
-from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.processors import usable_cpus
 from spin_usd.errors import InputError, StageError
-from spin_usd.measuring.measurement import Setting
+from spin_usd.measuring.measurement import Saving, Setting
 from spin_usd.measuring.walk import settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
@@ -210,6 +210,33 @@ def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, m
     monkeypatch.setattr("spin_usd.dataset.measure_campaign.FORMULAS", 99)
     assert results.isdisjoint(keys()[0])
     assert renders == keys()[1]
+
+
+def test_figures_are_of_a_picture_in_its_place(tmp_path):
+    """Which they hold: a picture that stands elsewhere in the stage now has others."""
+    one, other = (PictureTask(campaign(tmp_path), planned(index=index)) for index in (0, 1))
+    assert one.key != other.key
+    assert one.keys - {one.key} == other.keys - {other.key}
+
+
+class Answering:
+    """A pool in which all that is asked is answered with these, by what is asked."""
+
+    def __init__(self, **answers):
+        self.answers = answers
+
+    def run(self, jobs, told=None):
+        return [self.answers.get(job.what, Outcome()) for job in jobs]
+
+
+def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path):
+    """The rest of the measurement goes on."""
+    errors = Outcome(result={"reference": 0.0, "settings": [0.0]})
+    savings = Outcome(result=[vars(Saving(frame="f", what="x", cpu_s=1, cpu_s_with=2, difference=0, noise=0))])
+    pool = Answering(errors=errors, figures=Outcome(failed="it is too small"), savings=savings)
+    found = PictureTask(campaign(tmp_path), planned()).measured(pool)
+    assert [(each.frame, each.what, each.reason) for each in found.failures] == [("f", "figures", "it is too small")]
+    assert (found.frames, found.figures, found.savings) == ((), (), ())
 
 
 def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path):

@@ -8,6 +8,7 @@ import scenes
 
 from spin_usd.dataset.measure_picture import MeasuredPicture
 from spin_usd.dataset.measure_runs import Cost, Runs
+from spin_usd.errors import InputError
 from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.raycast import RaycastRenderer
@@ -36,12 +37,16 @@ def runs(tmp_path_factory):
     return Runs(root=tmp_path_factory.mktemp("measured") / "runs")
 
 
-def make(runs, scene, name, *, samples, seeds, change=lambda light: light, cpu_s=1.0, warm=True):
-    """Renders whose light is changed by `change`; their keys."""
+def same(image):
+    return image
+
+
+def make(runs, scene, name, *, samples, seeds, change=same, cover=same, cpu_s=1.0, warm=True):
+    """Renders whose light is changed by `change` and coverage by `cover`; their keys."""
     keys = []
     for seed in seeds:
         found = RaycastRenderer().radiance(in_unit_light(scene).scene, Effort(samples=samples), seed=seed)
-        changed = Radiance(region=found.region, groups=change(found.groups), coverage=found.coverage)
+        changed = Radiance(region=found.region, groups=change(found.groups), coverage=cover(found.coverage))
         cost = Cost(cpu_s=cpu_s + seed % 10, wall_s=cpu_s / 2, memory_bytes=100 + seed, warm=warm and seed != seeds[0])
         runs.keep(f"{name}{seed}", changed, cost)
         keys.append(f"{name}{seed}")
@@ -95,6 +100,13 @@ def test_the_detectors_noise_is_its_own(picture, scene, runs):
     assert picture.developed(seed=0).noise > 1
     ideal = replace(scene, sensor=Sensor(auto_exposure=AutoExposure()))
     assert 0 < MeasuredPicture(ideal, runs, REFERENCE).developed(seed=0).noise <= 0.5
+
+
+def test_a_reference_that_never_meets_the_target_has_no_image_of_it(runs, scene):
+    """A target far smaller than a pixel: none of its figures would be a number."""
+    nothing = make(runs, scene, "missed", samples=1, seeds=PARTS, change=np.zeros_like, cover=np.zeros_like)
+    with pytest.raises(InputError, match=f"^{scene.frame.name}: no ray of the reference meets the target; "):
+        MeasuredPicture(scene, runs, nothing).developed(seed=0)
 
 
 def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, scene):
