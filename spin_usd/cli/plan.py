@@ -36,6 +36,7 @@ def plan(
     from spin_usd.dataset.foreign import foreign_pictures, in_words
     from spin_usd.dataset.matrix import matrix
     from spin_usd.dataset.measured_cost import measured_beside
+    from spin_usd.dataset.processors import usable_cpus
     from spin_usd.dataset.store import Store
 
     with shown(context.obj["quiet"]) as progress:
@@ -45,7 +46,7 @@ def plan(
     cost = matrix(found, method, request.image_suffix, out, renders)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
-    seconds = cost.seconds(workers, len(rendering.usable_cpus()))
+    seconds = cost.seconds(workers, len(usable_cpus()))
     show_doubts(doubts(request.chosen, found.stages))
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}

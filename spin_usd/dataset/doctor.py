@@ -13,7 +13,8 @@ import psutil
 
 import spin_usd
 from spin_usd.dataset.child import Child
-from spin_usd.dataset.render import MEMORY_PER_WORKER, default_workers, usable_cpus
+from spin_usd.dataset.processors import usable_cpus
+from spin_usd.dataset.render import MEMORY_PER_WORKER, default_workers
 from spin_usd.dataset.versions import LIBRARIES
 from spin_usd.errors import SpinError
 

@@ -4,7 +4,7 @@ import platform
 
 import psutil
 
-from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.processors import usable_cpus
 
 
 def machine() -> dict[str, str | int]:

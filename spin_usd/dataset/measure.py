@@ -18,7 +18,7 @@ from spin_usd.dataset.measure_report import write_report
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.measured import FILE, read_measurement
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
-from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.processors import share_of, usable_cpus
 from spin_usd.dataset.store import TEMPORARY, Store, write_atomically
 from spin_usd.dataset.versions import library_versions
 from spin_usd.errors import InputError, OutputError, RenderError
@@ -122,15 +122,13 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
 
 def _started(plan: Plan, runs: Runs, scratch: Path, lock: int, count: int, number: int, kind: Kind) -> Child:
     """A process of that kind, the `number`th of `count`."""
-    cpus = usable_cpus()
-    share = max(len(cpus) // count, 1)
     child = Child(keep_open=(lock,), scratch=scratch)
     child.send(
         "open_measuring",
         stage=str(plan.root),
         variant=plan.variants[0],
         folder=str(runs.root),
-        cpus=[cpus[(number * share + i) % len(cpus)] for i in range(share)],
+        cpus=share_of(number, count),
         **asdict(kind),
     )
     return child

@@ -1,7 +1,5 @@
 """The child's part of a measurement: one renderer kept open, whose renders are timed and kept."""
 
-import os
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
@@ -14,6 +12,7 @@ from spin_usd.dataset.measure_picture import MeasuredPicture
 from spin_usd.dataset.measure_runs import Cost, Runs
 from spin_usd.dataset.peak_memory import watch_memory
 from spin_usd.dataset.picture import Stopwatch, make_labels, render_in
+from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import in_order
 from spin_usd.dataset.worker import open_renderer
 from spin_usd.labels.label import LABELS
@@ -38,8 +37,7 @@ class MeasuringWorker:
     def __init__(
         self, *, stage: str, variant: str, folder: str, cpus: Sequence[int], renderer: str, **how: Any
     ) -> None:
-        if sys.platform == "linux":
-            os.sched_setaffinity(0, cpus)
+        hold_to(cpus)
         self.runs = Runs(root=Path(folder))
         self.reader = StageReader(stage, variant=variant)
         self._open = partial(open_renderer, renderer, **how)

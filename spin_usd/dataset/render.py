@@ -1,6 +1,5 @@
 """A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
 
-import os
 import shutil
 import time
 from collections import Counter
@@ -22,6 +21,7 @@ from spin_usd.dataset.foreign import foreign_pictures, refuse, remove
 from spin_usd.dataset.job import Job, PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
+from spin_usd.dataset.processors import share_of, usable_cpus
 from spin_usd.dataset.resume import Wanted, remaining
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
@@ -239,25 +239,15 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, e
 
 
 def _run(job: Job, tasks: list[Task], workers: int | None, lock: int, store: Store, listener: _Listener) -> None:
-    cpus = usable_cpus()
     count = min(workers or default_workers(), len(tasks))
-    share = max(len(cpus) // count, 1)
 
     def start(number: int) -> Child:
         child = Child(keep_open=(lock,), scratch=store.work)
-        mine = [cpus[(number * share + i) % len(cpus)] for i in range(share)]
-        child.send("open_worker", job=job.as_json(), cpus=mine)
+        child.send("open_worker", job=job.as_json(), cpus=share_of(number, count))
         return child
 
     memory_limit = max(psutil.virtual_memory().total // 2 // count, MEMORY_PER_WORKER)
     supervise(tasks, workers=count, start=start, listener=listener, memory_limit=memory_limit)
-
-
-def usable_cpus() -> list[int]:
-    """The processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return sorted(os.sched_getaffinity(0))
-    return list(range(os.cpu_count() or 1))
 
 
 def default_workers() -> int:

@@ -1,7 +1,5 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-import os
-import sys
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
@@ -16,6 +14,7 @@ from spin_usd.dataset.cache import RENDERS, Cache, Entry, versions_digest
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_image, make_labels, render_in
 from spin_usd.dataset.plan import stage_provenance
+from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
@@ -35,11 +34,11 @@ WRITERS = 2  # files encoded at once: compression is most of their time, and run
 
 
 class Worker:
-    """Lives in a child process. `cpus`: the processors it may use (Blender's own thread limit burns a second core)."""
+    """Lives in a child process. `cpus`: the processors that it may use."""
 
     def __init__(self, *, job: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
-        if cpus and sys.platform == "linux":
-            os.sched_setaffinity(0, cpus)
+        if cpus:
+            hold_to(cpus)
         self.job = Job.from_json(job)
         self.store = Store(root=Path(self.job.root))
         self.renderer = open_renderer(self.job.settings.renderer)
@@ -191,8 +190,8 @@ class _Making:
 
 def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
     """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders whole frames instead of the
-    target's part of them, and with `keep` it does work that the scene does not need (see render.requirements): both to
-    the same result."""
+    target's part of them, to the same bytes; with `keep` it does work that the scene does not need, to the same picture
+    as surely as each rule says (left_out.LeftOut.same)."""
     if name == "raycast":
         from spin_usd.render.raycast import RaycastRenderer
 

@@ -27,7 +27,8 @@ from spin_usd.dataset.cost import EVERYWHERE, TRACING, expected_work
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import Stopwatch
 from spin_usd.dataset.planning import Question, make_plan
-from spin_usd.dataset.render import RenderRequest, usable_cpus
+from spin_usd.dataset.processors import hold_to, usable_cpus
+from spin_usd.dataset.render import RenderRequest
 from spin_usd.scene.effort import Effort, parse_effort
 from spin_usd.scene.keys import RenderSettings
 
@@ -71,7 +72,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     if options.quick:
         options.frames, options.efforts, options.stages = "3:4", ["samples=1"], ["matt"]
         options.renderers = ["raycast"]
-    os.sched_setaffinity(0, usable_cpus()[:1])
+    hold_to(usable_cpus()[:1])
     if options.processor:
         Stopwatch.clock = staticmethod(time.process_time)
     with quiet():

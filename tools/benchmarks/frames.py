@@ -5,7 +5,6 @@ in a process of its own. Everything counts until the picture's files are there.
 """
 
 import argparse
-import os
 import shutil
 import statistics
 import sys
@@ -24,7 +23,8 @@ from benchmarks.spread import shown, spread
 from spin_usd import resources
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import Job
-from spin_usd.dataset.render import RenderRequest, usable_cpus
+from spin_usd.dataset.processors import hold_to, usable_cpus
+from spin_usd.dataset.render import RenderRequest
 from spin_usd.scene.effort import parse_effort
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.stage.read import StageReader
@@ -50,7 +50,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     """Author the stage, then make every picture with each in turn."""
     if options.quick:
         options.frames, options.samples, options.rounds = "0:2", 1, 1
-    os.sched_setaffinity(0, usable_cpus()[: options.cpus])  # all others inherit it
+    hold_to(usable_cpus()[: options.cpus])  # all others inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name, ExitStack() as stack:
         folder = Path(name)
         stage = author(options, folder / "stage")

@@ -6,7 +6,6 @@ is beside another: work that takes longer without it says by how much they hinde
 """
 
 import argparse
-import os
 import statistics
 import tempfile
 from itertools import product
@@ -17,7 +16,7 @@ import three_stages
 from benchmarks.command import asked, run
 from benchmarks.spread import shown, spread
 
-from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.processors import hold_to, usable_cpus
 
 BOUND = 0.25  # of the time, that a prediction may be off
 
@@ -36,7 +35,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     if options.quick:
         options.frames, options.efforts, options.stages = "3:4", ["samples=1"], ["matt"]
         options.renderer, options.rounds = "raycast", 1
-    os.sched_setaffinity(0, usable_cpus()[: options.cpus])  # the commands inherit it
+    hold_to(usable_cpus()[: options.cpus])  # the commands inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name:
         folder = Path(name)
         roots = {

@@ -5,7 +5,6 @@ writes the PNG with Pillow.
 """
 
 import argparse
-import os
 import statistics
 import tempfile
 import time
@@ -20,7 +19,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.signal import fftconvolve
 
-from spin_usd.dataset.render import usable_cpus
+from spin_usd.dataset.processors import hold_to, usable_cpus
 from spin_usd.formats.image_file import write_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.sensor import Optics, Sensor
@@ -86,7 +85,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def measure(options: argparse.Namespace) -> dict[str, Any]:
     rounds = 1 if options.quick else options.rounds
-    os.sched_setaffinity(0, usable_cpus()[:1])
+    hold_to(usable_cpus()[:1])
     steps = []
     with tempfile.TemporaryDirectory() as folder:
         for name, light in scenes().items():
