@@ -48,6 +48,7 @@ ONLY_IN = {
     "tempfile": ("dataset", "stage/images.py", "render/blender"),
     "shutil": ("dataset", "stage"),
 }
+OPENS_BLENDER = "dataset/worker.py"  # alone imports from render/blender, when it opens that renderer: it loads bpy
 # Who may read or write files and folders.
 FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "render/blender")
 # fmt: off
@@ -73,6 +74,7 @@ PURE = (
     "measuring",
     "render/raycast.py",
     "render/lambert.py",
+    "render/rays.py",
     "render/reduced.py",
 )
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
@@ -123,6 +125,11 @@ def test_imports_go_one_way(module):
 def test_libraries_stay_in_their_place(module):
     tops = {name.split(".")[0] for name in imports(module)}
     assert not [name for name in tops if name in ONLY_IN and not within(module, ONLY_IN[name])]
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if not within(m, ("render/blender", OPENS_BLENDER))], ids=str)
+def test_all_else_works_without_blender(module):
+    assert not [name for name in imports(module) if f"{name}.".startswith("spin_usd.render.blender.")]
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if not within(m, FILES_IN)], ids=str)
