@@ -26,6 +26,7 @@ from spin_usd.errors import RenderError, SpinError
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
+HANG_S = 3600.0  # no word from a child at work for so long is taken for a hang
 STAGE_PATIENCE_S = 120.0  # for a child that reads a stage to say something: a stage can be made never to open
 
 

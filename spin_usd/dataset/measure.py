@@ -54,7 +54,7 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
             versions=library_versions() | {name: version(name) for name in DECISIVE},
             machine=machine(),
             tally=Tally(progress),
-            pool=lambda count: Pool(count, partial(starter, count)),
+            pool=lambda count: Pool(count, partial(starter, count), hang_s=request.hang_s),
         )
         measurement, keys = _measured(campaign, _chosen(plan, request), workers)
         _write(folder / FILE, measurement)

@@ -6,17 +6,21 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import digest
+from spin_usd.dataset.child import HANG_S
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.planning import Progress
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import FORMULAS, Measurement
+from spin_usd.measuring.walk import STEP
 from spin_usd.scene.effort import MOST_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 
 BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
 OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
+PART = 2  # times the most samples of a setting, the samples of a part of the reference
+SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
 PERCENT = 100
 
 
@@ -37,6 +41,11 @@ class MeasureRequest:
     most_samples: int = 64
     reference_share: float = 0.1
     reference_samples: int = 4096
+
+    @property
+    def hang_s(self) -> float:
+        """How long a process may render without a word: a render's samples are several times `most_samples`."""
+        return HANG_S + SAMPLE_S * max(STEP, PART) * self.most_samples
 
     def __post_init__(self) -> None:
         _refuse_unless(self.count >= 1, f"{self.count} pictures are asked for", "measure at least 1")

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_campaign import BLENDER, RAYCAST, Campaign, Series
+from spin_usd.dataset.measure_campaign import BLENDER, PART, RAYCAST, Campaign, Series
 from spin_usd.dataset.measure_pool import Kind, Pool
 from spin_usd.dataset.measure_savings import SavingsTask
 from spin_usd.dataset.measured import read_measurement
@@ -15,7 +15,6 @@ from spin_usd.measuring.measurement import Failure, Figures, Frame, LabelFigures
 from spin_usd.measuring.walk import settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
-PART = 2  # times the most samples of a setting, the samples of a part of the reference
 FIRST_PARTS = 4  # whose spread tells the reference's error well enough to say how many more are needed
 MARGIN = 1.1  # times as many parts as seem to be needed
 REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what they still carry

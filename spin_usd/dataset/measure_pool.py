@@ -8,10 +8,8 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Self
 
-from spin_usd.dataset.child import Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.child import HANG_S, Child, ChildDiedError, ChildInternalError
 from spin_usd.errors import OutputError, RenderError, SpinError
-
-HANG_S = 3600.0  # no word from any for so long is taken for a hang
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,10 +61,11 @@ class _Slot:
 
 
 class Pool:
-    """`count` processes at work at most. `start(number, kind)` starts one that was already sent what opens it."""
+    """`count` processes at work at most. `start(number, kind)` starts one that was already sent what opens it. No word
+    from any for `hang_s` seconds is taken for a hang."""
 
-    def __init__(self, count: int, start: Callable[[int, Kind], Child]) -> None:
-        self._start = start
+    def __init__(self, count: int, start: Callable[[int, Kind], Child], *, hang_s: float = HANG_S) -> None:
+        self._start, self.hang_s = start, hang_s
         self._slots = [_Slot(number=number) for number in range(count)]
 
     def __enter__(self) -> Self:
@@ -86,7 +85,7 @@ class Pool:
             for slot in self._slots:
                 self._feed(slot, waiting, jobs, selector)
             while busy := [key.data for key in selector.get_map().values()]:
-                ready = [key.data for key, _ in selector.select(timeout=HANG_S)]
+                ready = [key.data for key, _ in selector.select(timeout=self.hang_s)]
                 for slot in ready or busy:
                     job = jobs[slot.job]
                     process = slot.processes[job.kind.renderer]

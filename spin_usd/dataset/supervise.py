@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from spin_usd.dataset.child import Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.child import HANG_S, Child, ChildDiedError, ChildInternalError
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import IMAGE, RADIANCE
 from spin_usd.errors import OutputError, RenderError, SpinError
@@ -16,7 +16,6 @@ from spin_usd.labels.label import LABELS
 
 TRIES = 2  # a picture whose worker died is tried once more: the next worker may have more luck
 STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first picture is not a picture's fault
-HANG_S = 3600.0  # no answer for so long is taken for a hang
 
 
 class Listener(Protocol):

@@ -10,7 +10,7 @@ from functools import partial
 import pytest
 from conftest import REPOSITORY, speedplus_camera
 
-from spin_usd.dataset.child import Child
+from spin_usd.dataset.child import HANG_S, Child
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure import measure
 from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
@@ -22,7 +22,7 @@ from spin_usd.dataset.measured import read_measurement
 from spin_usd.dataset.processors import usable_cpus
 from spin_usd.errors import InputError, StageError
 from spin_usd.measuring.measurement import Saving, Setting
-from spin_usd.measuring.walk import settings_to_measure
+from spin_usd.measuring.walk import STEP, settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
 RAYCAST = Kind(renderer="raycast")
@@ -336,6 +336,24 @@ def test_a_crash_ends_one_job(opened):
     assert first.result == last.result
     assert "SIGKILL" in crashed.failed
     assert "is not the render that was written" in refused.failed
+
+
+def test_a_process_that_says_nothing_for_too_long_is_ended(opened):
+    """After it was heard of, which is when it has opened."""
+    digest = {"index": 0, "effort": {"samples": 1}, "seed": 5}
+    job = Job(kind=RAYCAST, what="render_digest", arguments=digest)
+    endless = Job(kind=RAYCAST, what="render_digest", arguments=digest | {"effort": {"samples": 10**6}})
+    with Pool(1, partial(opened, Child)) as pool:
+        assert pool.run([job])[0].failed is None
+        pool.hang_s = 0.2
+        (answer,) = pool.run([endless])
+    assert "SIGKILL" in answer.failed
+
+
+def test_the_patience_grows_with_the_samples(tmp_path):
+    few, many = (MeasureRequest(stage=tmp_path, most_samples=samples).hang_s for samples in (1, 1024))
+    assert few > HANG_S
+    assert many - few > 1023 * STEP  # seconds, a sample of its longest render
 
 
 def test_where_no_process_opens_it_is_said(opened):
