@@ -32,7 +32,11 @@ def measure(
     ] = 1,
     as_json: Json = False,
 ) -> None:
-    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage."""
+    """Measure what settings of a render cost and how far they are off, on a few pictures of a stage.
+
+    Run again with another --count, --seeds or the like, it replaces the figures, and renders only what is missing.
+    Another stage or variant takes another --out.
+    """
     from spin_usd.dataset.measure import measure as measured
     from spin_usd.dataset.measure_campaign import MeasureRequest
     from spin_usd.dataset.measured import folder_of

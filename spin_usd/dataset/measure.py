@@ -1,6 +1,7 @@
 """`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -27,6 +28,7 @@ from spin_usd.measuring.walk import representative
 from spin_usd.scene.effort import Effort
 
 RUNS = "runs"
+SUBJECT = "subject"  # the key, among the runs, of what they are of
 OURS = (FILE, "measure.md", "measure.svg", RUNS, ".lock", ".work")
 DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
 
@@ -34,17 +36,21 @@ DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
 def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: Progress) -> Measurement:
     """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
 
-    `workers`: processes that render at once, each with its share of the processors. Raises InputError, OutputError, and
-    RenderError where no picture could be measured.
+    `workers`: processes that render at once, each with its share of the processors. Raises InputError, also where the
+    folder holds a measurement of another stage or variant, OutputError, and RenderError where no picture could be
+    measured.
     """
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     folder = out.absolute()
     _prepare(folder)
+    runs, subject = Runs(root=folder / RUNS), _subject(request, folder)
+    _refuse_another(runs, subject, folder)
     store = Store(root=folder)
     with store.locked() as lock:
         plan = _plan(request, store.work / "stage", progress)
-        runs = Runs(root=folder / RUNS)
+        pictures = _chosen(plan, request)
+        runs.write_result(SUBJECT, subject)
         starter = partial(_started, plan, runs, store.work, lock)
         campaign = Campaign(
             request=request,
@@ -56,10 +62,10 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
             tally=Tally(progress),
             pool=lambda count: Pool(count, partial(starter, count), hang_s=request.hang_s),
         )
-        measurement, keys = _measured(campaign, _chosen(plan, request), workers)
+        measurement, keys = _measured(campaign, pictures, workers)
         _write(folder / FILE, measurement)
         write_report(folder, measurement)
-        runs.remove_all(but=keys)
+        runs.remove_all(but=keys | {SUBJECT})
     return measurement
 
 
@@ -94,6 +100,20 @@ def _prepare(folder: Path) -> None:
     held = [name for name in names if name not in OURS and TEMPORARY not in name]
     if held:
         raise InputError(f"holds {held[0]}, which is of no measurement", where=folder, do="choose an empty folder")
+
+
+def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
+    """What is measured, which stays the same when the stage is edited, or moved with the folder."""
+    root = request.stage.resolve().relative_to(folder.resolve(), walk_up=True)
+    return {"stage": root.as_posix(), "variant": request.variant}
+
+
+def _refuse_another(runs: Runs, subject: Mapping[str, str], folder: Path) -> None:
+    """Raises InputError where the folder holds a measurement of anything but the subject."""
+    held = runs.known(SUBJECT) or subject
+    if held != subject:
+        found = f"holds a measurement of variant {held['variant']} of {held['stage']}"
+        raise InputError(found, where=folder, do="give another folder with --out")
 
 
 def _plan(request: MeasureRequest, copy_to: Path, progress: Progress) -> Plan:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -60,7 +61,8 @@ def killed(tiny_stage):
         running.wait()
     for path in out.glob("runs/*/*.json"):
         kept = json.loads(path.read_text())
-        path.write_text(json.dumps({**kept, "cost": {**kept["cost"], "cpu_s": MARK_S, "warm": True}}))
+        if "cost" in kept:
+            path.write_text(json.dumps({**kept, "cost": {**kept["cost"], "cpu_s": MARK_S, "warm": True}}))
     half_written(out)
     return out
 
@@ -153,6 +155,19 @@ def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny
     again = spin_usd("measure", tiny_stage, *OPTIONS, "--json", "--quiet")
     assert json.loads(again.stdout) == json.loads(before)
     assert (killed / "measure.json").read_text() == before
+
+
+@pytest.mark.slow
+def test_a_measurement_of_something_else_is_not_overwritten(measured, killed, tiny_stage, spin_usd):
+    before = (killed / "measure.json").read_bytes()
+    other = tiny_stage.with_name("other.usda")
+    shutil.copy(tiny_stage, other)
+    for asked in ((tiny_stage, "--variant", "dark"), (other, "--out", killed)):
+        told = spin_usd("measure", *asked, *OPTIONS, "--quiet", code=2).stderr
+        assert told.endswith(
+            "holds a measurement of variant nominal of ../dataset.usda; give another folder with --out\n"
+        )
+    assert (killed / "measure.json").read_bytes() == before
 
 
 def campaign(tmp_path, told=lambda *_: None, **fields):
