@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, Context
 from spin_usd.errors import InputError
 from spin_usd.measuring.front import Outcome, front, outcomes, relative_error, share_of_noise
 from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.measuring.tables import number, percent
 
 AUTO = 1 / 3
 """Of the detector's noise: an error that adds no more raises the image's total error by at most 5.4 %, for the two are
@@ -52,7 +53,7 @@ class Choice:
         return f"{said}; the next cheaper, {self.cheaper.setting.text}, has {self._had(self.cheaper)}"
 
     def _had(self, outcome: Outcome) -> str:
-        return f"{_text(_criterion(self.auto)(outcome), self.auto)} for {outcome.cpu_s:.3g} CPU s a picture"
+        return f"{_text(_criterion(self.auto)(outcome), self.auto)} for {number(outcome.cpu_s)} CPU s a picture"
 
 
 def choose(
@@ -88,7 +89,7 @@ def _measured(measurement: Measurement, renderer: str | None) -> list[Outcome]:
 
 def _none_enough(best: Outcome, bound: float, auto: bool) -> InputError:
     asked = _bound_text(bound, auto)
-    least = f"the least is {_text(_criterion(auto)(best), auto)}, of {best.setting.text} for {best.cpu_s:.3g} CPU s"
+    least = f"the least is {_text(_criterion(auto)(best), auto)}, of {best.setting.text} for {number(best.cpu_s)} CPU s"
     do = "measure settings that try harder"
     also = "give --error X or --samples N" if auto else f"give --error {_rounded_up(best.error)} or more"
     return InputError(f"no setting measured has {asked} in every picture: {least}", do=f"{also}, or {do}")
@@ -105,9 +106,9 @@ def _bound_text(bound: float, auto: bool) -> str:
 
 
 def _text(value: float, auto: bool) -> str:
-    return f"{value:.2g} of it" if auto else f"{100 * value:.3g} %"
+    return f"{number(value)} of it" if auto else percent(value)
 
 
 def _rounded_up(value: float) -> str:
-    """Three digits of it, never less than it."""
-    return str(Context(prec=3, rounding=ROUND_CEILING).create_decimal_from_float(value))
+    """Three digits of it, never less than it, and never as a power of ten."""
+    return f"{Context(prec=3, rounding=ROUND_CEILING).create_decimal_from_float(value):f}"

@@ -22,9 +22,9 @@ def in_markdown(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def percent(value: float) -> str:
     """Of a share."""
-    return f"{100 * value:.3g} %"
+    return f"{number(100 * value)} %"
 
 
 def number(value: float) -> str:
-    """Three digits, never as a power of ten below 100,000."""
-    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    """Three digits, and from 1000 on all before the point; a power of ten only below 0.0001."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"

@@ -148,3 +148,12 @@ def test_auto_that_nothing_reaches_is_refused():
 def test_without_noise_only_a_perfect_setting_is_within_it():
     found = [figures(setting("samples=1"), cpu_s=1.0, error=0.1), figures(setting("samples=2"), cpu_s=2.0)]
     assert choose(measurement(found, [frame(noise_dn=0.0)]), auto=True).setting == setting("samples=2")
+
+
+def test_great_numbers_are_written_out():
+    """Of a picture that takes half an hour, with an error of many times the light."""
+    found = [figures(setting("samples=1"), cpu_s=1800.4, error=123.4)]
+    assert choose(measurement(found), error=200.0).reason.endswith("12340 % for 1800 CPU s a picture; none is cheaper")
+    assert "of it for 1800 CPU s" in choose(measurement(found, [frame(noise_dn=1e5)]), auto=True).reason
+    with pytest.raises(InputError, match=r"the least is 12340 %, .* for 1800 CPU s; give --error 124 or more"):
+        choose(measurement(found), error=1.0)
