@@ -8,7 +8,7 @@ from collections.abc import Callable, Container, Sequence
 from io import StringIO
 from typing import Any
 
-import matplotlib
+import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -50,7 +50,7 @@ def plot(measurement: Measurement) -> str:
         "font.sans-serif": ["DejaVu Sans"],
         "font.size": 8,
     }
-    with matplotlib.rc_context(style):
+    with matplotlib.style.context(["default", style]):  # whatever the user's own matplotlibrc says
         figure = Figure(figsize=SIZE_INCHES, facecolor="white", layout="constrained")
         FigureCanvasSVG(figure)
         light, image = figure.subplots(1, 2)
@@ -60,7 +60,12 @@ def plot(measurement: Measurement) -> str:
         _panel(image, found, lambda each: each.shares, "error after the detector over its own noise, worst picture")
         _detector(image, [frame.noise_dn for frame in measurement.frames])
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    return re.sub(r"\n +", "\n", re.sub(r"(\.\d\d)\d+", r"\1", text.getvalue()))  # hundredths of a point are enough
+    return re.sub(r"\n +", "\n", _short_coordinates(text.getvalue()))
+
+
+def _short_coordinates(svg: str) -> str:
+    """Hundredths of a point are enough; what is said between tags stays."""
+    return re.sub(r">[^<]*<|(\.\d\d)\d+", lambda found: found[1] or found[0], svg)
 
 
 def kind_of(setting: Setting) -> str:

@@ -1,5 +1,7 @@
 """The files of a measurement for people: small, legible anywhere, the same to the byte each time."""
 
+import os
+import re
 import subprocess
 import sys
 from xml.etree import ElementTree
@@ -29,6 +31,28 @@ def test_the_plot_is_the_same_to_the_byte_in_another_process_and_small():
     )
     assert alone.stdout == plot(usual())
     assert len(alone.stdout) < 40_000
+
+
+def test_the_plot_is_the_same_whatever_the_users_own_settings_are(tmp_path):
+    (tmp_path / "matplotlibrc").write_text("lines.linewidth: 5\naxes.facecolor: red\nsvg.fonttype: path\n")
+    alone = subprocess.run(
+        [sys.executable, "-c", ALONE],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=REPOSITORY / "tests",
+        env={**os.environ, "MPLCONFIGDIR": str(tmp_path)},
+    )
+    assert alone.stdout == plot(usual())
+
+
+def test_small_errors_have_ticks_that_can_be_told_apart():
+    """Coordinates are shortened, text is not."""
+    cpu_s = {1: 0.001, 4: 0.004, 16: 0.016}
+    exact = [figures(setting(f"samples={n}"), cpu_s=s, error=0.004 / n, error_dn=0.006 / n) for n, s in cpu_s.items()]
+    ticks = [text for text in texts(plot(measurement(exact))) if re.fullmatch(r"[\d.]+( %)?", text)]
+    assert {"0.2 %", "0.05 %", "0.002", "0.005", "0.001"} <= {*ticks}
+    assert all(float(tick.removesuffix(" %")) > 0 for tick in ticks)
 
 
 def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white():
