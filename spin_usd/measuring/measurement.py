@@ -1,7 +1,8 @@
 """What `measure` found of a stage: of each setting, on each of a few pictures, its cost and its error.
 
-Errors are of the target's pixels against a converged reference. In linear light they are relative: of each pixel's
-deviation over about its own radiance (see measuring.error).
+Errors are of the target's pixels against a converged reference, root mean square. In linear light they are relative: of
+each pixel's deviation over the root of its radiance squared plus the square of FLOOR x the target's mean. FLOOR is 0.4
+(measuring.error).
 """
 
 from collections.abc import Mapping

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.front import Outcome, front, outcomes, share_of_noise
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.summary import choices
@@ -17,12 +18,13 @@ LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px
 EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
 FAILURES = ("what", "picture", "why")
 SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "difference", "another seed's")
-MEANINGS = """
+MEANINGS = f"""
 Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
-over the target's pixels, root mean square; its square is the sum of those of bias and noise. Brightness: how much more
-or less light the target has. DN: digital numbers after the detector, beside the detector's own noise, without which it
-was measured. Structure: 1 - SSIM. Front: no other setting is as cheap and as exact, in linear light (`light`) or after
-the detector (`image`).
+of each of the target's pixels its deviation over the root of its radiance squared plus the square of {FLOOR:g} x the
+target's mean, root mean square; its square is the sum of those of bias and noise. Brightness: how much more or less
+light the target has. DN: digital numbers after the detector, beside the detector's own noise, without which it was
+measured. Structure: 1 - SSIM. Front: no other setting is as cheap and as exact, in linear light (`light`) or after the
+detector (`image`).
 """
 
 
