@@ -8,7 +8,7 @@ from typing import Any
 from spin_usd.arrays import digest
 from spin_usd.dataset.child import HANG_S
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
+from spin_usd.dataset.measure_pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.planning import Progress
 from spin_usd.errors import InputError
@@ -147,7 +147,7 @@ class Campaign:
         keys = tuple(self.key(*how, seed) for seed in seeds)
         return Series(kind=kind, effort=effort, work=work, seeds=tuple(seeds), keys=keys)
 
-    def asked(self, pool: Pool, picture: PlannedPicture, kind: Kind, what: str, **arguments: Any) -> Outcome:
+    def asked(self, pool: Pool, picture: PlannedPicture, kind: Kind, what: str, **arguments: Any) -> Answer:
         """What came of asking a process of that kind about the picture."""
         return pool.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
 
@@ -166,10 +166,10 @@ class Campaign:
             if missing:
                 how = {"effort": asdict(series.effort), "work": series.work, "seeds": missing}
                 jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
-        outcomes = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
+        answers = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
         for number in jobs:
             self.tally.did(wanted[number].keys)  # what failed is not waited for
-        failed = {number: outcome.failed for number, outcome in zip(jobs, outcomes, strict=True)}
+        failed = {number: answer.failed for number, answer in zip(jobs, answers, strict=True)}
         return [failed.get(number) for number in range(len(wanted))]
 
 

@@ -83,7 +83,7 @@ class ExecutionTask:
         with self._campaign.pool(way.processes) as pool:
             pool.run(jobs[-1:] * way.processes)  # opens each
             began = time.perf_counter()
-            outcomes = pool.run(jobs)
+            answers = pool.run(jobs)
             wall_s = time.perf_counter() - began
-        failed = [outcome.failed for outcome in outcomes if outcome.failed is not None]
-        return {"failed": failed[0]} if failed else {"wall_s": wall_s, "digests": [each.result for each in outcomes]}
+        failed = [answer.failed for answer in answers if answer.failed is not None]
+        return {"failed": failed[0]} if failed else {"wall_s": wall_s, "digests": [each.result for each in answers]}

@@ -137,10 +137,10 @@ class PictureTask:
 
     def _asked(self, pool: Pool, kind: Kind, what: str, **arguments: Any) -> Any:
         """What a process of that kind answers; None where it failed."""
-        outcome = self._campaign.asked(pool, self._picture, kind, what, **arguments)
-        if outcome.failed is not None:
-            self._fail(what, outcome.failed)
-        return outcome.result
+        answer = self._campaign.asked(pool, self._picture, kind, what, **arguments)
+        if answer.failed is not None:
+            self._fail(what, answer.failed)
+        return answer.result
 
     def _fail(self, what: str, why: str) -> None:
         self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))

@@ -30,7 +30,7 @@ class Job:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class Answer:
     """Of a job: what came of it, or why nothing did."""
 
     result: Any = None
@@ -76,10 +76,10 @@ class Pool:
             for renderer in list(slot.processes):
                 slot.end(renderer)
 
-    def run(self, jobs: Sequence[Job], told: Callable[[Any], None] = lambda word: None) -> list[Outcome]:
+    def run(self, jobs: Sequence[Job], told: Callable[[Any], None] = lambda word: None) -> list[Answer]:
         """Do the jobs, in their order as processes become free; what came of each. `told` hears what they tell
         meanwhile. Raises OutputError where results cannot be written, and what opening a process raises."""
-        outcomes: dict[int, Outcome] = {}
+        answers: dict[int, Answer] = {}
         waiting = deque(range(len(jobs)))
         with selectors.DefaultSelector() as selector:
             for slot in self._slots:
@@ -91,13 +91,13 @@ class Pool:
                     process = slot.processes[job.kind.renderer]
                     if not ready:
                         process.child.process.kill()
-                    if outcome := _answer(process, told):
-                        outcomes[slot.job] = outcome
+                    if answer := _answer(process, told):
+                        answers[slot.job] = answer
                         selector.unregister(process.child)
-                        if outcome.failed is not None:
+                        if answer.failed is not None:
                             slot.end(job.kind.renderer)
                         self._feed(slot, waiting, jobs, selector)
-        return [outcomes[number] for number in range(len(jobs))]
+        return [answers[number] for number in range(len(jobs))]
 
     def _feed(self, slot: _Slot, waiting: "deque[int]", jobs: Sequence[Job], selector: selectors.BaseSelector) -> None:
         """Give a free slot the next job, for a process of its kind."""
@@ -115,20 +115,20 @@ class Pool:
             process.child.send("measure", what=job.what, **job.arguments)
 
 
-def _answer(process: _Process, told: Callable[[Any], None]) -> Outcome | None:
+def _answer(process: _Process, told: Callable[[Any], None]) -> Answer | None:
     """What came of the process's job; None where that is not done."""
     try:
-        for answer in process.child.received():
-            if "progress" in answer:
-                told(answer["progress"])
+        for word in process.child.received():
+            if "progress" in word:
+                told(word["progress"])
             elif process.opening:
                 process.opening = False
             else:
-                return Outcome(result=answer["result"])
+                return Answer(result=word["result"])
     except (SpinError, ChildInternalError) as reason:
         if process.opening and isinstance(reason, ChildDiedError):
             raise RenderError(f"no process can be started: {reason.found}", do="run spin-usd doctor") from reason
         if process.opening or isinstance(reason, OutputError):
             raise
-        return Outcome(failed=str(reason))
+        return Answer(failed=str(reason))
     return None

@@ -16,7 +16,7 @@ from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import in_order
 from spin_usd.dataset.worker import open_renderer
 from spin_usd.labels.label import LABELS
-from spin_usd.measuring.agreement import LabelImages, View, agreement
+from spin_usd.measuring.agreement import LabelImages, Sight, agreement
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.renderer import Renderer
 from spin_usd.render.requirements import Requirements
@@ -70,11 +70,11 @@ class MeasuringWorker:
     def labels(self, *, index: int, against: str, progress: Progress) -> dict[str, Any]:
         """This renderer's labels of picture `index` against those of the renderer `against`: LabelFigures as JSON."""
         scene, other = self._scene(index), open_renderer(against)
-        view = View(camera=scene.camera, T_cam_body=scene.T_cam_body)
+        sight = Sight(camera=scene.camera, T_cam_body=scene.T_cam_body)
         ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
         other.close()
         names = {"frame": scene.frame.name, "renderer": self.renderer.name, "against": against}
-        return asdict(agreement(ours, theirs, view, **names))
+        return asdict(agreement(ours, theirs, sight, **names))
 
     def errors(
         self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]], progress: Progress

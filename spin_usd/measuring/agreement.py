@@ -27,7 +27,7 @@ class LabelImages:
 
 
 @dataclass(frozen=True, kw_only=True)
-class View:
+class Sight:
     """How the picture was taken, which decides where a body point appears."""
 
     camera: Camera
@@ -35,7 +35,7 @@ class View:
 
 
 def agreement(
-    ours: LabelImages, theirs: LabelImages, view: View, *, frame: str, renderer: str, against: str
+    ours: LabelImages, theirs: LabelImages, sight: Sight, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
     """Of the labels `ours` of `renderer`, with those of the renderer `against`; two empty silhouettes are one."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
@@ -46,15 +46,15 @@ def agreement(
         against=against,
         iou=float(both.sum() / union.sum()) if union.any() else 1.0,
         depth_m=float(apart.max(initial=0.0)),
-        reprojection_px=_worst_reprojection(ours, view),
+        reprojection_px=_worst_reprojection(ours, sight),
         part_pixels=int((ours.part[both] != theirs.part[both]).sum()),
     )
 
 
-def _worst_reprojection(labels: LabelImages, view: View) -> float:
+def _worst_reprojection(labels: LabelImages, sight: Sight) -> float:
     """How far, pixels, the projection of a pixel's body point is from that pixel's centre, at the worst."""
     rows, columns = np.nonzero(labels.seen)
     body = labels.body[rows, columns].astype(np.float64)
-    found: Float = view.camera.project(view.T_cam_body.points(body))
+    found: Float = sight.camera.project(sight.T_cam_body.points(body))
     off = found - (np.stack([columns, rows], -1) + 0.5)
     return float(np.hypot(*off.T).max(initial=0.0))

@@ -17,7 +17,7 @@ from spin_usd.dataset.measure import measure
 from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure_execution import ExecutionTask
 from spin_usd.dataset.measure_frame import PictureTask
-from spin_usd.dataset.measure_pool import Job, Kind, Outcome, Pool
+from spin_usd.dataset.measure_pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure_runs import Runs
 from spin_usd.dataset.measured import read_measurement
 from spin_usd.dataset.processors import usable_cpus
@@ -241,14 +241,14 @@ class Answering:
         self.answers = answers
 
     def run(self, jobs, told=None):
-        return [self.answers.get(job.what, Outcome()) for job in jobs]
+        return [self.answers.get(job.what, Answer()) for job in jobs]
 
 
 def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path):
     """The rest of the measurement goes on."""
-    errors = Outcome(result={"reference": 0.0, "settings": [0.0]})
-    savings = Outcome(result=[vars(Saving(frame="f", what="x", cpu_s=1, cpu_s_with=2, difference=0, noise=0))])
-    pool = Answering(errors=errors, figures=Outcome(failed="it is too small"), savings=savings)
+    errors = Answer(result={"reference": 0.0, "settings": [0.0]})
+    savings = Answer(result=[vars(Saving(frame="f", what="x", cpu_s=1, cpu_s_with=2, difference=0, noise=0))])
+    pool = Answering(errors=errors, figures=Answer(failed="it is too small"), savings=savings)
     found = PictureTask(campaign(tmp_path), planned()).measured(pool)
     assert [(each.frame, each.what, each.reason) for each in found.failures] == [("f", "figures", "it is too small")]
     assert (found.frames, found.figures, found.savings) == ((), (), ())
@@ -383,6 +383,6 @@ def test_several_processes_share_the_jobs(opened):
         for seed in (5, 6, 5)
     ]
     with Pool(2, partial(opened, Child)) as pool:
-        outcomes = pool.run(jobs)
-    assert [each.failed for each in outcomes] == [None, None, None]
-    assert outcomes[0].result == outcomes[2].result
+        answers = pool.run(jobs)
+    assert [each.failed for each in answers] == [None, None, None]
+    assert answers[0].result == answers[2].result

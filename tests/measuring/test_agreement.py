@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scenes import SPEEDPLUS, pose
 
-from spin_usd.measuring.agreement import LabelImages, View, agreement
+from spin_usd.measuring.agreement import LabelImages, Sight, agreement
 
 SHAPE = (SPEEDPLUS.height, SPEEDPLUS.width)
 POSE = pose((0.9, 0.1, -0.3, 0.2), (0.1, -0.05, 6.0))
@@ -23,8 +23,8 @@ def labels(shift=0.0, near=0.0):
 
 
 def compared(ours, theirs):
-    view = View(camera=SPEEDPLUS, T_cam_body=POSE)
-    return agreement(ours, theirs, view, frame="f", renderer="blender", against="raycast")
+    sight = Sight(camera=SPEEDPLUS, T_cam_body=POSE)
+    return agreement(ours, theirs, sight, frame="f", renderer="blender", against="raycast")
 
 
 def test_equal_labels_agree():
