@@ -28,7 +28,7 @@ from spin_usd.scene.effort import QUALITIES, Effort
 
 RAYCAST = Kind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes
-PATIENCE_S = 300.0  # for twelve small renders
+PATIENCE_S = 120.0  # for twelve small renders
 OPTIONS = ("--frames", "0:1", "--most-samples", 4, "--seeds", 2)
 
 
