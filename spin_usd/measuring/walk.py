@@ -10,6 +10,7 @@ BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a tim
 STEP = 4  # from one number of samples to the next: half the noise
 DENOISERS = ("none", "fast", "high")
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
+LOOKS_EVERY = 16  # samples after which Cycles looks at the noise: with no more, adaptive sampling changes nothing
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
 REDUCTIONS = (2, 4)
@@ -36,7 +37,7 @@ def _efforts(most_samples: int, several_lights: bool) -> Iterator[Effort]:
     for samples in _samples(most_samples):
         for denoiser in DENOISERS:
             yield Effort(samples=samples, denoiser=denoiser)
-    for noise in ADAPTIVE:
+    for noise in ADAPTIVE if most_samples > LOOKS_EVERY else ():
         yield Effort(samples=most_samples, adaptive=noise)
     for bounces in BOUNCES:
         yield replace(base, bounces=bounces)

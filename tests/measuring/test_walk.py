@@ -31,6 +31,11 @@ def test_the_light_tree_is_of_interest_with_several_lights_only():
     assert not all(setting.effort.light_tree for setting in walk(several_lights=True))
 
 
+@pytest.mark.parametrize(("most", "any_adaptive"), [(1, False), (16, False), (17, True), (64, True)])
+def test_adaptive_sampling_is_of_interest_where_it_can_stop_early(most, any_adaptive):
+    assert any(setting.effort.adaptive for setting in walk(most)) == any_adaptive
+
+
 def test_other_settings_are_measured_too_unless_they_take_too_many_samples():
     few, many = Effort(samples=8, denoiser="high"), Effort(samples=4096)
     found = [setting.effort for setting in walk(others=[few, many])]
