@@ -40,7 +40,7 @@ ONLY_IN = {
     "embreex": ("render/raycast.py",),
     "cv2": ("labels/preview.py", "sensor"),
     "PIL": ("formats",),
-    "matplotlib": ("dataset/measure_plot.py",),
+    "matplotlib": ("dataset/measure/plot.py",),
     "typer": ("cli",),
     "rich": ("cli",),
     "psutil": ("dataset", "render/blender"),

@@ -23,7 +23,7 @@ def setting_of(
     """Renderer and effort, and why where they were chosen: `renderer` is blender where neither it nor the measurement
     says another. Raises InputError for ways that do not go together."""
     from spin_usd.dataset import chosen as choosing
-    from spin_usd.dataset.measured import measurement_file
+    from spin_usd.dataset.measure.file import measurement_file
     from spin_usd.measuring.measurement import Setting
     from spin_usd.scene.effort import Effort, parse_effort
 

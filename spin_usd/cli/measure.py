@@ -37,9 +37,9 @@ def measure(
     Run again with another --count, --seeds or the like, it replaces the figures, and renders only what is missing.
     Another stage or variant takes another --out.
     """
-    from spin_usd.dataset.measure import measure as measured
-    from spin_usd.dataset.measure_campaign import MeasureRequest
-    from spin_usd.dataset.measured import folder_of
+    from spin_usd.dataset.measure.campaign import MeasureRequest
+    from spin_usd.dataset.measure.entry import measure as measured
+    from spin_usd.dataset.measure.file import folder_of
     from spin_usd.measuring.report import in_short
 
     request = MeasureRequest(

@@ -81,7 +81,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
     def open_measuring(**arguments: Any) -> Any:
         nonlocal measuring
-        from spin_usd.dataset.measure_run import MeasuringWorker
+        from spin_usd.dataset.measure.worker import MeasuringWorker
 
         measuring = MeasuringWorker(**arguments)
 

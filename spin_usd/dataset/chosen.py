@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.measured import read_measurement
+from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.dataset.store import sha256_of
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose

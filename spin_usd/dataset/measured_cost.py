@@ -5,7 +5,7 @@ from pathlib import Path
 from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cost import Measured, expected_work
 from spin_usd.dataset.machine import machine
-from spin_usd.dataset.measured import measurement_file, read_measurement
+from spin_usd.dataset.measure.file import measurement_file, read_measurement
 from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.planning import Plan
 from spin_usd.errors import InputError

@@ -10,7 +10,7 @@ from measured import usual
 
 from spin_usd.cli.effort import setting_of
 from spin_usd.dataset.chosen import doubts
-from spin_usd.dataset.measured import FILE, folder_of, read_measurement
+from spin_usd.dataset.measure.file import FILE, folder_of, read_measurement
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.errors import InputError

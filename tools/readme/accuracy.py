@@ -7,7 +7,7 @@ from statistics import median
 from readme.marked import prose
 from three_stages import STAGES
 
-from spin_usd.dataset.measured import read_measurement
+from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.measuring.front import Outcome
 from spin_usd.measuring.measurement import Measurement, Saving
 from spin_usd.measuring.report import in_full

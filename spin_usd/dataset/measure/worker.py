@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import digest
-from spin_usd.dataset.measure_picture import MeasuredPicture
-from spin_usd.dataset.measure_runs import Cost, Runs
-from spin_usd.dataset.peak_memory import watch_memory
+from spin_usd.dataset.measure.figures import MeasuredPicture
+from spin_usd.dataset.measure.peak_memory import watch_memory
+from spin_usd.dataset.measure.runs import Cost, Runs
 from spin_usd.dataset.picture import Stopwatch, make_labels, render_in
 from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import in_order

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_campaign import BLENDER, RAYCAST, Campaign, Series
-from spin_usd.dataset.measure_pool import Pool
+from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, Series
+from spin_usd.dataset.measure.pool import Pool
 from spin_usd.measuring.measurement import Failure, Saving, Setting
 from spin_usd.measuring.walk import base_effort
 

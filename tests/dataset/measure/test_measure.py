@@ -13,13 +13,13 @@ from conftest import REPOSITORY, speedplus_camera
 
 from spin_usd.dataset.child import HANG_S, Child
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure import measure
-from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
-from spin_usd.dataset.measure_execution import ExecutionTask
-from spin_usd.dataset.measure_frame import PictureTask
-from spin_usd.dataset.measure_pool import Answer, Job, Kind, Pool
-from spin_usd.dataset.measure_runs import Runs
-from spin_usd.dataset.measured import read_measurement
+from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure.entry import measure
+from spin_usd.dataset.measure.execution import ExecutionTask
+from spin_usd.dataset.measure.file import read_measurement
+from spin_usd.dataset.measure.picture_task import PictureTask
+from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
+from spin_usd.dataset.measure.runs import Runs
 from spin_usd.dataset.processors import usable_cpus
 from spin_usd.errors import InputError, StageError
 from spin_usd.measuring.measurement import Saving, Setting
@@ -222,7 +222,7 @@ def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, m
         return {picture.key, *execution.keys}, picture.keys - {picture.key}
 
     results, renders = keys()
-    monkeypatch.setattr("spin_usd.dataset.measure_campaign.FORMULAS", 99)
+    monkeypatch.setattr("spin_usd.dataset.measure.campaign.FORMULAS", 99)
     assert results.isdisjoint(keys()[0])
     assert renders == keys()[1]
 

@@ -22,7 +22,7 @@ class Kind:
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """What a process of that kind is asked: see the methods of measure_run.MeasuringWorker."""
+    """What a process of that kind is asked: see the methods of worker.MeasuringWorker."""
 
     kind: Kind
     what: str

@@ -10,11 +10,11 @@ import pytest
 from conftest import REPOSITORY
 from measured import figures, measurement, setting, usual
 
-from spin_usd.dataset.measure_plot import kind_of, plot
-from spin_usd.dataset.measure_report import write_report
+from spin_usd.dataset.measure.plot import kind_of, plot
+from spin_usd.dataset.measure.report import write_report
 
 SVG = "{http://www.w3.org/2000/svg}"
-ALONE = "from measured import usual; from spin_usd.dataset.measure_plot import plot; print(plot(usual()), end='')"
+ALONE = "from measured import usual; from spin_usd.dataset.measure.plot import plot; print(plot(usual()), end='')"
 
 
 def texts(svg):

@@ -8,8 +8,8 @@ from typing import Any
 from spin_usd.arrays import digest
 from spin_usd.dataset.child import HANG_S
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure_pool import Answer, Job, Kind, Pool
-from spin_usd.dataset.measure_runs import Runs
+from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
+from spin_usd.dataset.measure.runs import Runs
 from spin_usd.dataset.planning import Progress
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import FORMULAS, Measurement

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scenes
 
-from spin_usd.dataset.measure_picture import MeasuredPicture
-from spin_usd.dataset.measure_runs import Cost, Runs
+from spin_usd.dataset.measure.figures import MeasuredPicture
+from spin_usd.dataset.measure.runs import Cost, Runs
 from spin_usd.errors import InputError
 from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting

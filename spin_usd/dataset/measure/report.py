@@ -3,7 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-from spin_usd.dataset.measure_plot import plot
+from spin_usd.dataset.measure.plot import plot
 from spin_usd.dataset.store import write_atomically
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.report import in_full

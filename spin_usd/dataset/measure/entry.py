@@ -11,13 +11,13 @@ from pathlib import Path
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.machine import machine
-from spin_usd.dataset.measure_campaign import Campaign, MeasureRequest, Tally
-from spin_usd.dataset.measure_execution import ExecutionTask
-from spin_usd.dataset.measure_frame import PictureTask
-from spin_usd.dataset.measure_pool import Kind, Pool
-from spin_usd.dataset.measure_report import write_report
-from spin_usd.dataset.measure_runs import Runs
-from spin_usd.dataset.measured import FILE, read_measurement
+from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure.execution import ExecutionTask
+from spin_usd.dataset.measure.file import FILE, read_measurement
+from spin_usd.dataset.measure.picture_task import PictureTask
+from spin_usd.dataset.measure.pool import Kind, Pool
+from spin_usd.dataset.measure.report import write_report
+from spin_usd.dataset.measure.runs import Runs
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.processors import share_of, usable_cpus
 from spin_usd.dataset.store import TEMPORARY, Store, write_atomically
