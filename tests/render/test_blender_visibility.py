@@ -14,9 +14,12 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.blender.passes import face_indices
+from spin_usd.render.rays import PLAIN_FOCAL, View
 from spin_usd.scene.effort import Effort
 
 EDGE_PX = 1e-3  # how near an edge float32 (Blender's and Embree's own) may take a ray to the other side
+PLAIN_PX = 1e-3  # what Blender's own camera may miss the centres by: 0.0005 px as it is made, the rest is float32's
+SHADER_PX = 4e-4  # less than that: the shader sends those rays through the centre
 BOUNDARY_PIXELS = 2  # silhouette pixels of a picture that may lie so near an edge
 MEMORY_GROWTH = 24 << 20  # bytes over 200 frames; allocators keep some of what is freed, a leaked mesh would be 100 MB
 POSES = [((1, 0, 0, 0), (0, 0, 4)), ((0.5, -0.3, 0.7, 0.2), (0.3, -0.2, 3)), ((0.1, 0.9, -0.2, 0.4), (-0.7, 0.4, 5))]
@@ -118,6 +121,38 @@ def test_a_speck_millimetres_before_the_camera_is_seen(blender, make_scene, need
     assert_sees_what_embree_sees(blender, scene)
     assert (blender.visibility(scene).face >= len(faces)).sum() > 500
     assert_sees_what_embree_sees(blender, replace(scene, camera=replace(speedplus, distortion=(0.0,) * 5)))
+
+
+def squares_at(camera, pixels, half_px):
+    """A square around the exact ray of each of the pixels' centres (N, 2): (points, faces), in camera axes at z = 1."""
+    outline = half_px * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    uv = (pixels[:, None] + outline).reshape(-1, 2)
+    first = 4 * np.arange(len(pixels))[:, None, None]
+    points = np.concatenate([camera.normalised(uv), np.ones((len(uv), 1))], 1)
+    return points, (first + np.array([(0, 1, 2), (0, 2, 3)])).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("corner", [-1, 1])
+@pytest.mark.parametrize(
+    ("focal", "distortion", "off_px"), [*((focal, 0.0, PLAIN_PX) for focal in PLAIN_FOCAL), (1.0, 1e-6, SHADER_PX)]
+)
+def test_labels_are_of_the_rays_through_pixel_centres(blender, make_scene, corner, focal, distortion, off_px):
+    """In opposite corners of a large frame, where float32 is coarsest. A triangle beyond the frame makes the target as
+    large as plain cameras need."""
+    width, height = 1920, 1200
+    camera = Camera(width=width, height=height, fx=focal * width, fy=focal * width, cx=width / 2, cy=height / 2,
+                    distortion=(distortion, 0, 0, 0, 0))  # fmt: skip
+    middle = np.array([width, height]) / 2
+    inward = np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) + 0.5
+    pixels = middle + corner * (middle - inward)
+    points, faces = squares_at(camera, pixels, off_px)
+    beyond = points[0] + 0.2 * np.linalg.norm(points[0]) * np.array([corner, 0, 0]) + 1e-3 * np.eye(3)
+    both = np.concatenate([points, beyond]), np.concatenate([faces, [len(points) + np.arange(3)]])
+    scene = make_scene(*both, camera=camera, t=(0, 0, 0))
+    assert View.sharp(scene).plain == (distortion == 0)
+    seen = blender.visibility(scene)
+    column, row = (pixels - (seen.region.x0, seen.region.y0)).astype(int).T
+    np.testing.assert_array_equal(seen.face[row, column] // 2, np.arange(len(pixels)))
 
 
 def test_region_is_cut_from_the_same_picture(blender, make_scene, needles):
