@@ -54,7 +54,10 @@ def _late_bounces(facts: Facts) -> Reason:
     kept = late_bounces(facts)
     if kept == facts.effort.bounces:
         return None
-    return f"at an albedo of {facts.surfaces.albedo:.2g} they hold less than {DARK_ENOUGH:g} of the light", MEASURED
+    return (
+        f"at an albedo of {facts.surfaces.albedo:.2g} they hold at most {DARK_ENOUGH:g} of what is reflected once",
+        MEASURED,
+    )
 
 
 def _glossy(facts: Facts) -> Reason:
@@ -108,19 +111,19 @@ def _world_sampling(facts: Facts) -> Reason:
 def _depth_of_field(facts: Facts) -> Reason:
     if facts.scene.thin_lens is None or facts.defocus_px > STILL_PX:
         return None
-    return f"it smears the target by less than {STILL_PX:g} px", MEASURED
+    return f"it smears the target by at most {STILL_PX:g} px", MEASURED
 
 
 def _motion_blur(facts: Facts) -> Reason:
     if facts.scene.shutter is None or facts.motion_px > STILL_PX:
         return None
-    return f"the target moves by less than {STILL_PX:g} px", MEASURED
+    return f"the target moves by at most {STILL_PX:g} px", MEASURED
 
 
 def _camera_shader(facts: Facts) -> Reason:
     view = View.blurred(facts.scene)
     plain = (replace(view, thin_lens=None) if _depth_of_field(facts) else view).plain
-    return ("the lens is a pinhole's: Blender's own camera is as exact", MEASURED) if plain else None
+    return ("the lens is a pinhole's: Blender's own camera keeps to 0.001 px", MEASURED) if plain else None
 
 
 def _light_groups(facts: Facts) -> Reason:
