@@ -11,8 +11,11 @@ def setting(effort, renderer="blender"):
     return Setting(renderer=renderer, effort=effort if isinstance(effort, Effort) else parse_effort(effort))
 
 
-def figures(setting, *, cpu_s, error=0.0, frame="a", error_dn=None, bias=0.0):
-    """`error` and `bias`, relative; `error_dn` in digital numbers, 10 times the error where it is not given."""
+def figures(
+    setting, *, cpu_s, error=0.0, frame="a", error_dn=None, bias=0.0, uncertainty=0.0, error_dn_uncertainty=0.0
+):
+    """`error` and `bias`, relative, and `uncertainty` of the error's square; `error_dn` and its uncertainty in digital
+    numbers, 10 times the error where it is not given."""
     return Figures(
         frame=frame,
         setting=setting,
@@ -22,8 +25,10 @@ def figures(setting, *, cpu_s, error=0.0, frame="a", error_dn=None, bias=0.0):
         memory_bytes=300_000_000,
         variance=error**2 - bias**2,
         bias_squared=bias**2,
+        uncertainty=uncertainty,
         brightness=-0.01,
         error_dn=10 * error if error_dn is None else error_dn,
+        error_dn_uncertainty=error_dn_uncertainty,
         structure=error / 4,
     )
 

@@ -8,11 +8,17 @@ bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor t
 relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2 is the mean over red, green and blue
 
 All three are unbiased, so bias^2 comes out a little below zero where there is none.
+
+How sure a mean square is: of each seed |x_s - r|^2 - v estimates it too, as large as variance + bias^2 in expectation,
+and the standard error of their mean over the seeds is its uncertainty. It knows nothing of the reference's own error,
+below which nothing can be told where that is not far smaller than what is compared.
 """
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import stdev
 from typing import Any
 
 import numpy as np
@@ -68,11 +74,12 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearError:
-    """variance, bias_squared: relative, their sum is the mean square · brightness: the target's light over the
-    reference's, minus 1."""
+    """variance, bias_squared: relative, their sum is the mean square · uncertainty: the standard error of that, by the
+    seeds' own mean squares · brightness: the target's light over the reference's, minus 1."""
 
     variance: float
     bias_squared: float
+    uncertainty: float
     brightness: float
 
     @property
@@ -89,12 +96,19 @@ def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
     mean = exact.mean(0)
     variance = reference.relative(exact - mean) * len(exact) / (len(exact) - 1)
     apart = reference.relative(mean - reference.radiance)
+    squares = [reference.relative(render - reference.radiance) for render in exact]
     light = float(reference.radiance.sum())
     return LinearError(
         variance=variance,
         bias_squared=apart - variance / len(exact) - reference.error_squared,
+        uncertainty=standard_error(squares),
         brightness=float(mean.sum()) / light - 1 if light else 0.0,
     )
+
+
+def standard_error(values: Sequence[float]) -> float:
+    """Of the mean of two values or more, which are independent and alike."""
+    return stdev(values) / math.sqrt(len(values))
 
 
 def _power(vectors: Float) -> Float:

@@ -11,7 +11,7 @@ from typing import Any
 
 from spin_usd.scene.effort import Effort
 
-FORMULAS = 2  # raise it, here and in the schema, when what a figure means changes
+FORMULAS = 3  # raise it, here and in the schema, when what a figure means changes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,9 +52,11 @@ class Figures:
     """A setting on a picture.
 
     seeds: so many renders with different seeds · cpu_s, wall_s: median seconds of a render; memory_bytes: the most that
-    its process held · variance, bias_squared: of the relative error, so that their sum is its mean square; brightness:
-    the target's light over the reference's, minus 1 · error_dn: RMS difference after the detector, without its noise,
-    digital numbers · structure: 1 - SSIM of the image around the target.
+    its process held · variance, bias_squared: of the relative error, so that their sum is its mean square; uncertainty:
+    the standard error of that, over the seeds, and the reference's own mean square error where it was capped, for what
+    is less cannot be told; brightness: the target's light over the reference's, minus 1 · error_dn: RMS difference
+    after the detector, without its noise, digital numbers; error_dn_uncertainty: by how much more it is with its
+    square's uncertainty, of the same kind, added · structure: 1 - SSIM of the image around the target.
     """
 
     frame: str
@@ -65,14 +67,35 @@ class Figures:
     memory_bytes: int
     variance: float
     bias_squared: float
+    uncertainty: float
     brightness: float
     error_dn: float
+    error_dn_uncertainty: float
     structure: float
 
     @property
     def error(self) -> float:
         """Relative, root mean square."""
-        return float((self.variance + max(self.bias_squared, 0.0)) ** 0.5)
+        return float(self._square**0.5)
+
+    @property
+    def bias(self) -> float:
+        """The root of its square; 0 where that is within the uncertainty, so that it may be none."""
+        return float(self.bias_squared**0.5) if self.bias_squared > self.uncertainty else 0.0
+
+    @property
+    def error_at_most(self) -> float:
+        """The error with its square's uncertainty added, one standard error."""
+        return float((self._square + self.uncertainty) ** 0.5)
+
+    @property
+    def error_dn_at_most(self) -> float:
+        """Likewise after the detector."""
+        return self.error_dn + self.error_dn_uncertainty
+
+    @property
+    def _square(self) -> float:
+        return self.variance + max(self.bias_squared, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

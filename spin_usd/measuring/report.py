@@ -6,7 +6,7 @@ from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.front import Outcome, front, outcomes, share_of_noise
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.summary import choices
-from spin_usd.measuring.tables import in_columns, in_markdown, number, percent
+from spin_usd.measuring.tables import in_columns, in_markdown, number, percent, within
 
 SETTINGS = (
     *("setting", "front", "CPU s", "wall s", "memory, MB", "error", "of it bias", "of it noise", "brightness"),
@@ -21,8 +21,10 @@ SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "difference", "
 MEANINGS = f"""
 Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
 of each of the target's pixels its deviation over the root of its radiance squared plus the square of {FLOOR:g} x the
-target's mean, root mean square; its square is the sum of those of bias and noise. Brightness: how much more or less
-light the target has. DN: digital numbers after the detector, beside the detector's own noise, without which it was
+target's mean, root mean square, and how much more it is with its square's uncertainty added: the standard error over
+the seeds, and the reference's own error where that took as many samples as allowed. Its square is the sum of those of
+bias and noise; a bias within the uncertainty is shown as 0. Brightness: how much more or less light the target has. DN:
+digital numbers after the detector, and likewise how much more, beside the detector's own noise, without which it was
 measured. Structure: 1 - SSIM. Front: no other setting is as cheap and as exact, in linear light (`light`) or after the
 detector (`image`).
 """
@@ -69,7 +71,7 @@ def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
 
 
 def _full(outcome: Outcome, on: str) -> list[str]:
-    every, (error, noise) = outcome.figures, outcome.in_image
+    every, (error, noise) = outcome.figures, _in_image(outcome)
     brightness = max((each.brightness for each in every), key=abs)
     return [
         f"`{outcome.setting.text}`",
@@ -79,15 +81,15 @@ def _full(outcome: Outcome, on: str) -> list[str]:
         _megabytes(outcome),
         *_errors(outcome),
         percent(brightness),
-        number(error),
-        number(noise),
+        error,
+        noise,
         number(max(each.structure for each in every)),
     ]
 
 
 def _short(outcome: Outcome, on: str) -> list[str]:
-    in_image = [number(value) for value in outcome.in_image]
-    return [outcome.setting.text, on, number(outcome.cpu_s), _megabytes(outcome), *_errors(outcome), *in_image]
+    megabytes, errors = _megabytes(outcome), _errors(outcome)
+    return [outcome.setting.text, on, number(outcome.cpu_s), megabytes, *errors, *_in_image(outcome)]
 
 
 def _megabytes(outcome: Outcome) -> str:
@@ -97,7 +99,15 @@ def _megabytes(outcome: Outcome) -> str:
 def _errors(outcome: Outcome) -> list[str]:
     """Error, bias and noise of the worst picture."""
     worst = outcome.worst
-    return [percent(each) for each in (worst.error, max(worst.bias_squared, 0.0) ** 0.5, worst.variance**0.5)]
+    error = within(100 * worst.error, 100 * (worst.error_at_most - worst.error))
+    return [f"{error} %", percent(worst.bias), percent(worst.variance**0.5)]
+
+
+def _in_image(outcome: Outcome) -> tuple[str, str]:
+    """Error after the detector and the detector's own noise, of the picture where the one is the most of the other."""
+    place = outcome.shares.index(outcome.of_noise)
+    worst = outcome.figures[place]
+    return within(worst.error_dn, worst.error_dn_uncertainty), number(outcome.noise_dn[place])
 
 
 def _frames(measurement: Measurement) -> Iterator[list[str]]:

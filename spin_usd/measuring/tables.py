@@ -25,6 +25,11 @@ def percent(value: float) -> str:
     return f"{number(100 * value)} %"
 
 
+def within(value: float, uncertainty: float) -> str:
+    """With its uncertainty, of two digits."""
+    return f"{number(value)} ± {uncertainty:.2g}" if uncertainty < 99.5 else f"{number(value)} ± {uncertainty:.0f}"
+
+
 def number(value: float) -> str:
     """Three digits, and from 1000 on all before the point; a power of ten only below 0.0001."""
     return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"

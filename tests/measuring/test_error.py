@@ -64,6 +64,27 @@ def test_no_bias_is_found_where_there_is_none_whatever_the_references_noise():
     assert found.squared == pytest.approx(found.variance, rel=0.02)
 
 
+def test_the_uncertainty_is_the_scatter_of_the_mean_square_from_trial_to_trial():
+    """Which differ in their seeds: each of these is off by a brightness of its own, of known scatter."""
+    value, sigma, seeds, trials = truth()[:50], 0.1, 4, 400
+    brightness = 1 + sigma * rng(9).standard_normal((trials, seeds, 1, 1))
+    found = [linear_error(each * value, known_reference(value)) for each in brightness]
+    scatter = np.std([each.variance + each.bias_squared for each in found])
+    assert np.mean([each.uncertainty**2 for each in found]) ** 0.5 == pytest.approx(scatter, rel=0.2)
+    mean = np.mean([each.variance + each.bias_squared for each in found])
+    assert mean == pytest.approx(sigma**2 * lit(value), abs=CHANCE * scatter / np.sqrt(trials))
+
+
+def test_seeds_that_differ_more_in_how_far_they_are_off_are_less_sure():
+    value = truth()
+    few, many = (
+        linear_error(noisy(each, 0.2, SEEDS, 10), known_reference(each)) for each in (value[: PIXELS // 1000], value)
+    )
+    assert few.uncertainty > 5 * many.uncertainty
+    signs = np.array([1, -1, 1])[:, None, None]
+    assert linear_error(value * (1 + 0.1 * signs), known_reference(value)).uncertainty < 1e-12
+
+
 def test_the_reference_knows_its_own_error():
     value, sigma = truth(), 0.05
     reference = Reference.of(noisy(value, sigma, PARTS, 5))

@@ -39,8 +39,10 @@ FIGURES = Figures(
     memory_bytes=1 << 28,
     variance=0.01,
     bias_squared=-1e-6,
+    uncertainty=0.002,
     brightness=0.001,
     error_dn=0.7,
+    error_dn_uncertainty=0.1,
     structure=0.02,
 )
 MEASUREMENT = Measurement(
@@ -85,3 +87,11 @@ def test_the_schema_refuses_what_cannot_be(tmp_path, spoil):
 def test_a_bias_below_zero_is_no_error():
     assert FIGURES.error == pytest.approx(0.1)
     assert replace(FIGURES, bias_squared=0.03).error == pytest.approx(0.2)
+
+
+def test_what_an_error_is_at_most_is_of_its_square():
+    """So that it is more than nothing where the error is none by chance."""
+    assert FIGURES.error_at_most**2 == pytest.approx(FIGURES.error**2 + 0.002)
+    assert replace(FIGURES, uncertainty=0.0).error_at_most == FIGURES.error
+    assert replace(FIGURES, variance=0.0).error_at_most == pytest.approx(0.002**0.5)
+    assert FIGURES.error_dn_at_most == pytest.approx(0.8)

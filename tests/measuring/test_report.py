@@ -24,6 +24,13 @@ def share(cell):
     return float(cell.removesuffix(" %")) / 100
 
 
+def error_of(row):
+    """Without its uncertainty."""
+    value, _, uncertainty = row["error"].partition(" ± ")
+    assert share(uncertainty) >= 0
+    return value + " %"
+
+
 def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_worst_picture():
     rows = {row["setting"]: row for row in table(in_full(usual()), SETTINGS)}
     found = outcomes(usual())
@@ -31,10 +38,21 @@ def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_
     for each in found:
         row = rows[each.setting.text]
         assert float(row["CPU s"]) == pytest.approx(each.cpu_s, rel=5e-3)
-        assert share(row["error"]) == pytest.approx(max(f.error for f in each.figures), rel=5e-3)
-        assert share(row["error"]) ** 2 == pytest.approx(
+        assert share(error_of(row)) == pytest.approx(max(f.error for f in each.figures), rel=5e-3)
+        assert share(error_of(row)) ** 2 == pytest.approx(
             share(row["of it bias"]) ** 2 + share(row["of it noise"]) ** 2, rel=0.02
         )
+
+
+def test_a_figure_stands_with_its_uncertainty_and_a_bias_within_that_is_none():
+    """An error of 12 %, whose square is 0.0144, and 15 % where that is 0.0081 more."""
+    known = figures(setting("samples=2"), cpu_s=1.0, error=0.12, bias=0.05, error_dn=4.0)
+    unsure = replace(known, uncertainty=0.0081, error_dn_uncertainty=0.5)
+    said = [table(in_full(measurement([each])), SETTINGS)[0] for each in (known, unsure)]
+    assert [row["error"] for row in said] == ["12 ± 0 %", "12 ± 3 %"]
+    assert [row["error, DN"] for row in said] == ["4 ± 0", "4 ± 0.5"]
+    assert [row["of it bias"] for row in said] == ["5 %", "0 %"]
+    assert "12 ± 3 %" in in_short(measurement([unsure]))
 
 
 def test_rows_on_a_front_are_marked():
@@ -89,9 +107,9 @@ def test_the_summary_says_of_each_stage_what_names_come_to():
     assert share(auto["beside samples=64"]) == pytest.approx(choice.cpu_s / plain.cpu_s, rel=5e-3)
     together = (float(auto["error, DN"]) ** 2 + NOISE_DN**2) ** 0.5
     assert float(auto["both together, DN"]) == pytest.approx(together, rel=5e-3)
-    assert never["setting"] == "not measured, or never reached"
+    assert never["setting"] == "never reached"
 
 
 def test_a_quality_that_was_not_measured_has_no_figures():
     text = of_stages({"one": measurement([figures(setting("samples=64"), cpu_s=1.0, error=0.01)])})
-    assert text.count("not measured, or never reached") == len(QUALITIES)
+    assert text.count("not measured") == len(QUALITIES)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.measuring.tables import number, percent
+from spin_usd.measuring.tables import number, percent, within
 
 
 @given(st.floats(min_value=1e-4, max_value=1e9))
@@ -30,3 +30,10 @@ def test_percent_is_a_hundred_times_it(value):
 def test_numbers(value, said):
     assert number(value) == said
     assert percent(value / 100) == f"{said} %"
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "said"), [(12.0, 3.0, "12 ± 3"), (0.5, 0.0123, "0.5 ± 0.012"), (0.0, 1234.5, "0 ± 1234")]
+)
+def test_a_number_stands_with_its_uncertainty(value, uncertainty, said):
+    assert within(value, uncertainty) == said

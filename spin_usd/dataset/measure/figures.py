@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure.runs import Runs
 from spin_usd.errors import InputError
-from spin_usd.measuring.error import LinearError, Reference, linear_error
+from spin_usd.measuring.error import LinearError, Reference, linear_error, standard_error
 from spin_usd.measuring.measurement import Figures, Saving, Setting
 from spin_usd.measuring.structure import RADIUS_PX, similarity
 from spin_usd.render.background.sky import sky
@@ -120,10 +120,13 @@ class MeasuredPicture:
             "noise_dn": image.noise,
         }
 
-    def figures(self, image: Developed, setting: Setting, keys: Sequence[str]) -> Figures:
-        """Of the setting, from its runs. Raises InputError where one of them is not there any more."""
+    def figures(self, image: Developed, setting: Setting, keys: Sequence[str], *, capped: bool = False) -> Figures:
+        """Of the setting, from its runs; `capped`: the reference may be less exact than they are. Raises InputError
+        where one of them is not there any more."""
         linear, pictures = self.linear_error(keys), [self._image_of(key, image) for key in keys]
-        off = fmean(self._square(picture - image.image) for picture in pictures) - image.variance
+        squares = [self._square(picture - image.image) for picture in pictures]
+        off = max(fmean(squares) - image.variance, 0.0)
+        own, own_dn = (self.reference.error_squared, image.variance) if capped else (0.0, 0.0)
         return Figures(
             frame=self.scene.frame.name,
             setting=setting,
@@ -131,8 +134,10 @@ class MeasuredPicture:
             **self.cost(keys),
             variance=linear.variance,
             bias_squared=linear.bias_squared,
+            uncertainty=math.hypot(linear.uncertainty, own),
             brightness=linear.brightness,
-            error_dn=math.sqrt(max(off, 0.0)),
+            error_dn=math.sqrt(off),
+            error_dn_uncertainty=math.sqrt(off + math.hypot(standard_error(squares), own_dn)) - math.sqrt(off),
             structure=fmean(self._unlikeness(picture, image) for picture in pictures),
         )
 

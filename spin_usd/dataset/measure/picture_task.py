@@ -122,6 +122,7 @@ class PictureTask:
             "figures",
             seed=self._campaign.seed,
             reference=reference,
+            capped=capped,
             settings=[asdict(setting) for setting in made],
             runs=[series.keys for series in made.values()],
         )

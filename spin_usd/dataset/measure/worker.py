@@ -92,13 +92,14 @@ class MeasuringWorker:
         index: int,
         seed: int,
         reference: Sequence[str],
+        capped: bool,
         settings: Sequence[Mapping[str, Any]],
         runs: Sequence[Sequence[str]],
         progress: Progress,
     ) -> dict[str, Any]:
         """What is known of the picture from the runs of the settings: its "frame" and its "figures", as JSON.
 
-        `seed` of the dataset, of what lies behind the target.
+        `seed` of the dataset, of what lies behind the target; `capped`: the reference ended before it was good enough.
         """
         picture = self._picture(index, reference)
         image = picture.developed(seed)
@@ -106,7 +107,8 @@ class MeasuringWorker:
         return {
             "frame": picture.frame(image),
             "figures": [
-                asdict(picture.figures(image, setting, keys)) for setting, keys in zip(made, runs, strict=True)
+                asdict(picture.figures(image, setting, keys, capped=capped))
+                for setting, keys in zip(made, runs, strict=True)
             ],
         }
 

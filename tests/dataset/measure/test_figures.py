@@ -121,6 +121,18 @@ def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, s
     assert good.seeds == SEEDS
 
 
+def test_no_error_below_a_capped_references_own_is_claimed(picture, runs, scene):
+    """Of renders that are the reference's own parts, whose error is estimated at nearly none."""
+    image, keys = picture.developed(seed=0), make(runs, scene, "own", samples=64, seeds=PARTS)
+    capped, known = (picture.figures(image, SETTING, keys, capped=capped) for capped in (True, False))
+    own = picture.reference.error_squared**0.5
+    assert capped.error_at_most >= own
+    assert capped.error_dn_at_most >= image.variance**0.5
+    assert (capped.error, capped.error_dn) == (known.error, known.error_dn)
+    assert capped.error_at_most > known.error_at_most > known.error
+    assert capped.error_dn_at_most > known.error_dn_at_most > known.error_dn
+
+
 def test_cost_is_the_median_of_what_was_not_the_first(picture, runs, scene):
     found = picture.figures(picture.developed(seed=0), SETTING, make(runs, scene, "c", samples=4, seeds=range(4)))
     assert (found.cpu_s, found.wall_s, found.memory_bytes) == (3.0, 0.5, 103)
