@@ -89,7 +89,7 @@ def expected_bytes(making: Making, method: Method) -> float:
 
 
 @dataclass(kw_only=True)
-class Measured:
+class Timings:
     """Seconds of one core by kind of work: what was expected of a dataset's runs, and what they took."""
 
     expected: dict[str, float] = field(default_factory=dict)
@@ -113,17 +113,17 @@ class Measured:
         return self.taken.get(work, 0.0) / self.expected[work] if self.knows(work) else 1.0
 
 
-def read_measured(file: Path) -> Measured:
+def read_measured(file: Path) -> Timings:
     """What `write_measured` wrote; nothing where that is not there or damaged."""
     with suppress(OSError, ValueError, TypeError, AttributeError, KeyError):
         values = json.loads(file.read_text(encoding="utf-8"))
         parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]
         if all(0 <= seconds < float("inf") for part in parts for seconds in part.values()):
-            return Measured(expected=parts[0], taken=parts[1])
-    return Measured()
+            return Timings(expected=parts[0], taken=parts[1])
+    return Timings()
 
 
-def write_measured(file: Path, of_run: Measured) -> None:
+def write_measured(file: Path, of_run: Timings) -> None:
     """Add what a run measured to what is kept."""
     kept = read_measured(file)
     kept.add(of_run.expected, of_run.taken)

@@ -1,6 +1,6 @@
 """The matrix of a plan: what each variant adds in passes and pictures, and about what that costs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -8,9 +8,9 @@ from typing import Any
 
 from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, RENDERS, held_keys
-from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured
+from spin_usd.dataset.cost import Timings, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.picture import BEAUTY_PASS, PASSES
+from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import Wanted, is_finished
 from spin_usd.dataset.schedule import OPEN_S, Work, wall_seconds
@@ -74,7 +74,7 @@ def _json(row: Row) -> dict[str, Any]:
 
 
 def matrix(
-    plan: Plan, method: Method, image_suffix: str, out: Path | None = None, renders: Measured | None = None
+    plan: Plan, method: Method, image_suffix: str, out: Path | None = None, renders: Timings | None = None
 ) -> Matrix:
     """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
@@ -82,7 +82,7 @@ def matrix(
     """
     store = Store(root=out.absolute()) if out else None
     held = held_keys(store) if store else {}
-    measured = read_measured(store.cache / MEASURED) if store else Measured()
+    measured = read_measured(store.cache / MEASURED) if store else Timings()
     if renders and not measured.knows(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
     wanted = Wanted(kinds=method.kinds, image_suffix=image_suffix)
@@ -98,7 +98,7 @@ def matrix(
         makings = [_making(picture, method, labelled, rendered) for picture in pictures]
         if method.lit:
             exposed.update(picture.exposure for picture in pictures)
-        new = [_work(measured.scaled(expected_work(making, method))) for making in makings]
+        new = [Work.of(measured.scaled(expected_work(making, method))) for making in makings]
         works += new
         rows.append(_row(variant, makings, method, new, exposures=len(exposed) - before))
     images = method.lit and any("planet" in picture.features for picture in todo)
@@ -126,11 +126,6 @@ def _making(picture: PlannedPicture, method: Method, labelled: set[str], rendere
     labelled.add(picture.geometry)
     rendered.add(picture.radiance)
     return Making(picture=picture, label_pass=label_pass, render=render)
-
-
-def _work(seconds: Mapping[str, float]) -> Work:
-    passes = sum(seconds.get(name, 0.0) for name in PASSES)
-    return Work(passes=passes, rest=sum(seconds.values()) - passes)
 
 
 def _row(name: str, makings: Sequence[Making], method: Method, works: Sequence[Work], *, exposures: int) -> Row:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from spin_usd.dataset.amounts import Making, Method
-from spin_usd.dataset.cost import Measured, expected_work
+from spin_usd.dataset.cost import Timings, expected_work
 from spin_usd.dataset.machine import machine
 from spin_usd.dataset.measure.file import measurement_file, read_measurement
 from spin_usd.dataset.picture import BEAUTY_PASS
@@ -12,21 +12,21 @@ from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import Measurement, Setting
 
 
-def measured_beside(stage: Path, plan: Plan, method: Method) -> Measured:
+def measured_beside(stage: Path, plan: Plan, method: Method) -> Timings:
     """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine."""
     try:
         measurement = read_measurement(measurement_file(stage))
     except InputError:
-        return Measured()
+        return Timings()
     known = plan.stages.get(measurement.variant)
     if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
-        return Measured()
+        return Timings()
     return measured_renders(measurement, plan, method)
 
 
-def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Measured:
+def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Timings:
     """Of the pictures that were measured and are planned, at the method's very setting."""
-    setting, found = Setting(renderer=method.renderer, effort=method.effort), Measured()
+    setting, found = Setting(renderer=method.renderer, effort=method.effort), Timings()
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:

@@ -3,9 +3,10 @@
 import shutil
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.chosen import Chosen, doubts
-from spin_usd.dataset.cost import Measured, expected_work, write_measured
+from spin_usd.dataset.cost import Timings, expected_work, write_measured
 from spin_usd.dataset.describe import describe
 from spin_usd.dataset.foreign import foreign_pictures, refuse, remove
 from spin_usd.dataset.job import Job, PlannedPicture
@@ -23,6 +24,7 @@ from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.processors import share_of, usable_cpus
 from spin_usd.dataset.resume import Wanted, remaining
+from spin_usd.dataset.schedule import one_core
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
 from spin_usd.errors import InputError
@@ -165,8 +167,10 @@ def _render(
             settings=plan.settings,
             chosen=request.chosen,
         )
-        listener = _Listener(report, progress, method_of(request, plan))
-        _run(job, tasks, workers, lock, store, listener)
+        count = min(workers or default_workers(), len(tasks))
+        alone = partial(one_core, workers=count, cores=len(usable_cpus()))
+        listener = _Listener(report, progress, method_of(request, plan), alone)
+        _run(job, tasks, count, lock, store, listener)
         if report.made:
             write_measured(store.cache / MEASURED, listener.measured)
     return report
@@ -188,11 +192,18 @@ def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:
 
 
 class _Listener:
-    """Counts what was done, and measures it: the picture, beside what was expected of it."""
+    """Counts what was done, and measures it: the picture, beside what was expected of it. `alone`: a worker's seconds
+    by kind of work to those of one core."""
 
-    def __init__(self, report: RenderReport, progress: Progress, method: Method) -> None:
-        self.report, self.progress, self.method = report, progress, method
-        self.measured = Measured()
+    def __init__(
+        self,
+        report: RenderReport,
+        progress: Progress,
+        method: Method,
+        alone: Callable[[Mapping[str, float]], Mapping[str, float]],
+    ) -> None:
+        self.report, self.progress, self.method, self.alone = report, progress, method, alone
+        self.measured = Timings()
         progress("rendering", report.reused, report.pictures)
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
@@ -209,7 +220,7 @@ class _Listener:
                 self.report.renders_shared += 1
         own = {name: result["passes"].get(name) == "made" for name in ("labels", "render")}
         making = Making(picture=picture, label_pass=own["labels"], render=own["render"])
-        self.measured.add(expected_work(making, self.method), result["seconds"])
+        self.measured.add(expected_work(making, self.method), self.alone(result["seconds"]))
         for work, seconds in result["seconds"].items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds
         self._tell()
@@ -238,16 +249,14 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, e
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 
 
-def _run(job: Job, tasks: list[Task], workers: int | None, lock: int, store: Store, listener: _Listener) -> None:
-    count = min(workers or default_workers(), len(tasks))
-
+def _run(job: Job, tasks: list[Task], workers: int, lock: int, store: Store, listener: _Listener) -> None:
     def start(number: int) -> Child:
         child = Child(keep_open=(lock,), scratch=store.work)
-        child.send("open_worker", job=job.as_json(), cpus=share_of(number, count))
+        child.send("open_worker", job=job.as_json(), cpus=share_of(number, workers))
         return child
 
-    memory_limit = max(psutil.virtual_memory().total // 2 // count, MEMORY_PER_WORKER)
-    supervise(tasks, workers=count, start=start, listener=listener, memory_limit=memory_limit)
+    memory_limit = max(psutil.virtual_memory().total // 2 // workers, MEMORY_PER_WORKER)
+    supervise(tasks, workers=workers, start=start, listener=listener, memory_limit=memory_limit)
 
 
 def default_workers() -> int:

@@ -1,8 +1,10 @@
 """How long a run takes whose pictures' work is known: the start, and workers that each take the next picture."""
 
 import heapq
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+from spin_usd.dataset.picture import PASSES
 
 PLANNING_S = 1.2  # to open the stage in a process of its own
 PLANNED_S = 3e-4  # a picture
@@ -20,6 +22,12 @@ class Work:
     passes: float
     rest: float
 
+    @classmethod
+    def of(cls, seconds: Mapping[str, float]) -> "Work":
+        """Of seconds by kind of work."""
+        passes = sum(seconds.get(kind, 0.0) for kind in PASSES)
+        return cls(passes=passes, rest=sum(seconds.values()) - passes)
+
     @property
     def total(self) -> float:
         return self.passes + self.rest
@@ -36,10 +44,21 @@ def wall_seconds(
     if not listed:
         return 0.0
     count = min(workers, len(listed))
-    faster = max(cores // count, 1) ** SPEED_UP
-    slower = BESIDE if count > 1 else 1.0
+    faster, slower = _pace(count, cores)
     ends = [0.0] * count
     for work in listed:
         heapq.heapreplace(ends, ends[0] + slower * (work.passes / faster + work.rest))
     planning = PLANNING_S + PLANNED_S * planned / min(cores, 2)
     return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)
+
+
+def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
+    """The work, in seconds of one core by its kinds, that took one of so many workers so long."""
+    faster, slower = _pace(workers, cores)
+    return {kind: seconds * (faster if kind in PASSES else 1.0) / slower for kind, seconds in taken.items()}
+
+
+def _pace(workers: int, cores: int) -> tuple[float, float]:
+    """How many times faster the passes of each of so many workers are than on one core, and slower all its work."""
+    slower = max(workers / cores, 1.0) * (BESIDE if workers > 1 else 1.0)
+    return max(cores // workers, 1) ** SPEED_UP, slower

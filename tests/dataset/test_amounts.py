@@ -14,7 +14,7 @@ from spin_usd.dataset.measured_cost import measured_renders
 from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.plan import Extents
 from spin_usd.dataset.planning import Question, make_plan
-from spin_usd.dataset.schedule import BESIDE, Work, wall_seconds
+from spin_usd.dataset.schedule import BESIDE, Work, one_core, wall_seconds
 from spin_usd.render.bands import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read import StageReader
@@ -86,14 +86,28 @@ def wall(works, workers, cores=1):
     return wall_seconds(works, planned=0, variants=0, images=False, workers=workers, cores=cores)
 
 
-@given(seconds=SECONDS, workers=st.integers(1, 8))
-def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers):
-    works = [Work(passes=s / 2, rest=s / 2) for s in seconds]
-    start = wall([Work(passes=0, rest=0)], 1)
-    spent = wall(works, workers) - start
-    slower = BESIDE if min(workers, len(works)) > 1 else 1
-    longest, share = slower * max(seconds), slower * sum(seconds) / workers
-    assert max(longest, share) - 1e-6 <= spent <= longest + share + 1e-6
+def spent(works, workers, cores=1):
+    """Without the start."""
+    return wall(works, workers, cores) - wall([Work(passes=0, rest=0)], 1)
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8))
+def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers, cores):
+    took = spent([Work(passes=0, rest=s) for s in seconds], workers, cores)
+    count = min(workers, len(seconds))
+    slowest = BESIDE * max(count / cores, 1) * (max(seconds) + sum(seconds) / count)
+    assert max(max(seconds), sum(seconds) / min(count, cores)) - 1e-6 <= took <= slowest + 1e-6
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8), share=st.floats(0, 1))
+def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, workers, cores, share):
+    taken = [{BEAUTY_PASS: share * s, "files": (1 - share) * s} for s in seconds]
+    count = min(workers, len(taken))
+    ends = [0.0] * count
+    for s in seconds:  # each worker takes the next picture when it has made one
+        ends[ends.index(min(ends))] += s
+    alone = [Work.of(one_core(each, workers=count, cores=cores)) for each in taken]
+    assert spent(alone, workers, cores) == pytest.approx(max(ends), abs=1e-6)
 
 
 def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():

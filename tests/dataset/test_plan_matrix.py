@@ -5,7 +5,7 @@ import json
 import pytest
 
 from spin_usd.dataset.amounts import Making, Method
-from spin_usd.dataset.cost import Measured, expected_bytes, expected_work, read_measured, write_measured
+from spin_usd.dataset.cost import Timings, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.matrix import MANY, Row, in_lines, matrix
 from spin_usd.dataset.picture import PASSES
@@ -165,7 +165,7 @@ def test_many_variants_that_cost_alike_share_a_line():
 def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
     making = Making(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
     expected = expected_work(making, METHOD)
-    of_run = Measured()
+    of_run = Timings()
     for _ in range(100):
         of_run.add(expected, {kind: 3 * seconds for kind, seconds in expected.items()})
     file = tmp_path / "measured.json"
@@ -180,7 +180,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"expected": 3}', '{"expected": {"stage": NaN}, "taken": {}}'])
 def test_damaged_measurements_are_none(tmp_path, text):
     (tmp_path / "measured.json").write_text(text)
-    assert read_measured(tmp_path / "measured.json") == Measured()
+    assert read_measured(tmp_path / "measured.json") == Timings()
 
 
 def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path):

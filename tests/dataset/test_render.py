@@ -14,8 +14,12 @@ import psutil
 import pytest
 from conftest import REPOSITORY
 
+from spin_usd.dataset.cache import MEASURED
+from spin_usd.dataset.cost import read_measured
 from spin_usd.dataset.job import Job
+from spin_usd.dataset.processors import usable_cpus
 from spin_usd.dataset.render import RenderRequest, render
+from spin_usd.dataset.schedule import one_core
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import TEMPORARY, Store
 from spin_usd.dataset.worker import Worker
@@ -62,6 +66,13 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
     assert [record["index"] for record in records] == list(range(8))
     kinds = {"image", "radiance", "depth", "segmentation", "dense_pose"}
     assert all(set(record["files"]) == kinds for record in records)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers):
+    report = make(small_stage, tmp_path, frames="0:3", workers=workers)
+    alone = one_core(report.work, workers=workers, cores=len(usable_cpus()))
+    assert read_measured(tmp_path / "cache" / MEASURED).taken == pytest.approx(alone)
 
 
 @pytest.mark.slow
