@@ -8,10 +8,13 @@ import argparse
 import json
 import os
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 from benchmarks import calibrate, frames, growth, plan, predict, sensor, stages, variants
-from benchmarks.machine import described
+
+from spin_usd.dataset.machine import machine
+from spin_usd.dataset.versions import LIBRARIES
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module
@@ -42,7 +45,8 @@ def main() -> None:
 def keep(file: Path, name: str, figures: dict[str, object]) -> None:
     """Put figures into the file under their name, with the machine; others in it stay."""
     kept = json.loads(file.read_text()) if file.is_file() else {}
-    kept[name] = {"machine": described(), **figures}
+    versions = {library: version(library) for library in LIBRARIES}
+    kept[name] = {"machine": {**machine(), "versions": versions}, **figures}
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(json.dumps(dict(sorted(kept.items())), indent=1) + "\n")
 
