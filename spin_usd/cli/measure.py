@@ -19,9 +19,9 @@ def measure(
         Path | None, typer.Option(help="Folder for it, measured beside the stage if not given. Run again, it resumes.")
     ] = None,
     frames: Frames = None,
-    count: Annotated[int, typer.Option(metavar="N", help="Measure so many of them, small to large.")] = 3,
+    count: Annotated[int, typer.Option(metavar="N", help="Measure so many of them, 1 to 100, small to large.")] = 3,
     variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
-    seeds: Annotated[int, typer.Option(metavar="N", help="Renders of each setting, 2 or more.")] = 3,
+    seeds: Annotated[int, typer.Option(metavar="N", help="Renders of each setting, 2 to 64.")] = 3,
     most_samples: Annotated[int, typer.Option(metavar="N", help="Light samples per pixel of a setting.")] = 64,
     reference_share: Annotated[
         float, typer.Option(metavar="X", help="Of the smallest error squared, the most that the reference's may be.")

@@ -22,6 +22,7 @@ OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
 SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
 PERCENT = 100
+MOST_PICTURES, MOST_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,10 +49,10 @@ class MeasureRequest:
         return HANG_S + SAMPLE_S * max(STEP, PART) * self.most_samples
 
     def __post_init__(self) -> None:
-        _refuse_unless(self.count >= 1, f"{self.count} pictures are asked for", "measure at least 1")
-        _refuse_unless(
-            self.seeds >= 2, f"{self.seeds} seeds are asked for", "take at least 2: their spread is measured"
-        )
+        few = f"measure 1 to {MOST_PICTURES}: they stand for the others"
+        _refuse_unless(1 <= self.count <= MOST_PICTURES, f"{self.count} pictures are asked for", few)
+        spread = f"take 2 to {MOST_SEEDS}: their spread is measured"
+        _refuse_unless(2 <= self.seeds <= MOST_SEEDS, f"{self.seeds} seeds are asked for", spread)
         well = 1 <= self.most_samples <= self.reference_samples <= MOST_SAMPLES
         found = f"settings of {self.most_samples} samples and a reference of {self.reference_samples} are asked for"
         _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MOST_SAMPLES}")

@@ -276,7 +276,9 @@ def test_work_is_told_of_once():
     "asked",
     [
         {"count": 0},
+        {"count": 101},
         {"seeds": 1},
+        {"seeds": 65},
         {"most_samples": 0},
         {"reference_samples": 63},
         {"reference_share": 0.0},
