@@ -1,7 +1,7 @@
 """About how many of a picture's pixels show the target: how much of its outline it fills, seen from any side.
 
 How much that is was looked up once a mesh, from a half sphere of sides (the back fills what the front fills, seen from
-far away); a picture then costs a few operations. Over the SPEED+ poses of Tango it is 2 % off, at most 5 %.
+far away); a picture then costs a few operations. Over poses of Tango as SPEED+ has them it is 2 % off, at most 5 %.
 """
 
 from dataclasses import replace
