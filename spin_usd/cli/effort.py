@@ -8,6 +8,7 @@ from spin_usd.errors import InputError
 if TYPE_CHECKING:
     from spin_usd.dataset.chosen import Chosen
     from spin_usd.measuring.measurement import Setting
+    from spin_usd.scene.effort import Effort
 
 
 def setting_of(
@@ -20,8 +21,8 @@ def setting_of(
     quality: str | None,
     error: str | None,
 ) -> tuple["Setting", "Chosen | None"]:
-    """Renderer and effort, and why where they were chosen: `renderer` is blender where neither it nor the measurement
-    says another. Raises InputError for ways that do not go together."""
+    """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
+    do not go together."""
     from spin_usd.dataset import chosen as choosing
     from spin_usd.dataset.measure.file import measurement_file
     from spin_usd.measuring.measurement import Setting
@@ -33,12 +34,28 @@ def setting_of(
         raise InputError(f"{' and '.join(given)} are given together", do="give one of them")
     if measured is not None and error is None:
         raise InputError("--measured is given without --error", do="give --error too")
+    renderer = renderer or "blender"
     if error is not None:
         return choosing.by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
     tried = Effort() if samples is None else Effort(samples=samples)
     if effort is not None:
-        tried = parse_effort(effort)
+        tried = parse_effort(_said(effort))
     if quality is not None:
-        tried, chosen = choosing.by_quality(quality)
-    return Setting(renderer=renderer or "blender", effort=tried), chosen
+        tried, chosen = choosing.by_quality(quality, stage, renderer=renderer)
+        _refuse_raycast(quality, tried, renderer)
+    return Setting(renderer=renderer, effort=tried), chosen
+
+
+def _said(effort: str) -> str:
+    if not effort.strip():
+        raise InputError("--effort is empty", do="write name=value,..., such as samples=16,denoiser=fast")
+    return effort
+
+
+def _refuse_raycast(quality: str, effort: "Effort", renderer: str) -> None:
+    from spin_usd.dataset.render import RAYCAST_EFFORT
+
+    if renderer == "raycast" and (unused := set(effort.unusual) - RAYCAST_EFFORT):
+        found = f"--quality {quality} needs blender: raycast has no {' and no '.join(sorted(unused))}"
+        raise InputError(found, do="drop --renderer raycast, or give --samples N")

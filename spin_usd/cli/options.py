@@ -18,7 +18,10 @@ EffortText = Annotated[
 Quality = Annotated[str | None, typer.Option(metavar="NAME", help="preview, draft, standard or reference.")]
 Error = Annotated[
     str | None,
-    typer.Option(metavar="X", help="The cheapest as measured within a relative error, or auto: the detector's noise."),
+    typer.Option(
+        metavar="X",
+        help="The cheapest of blender, or of the --renderer given, measured within a relative error, or auto.",
+    ),
 ]
 MeasuredIn = Annotated[
     Path | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")

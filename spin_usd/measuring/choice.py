@@ -5,13 +5,17 @@ from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
 
 from spin_usd.errors import InputError
-from spin_usd.measuring.front import Outcome, front, outcomes, relative_error, share_of_noise
+from spin_usd.measuring.front import Outcome, error_at_most, front, outcomes, share_at_most
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.tables import number, percent
+from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
 
 AUTO = 1 / 3
 """Of the detector's noise: an error that adds no more raises the image's total error by at most 5.4 %, for the two are
 independent: sqrt(1 + 1/9)."""
+
+ROUNDING_DN = 0.3
+"""A detector with no more noise than this has none of its own: rounding alone is 1 / sqrt(12) = 0.289."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,28 +42,35 @@ class Choice:
 
     @property
     def error(self) -> float:
-        """Expected, of the same kind as the bound."""
-        return _criterion(self.auto)(self.outcome)
+        """Expected, of the same kind as the bound, in the picture where it may be the greatest."""
+        return self._expected[0]
+
+    @property
+    def error_at_most(self) -> float:
+        """With its uncertainty: what is within the bound."""
+        return self._expected[1]
 
     @property
     def reason(self) -> str:
         """Why, in a sentence."""
         count = len(self.outcome.figures)
         where = "the picture measured" if count == 1 else f"each of the {count} pictures measured"
-        chosen = f"the cheapest setting with {_bound_text(self.bound, self.auto)} in {where}"
-        said = f"{self.setting.text} is {chosen}: {self._had(self.outcome)}"
+        said = f"{self.setting.text} is the cheapest setting with {_bound_text(self.bound, self.auto)} in {where}"
+        error = f"{error_text(self.outcome, self.auto)}{light_text(self.outcome)}"
+        said += f": expected error {error}, for {cost_text(self.outcome)}"
         if self.cheaper is None:
             return f"{said}; none is cheaper"
-        return f"{said}; the next cheaper, {self.cheaper.setting.text}, has {self._had(self.cheaper)}"
+        return f"{said}; the next cheaper, {self.cheaper.setting.text}, has {expected(self.cheaper, self.auto)}"
 
-    def _had(self, outcome: Outcome) -> str:
-        return f"{_text(_criterion(self.auto)(outcome), self.auto)} for {number(outcome.cpu_s)} CPU s a picture"
+    @property
+    def _expected(self) -> tuple[float, float]:
+        return self.outcome.of_noise_expected if self.auto else self.outcome.error_expected
 
 
 def choose(
-    measurement: Measurement, *, error: float | None = None, auto: bool = False, renderer: str | None = None
+    measurement: Measurement, *, error: float | None = None, auto: bool = False, renderer: str = "blender"
 ) -> Choice:
-    """The cheapest setting, of `renderer` alone where it is given, within a bound in every picture measured: its
+    """The cheapest setting of `renderer` within a bound in every picture measured, as far as was measured there: its
     relative error in linear light at most `error`; with `auto` instead, its error after the detector at most AUTO of
     the detector's own noise. Raises InputError where none is.
     """
@@ -79,34 +90,35 @@ def choose(
     return Choice(outcome=found[place], bound=bound, auto=auto, cheaper=found[place - 1] if place else None)
 
 
-def _measured(measurement: Measurement, renderer: str | None) -> list[Outcome]:
-    found = [each for each in outcomes(measurement) if renderer in (None, each.setting.renderer)]
-    if not found:
-        of = f" of the renderer {renderer}" if renderer else ""
-        raise InputError(f"no setting{of} was measured on all pictures", do="run spin-usd measure, which resumes")
-    return found
+def _measured(measurement: Measurement, renderer: str) -> list[Outcome]:
+    measured = [each for each in outcomes(measurement) if each.setting.renderer == renderer]
+    if not measured:
+        found = f"no setting of the renderer {renderer} was measured on all pictures"
+        raise InputError(found, do="run spin-usd measure, which resumes")
+    return measured
 
 
 def _none_enough(best: Outcome, bound: float, auto: bool) -> InputError:
-    asked = _bound_text(bound, auto)
-    least = f"the least is {_text(_criterion(auto)(best), auto)}, of {best.setting.text} for {number(best.cpu_s)} CPU s"
+    noise = max(best.noise_dn)
+    if auto and noise <= ROUNDING_DN:
+        found = f"the detector has no noise but its rounding ({number(noise)} DN)"
+        return InputError(found, do="author read noise, or use --error X")
+    least = f"the least is {error_text(best, auto)}, of {best.setting.text} for {number(best.cpu_s)} CPU s"
     do = "measure settings that try harder"
-    also = "give --error X or --samples N" if auto else f"give --error {_rounded_up(best.error)} or more"
-    return InputError(f"no setting measured has {asked} in every picture: {least}", do=f"{also}, or {do}")
+    also = "give --error X or --samples N" if auto else f"give --error {_rounded_up(best.error_at_most)} or more"
+    return InputError(
+        f"no setting measured has {_bound_text(bound, auto)} in every picture: {least}", do=f"{also}, or {do}"
+    )
 
 
 def _criterion(auto: bool) -> Callable[[Outcome], float]:
-    return share_of_noise if auto else relative_error
+    return share_at_most if auto else error_at_most
 
 
 def _bound_text(bound: float, auto: bool) -> str:
     if auto:
         return "an error after the detector of at most a third of the detector's own noise"
-    return f"an error of at most {_text(bound, auto)}"
-
-
-def _text(value: float, auto: bool) -> str:
-    return f"{number(value)} of it" if auto else percent(value)
+    return f"an error of at most {percent(bound)}"
 
 
 def _rounded_up(value: float) -> str:

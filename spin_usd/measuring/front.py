@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from operator import itemgetter
 
 from spin_usd.measuring.measurement import Figures, Measurement, Setting
 
@@ -32,6 +33,28 @@ class Outcome:
         """Error after the detector over the detector's own noise, of each picture."""
         pairs = zip(self.figures, self.noise_dn, strict=True)
         return tuple(_ratio(each.error_dn, noise) for each, noise in pairs)
+
+    @property
+    def error_at_most(self) -> float:
+        """As `error`, where each picture's error is as great as its uncertainty allows."""
+        return self.error_expected[1]
+
+    @property
+    def of_noise_at_most(self) -> float:
+        """As `of_noise`, where each picture's error is as great as its uncertainty allows."""
+        return self.of_noise_expected[1]
+
+    @property
+    def error_expected(self) -> tuple[float, float]:
+        """Relative, and the most that it may be, in the picture where that is greatest."""
+        return max(((each.error, each.error_at_most) for each in self.figures), key=itemgetter(1))
+
+    @property
+    def of_noise_expected(self) -> tuple[float, float]:
+        """Of the detector's own noise, and the most that it may be, in the picture where that is greatest."""
+        pairs = zip(self.figures, self.noise_dn, strict=True)
+        both = ((_ratio(each.error_dn, noise), _ratio(each.error_dn_at_most, noise)) for each, noise in pairs)
+        return max(both, key=itemgetter(1))
 
     @property
     def worst(self) -> Figures:
@@ -76,6 +99,14 @@ def relative_error(outcome: Outcome) -> float:
 
 def share_of_noise(outcome: Outcome) -> float:
     return outcome.of_noise
+
+
+def error_at_most(outcome: Outcome) -> float:
+    return outcome.error_at_most
+
+
+def share_at_most(outcome: Outcome) -> float:
+    return outcome.of_noise_at_most
 
 
 def front(outcomes: Iterable[Outcome], error: Callable[[Outcome], float] = relative_error) -> tuple[Outcome, ...]:

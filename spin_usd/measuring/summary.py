@@ -11,6 +11,7 @@ from spin_usd.scene.effort import QUALITIES, Effort
 
 PLAIN = Effort(samples=64)
 """What a choice is held against: so many samples of every pixel, and nothing else."""
+AUTOMATIC = "--error auto"
 HEADINGS = (
     *("asked", "setting", "CPU s", f"beside {PLAIN.text}", "error", "error, DN", "detector's noise, DN"),
     "both together, DN",
@@ -24,7 +25,7 @@ def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
     asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
     for name, effort in asked.items():
         yield name, by_setting.get(Setting(renderer="blender", effort=effort))
-    yield "--error auto", _automatic(measurement)
+    yield AUTOMATIC, _automatic(measurement)
 
 
 def choices(measurement: Measurement) -> str:
@@ -40,10 +41,14 @@ def of_stages(measurements: Mapping[str, Measurement]) -> str:
 
 def _rows(measurement: Measurement) -> Iterator[list[str]]:
     named = dict(by_name(measurement))
-    plain = named[f"--samples {PLAIN.samples}"]
+    plain, measured = named[f"--samples {PLAIN.samples}"], bool(outcomes(measurement))
     for asked, outcome in named.items():
         if outcome is None:
-            yield [f"`{asked}`", "not measured, or never reached", *[""] * (len(HEADINGS) - 2)]
+            yield [
+                f"`{asked}`",
+                "never reached" if measured and asked == AUTOMATIC else "not measured",
+                *[""] * (len(HEADINGS) - 2),
+            ]
             continue
         error, noise = outcome.in_image
         share = percent(outcome.cpu_s / plain.cpu_s) if plain else ""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from measured import usual
+from measured import figures, measurement, setting, usual
 
 from spin_usd.cli.effort import setting_of
 from spin_usd.dataset.chosen import doubts
@@ -20,10 +20,10 @@ from spin_usd.scene.effort import QUALITIES, Effort
 WAYS = ("samples", "effort", "quality", "error", "renderer", "measured")
 
 
-def written(folder, measurement):
+def written(folder, found):
     """The path of its measure.json."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / FILE).write_text(json.dumps(measurement.as_json()))
+    (folder / FILE).write_text(json.dumps(found.as_json()))
     return folder / FILE
 
 
@@ -84,10 +84,30 @@ def test_auto_is_the_detectors_noise(measured_stage):
     assert asked(measured_stage, error="auto")[0] == choose(usual(), auto=True).setting
 
 
-def test_the_measurement_says_which_renderer_unless_it_is_given(measured_stage):
-    assert asked(measured_stage, error="0.9")[0].renderer == "raycast"
-    setting, _ = asked(measured_stage, error="0.9", renderer="blender")
-    assert setting == choose(usual(), error=0.9, renderer="blender").setting
+def test_raycast_is_chosen_only_where_it_is_asked_for(measured_stage):
+    assert asked(measured_stage, error="0.9")[0] == choose(usual(), error=0.9).setting
+    assert asked(measured_stage, error="0.9")[0].renderer == "blender"
+    assert asked(measured_stage, error="0.9", renderer="raycast")[0].renderer == "raycast"
+
+
+def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured_stage):
+    _, chosen = asked(measured_stage, quality="reference")
+    (said,) = doubts(chosen, {"nominal": {"hash": usual().stage}})
+    assert said.startswith("the quality reference: expected error 2.4 %, for 22.4 CPU s a picture, as measured on this")
+    assert chosen.as_json({"nominal": {"hash": usual().stage}})["expected"]["error"] == pytest.approx(0.024)
+    assert chosen.as_json({"nominal": {"hash": "6" * 64}}) == chosen.recorded
+    assert "measurement" not in chosen.recorded
+    assert doubts(chosen, {"nominal": {"hash": "6" * 64}}) == []
+
+
+def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path):
+    draft, better = setting(QUALITIES["draft"]), setting("samples=3")
+    made = [figures(draft, cpu_s=2.0, error=0.2), figures(better, cpu_s=1.0, error=0.1)]
+    preview = figures(setting("samples=1", "raycast"), cpu_s=0.1, error=0.01)
+    written(folder_of(tmp_path / "stage.usda"), measurement([*made, preview]))
+    assert asked(tmp_path / "stage.usda", quality="draft")[1].knows.endswith(
+        "; blender samples=3 is cheaper and more exact: 10 % for 1 CPU s a picture"
+    )
 
 
 @pytest.mark.parametrize("name", ["", FILE])
@@ -104,6 +124,10 @@ def test_another_measurement_can_be_named(tmp_path, name):
         ({"samples": 1, "measured": Path("x")}, "--measured is given without --error; give --error too"),
         ({"quality": "best"}, "there is no quality 'best'; choose among preview, draft, standard, reference"),
         ({"error": "5%"}, "--error is '5%'; make it a number above 0, such as 0.05 for 5 %, or auto"),
+        ({"error": ""}, "--error is ''; make it a number above 0"),
+        ({"error": "1_0"}, "--error is '1_0'; make it a number above 0"),
+        ({"effort": ""}, "^--effort is empty; write name=value"),
+        ({"quality": "preview", "renderer": "raycast"}, "--quality preview needs blender: raycast has no denoiser"),
         ({"error": "-1"}, "an error of -1 is no bound"),
         ({"error": "0.0001"}, "no setting measured has an error of at most 0.01 %"),
         ({"error": "auto", "measured": Path("nowhere")}, "nowhere: cannot be read"),
@@ -154,7 +178,7 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
     stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"
     file = written(folder_of(stage), usual())
     common = ("render", stage, "--out", out, "--frames", "0:1", "--labels", "none", "--json")
-    assert json.loads(spin_usd(*common, "--error", "0.9").stdout)["made"] == 1
+    assert json.loads(spin_usd(*common, "--renderer", "raycast", "--error", "0.9").stdout)["made"] == 1
     (path,) = Store(root=out).records()
     render = read_json(path, "record-1")["provenance"]["render"]
     assert (render["renderer"], render["chosen"]["by"], render["chosen"]["asked"]) == ("raycast", "error", "0.9")

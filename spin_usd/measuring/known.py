@@ -1,0 +1,26 @@
+"""What a measurement knows of a setting that was not chosen from it."""
+
+from spin_usd.measuring.front import Outcome, outcomes
+from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
+
+
+def outcome_of(measurement: Measurement, setting: Setting) -> Outcome | None:
+    """None where it was not measured on all pictures."""
+    return next((each for each in outcomes(measurement) if each.setting == setting), None)
+
+
+def known(measurement: Measurement, outcome: Outcome) -> str:
+    """Its expected error, light and cost, and the cheapest setting of its renderer that is cheaper and more exact."""
+    error = f"{error_text(outcome, False)}{light_text(outcome)}"
+    said = f"expected error {error}, for {cost_text(outcome)}, as measured on this stage"
+    better = [each for each in outcomes(measurement) if _beats(each, outcome)]
+    if not better:
+        return said
+    best = min(better, key=lambda each: each.cpu_s)
+    return f"{said}; {best.setting.text} is cheaper and more exact: {expected(best, False)}"
+
+
+def _beats(one: Outcome, other: Outcome) -> bool:
+    alike = one.setting.renderer == other.setting.renderer
+    return alike and one.cpu_s < other.cpu_s and one.error_at_most < other.error_at_most
