@@ -127,15 +127,23 @@ class Execution:
 @dataclass(frozen=True, kw_only=True)
 class Saving:
     """Work that the scene does not need and that was left out (see render.requirements), measured on a picture: median
-    CPU seconds of the same render without it and with it, and the RMS difference between the two, relative, beside
-    what another seed makes (`noise`)."""
+    CPU seconds of the same render without it and with it, made in turn; the least and the most, over the seeds, of the
+    ratio of those with it to those without; and the RMS difference between the two pictures, relative, beside what
+    another seed makes (`noise`)."""
 
     frame: str
     what: str
     cpu_s: float
     cpu_s_with: float
+    ratio_least: float
+    ratio_most: float
     difference: float
     noise: float
+
+    @property
+    def told(self) -> bool:
+        """Whether every seed says the same: that it costs time, or that it saves some."""
+        return not self.ratio_least <= 1 <= self.ratio_most
 
 
 @dataclass(frozen=True, kw_only=True)

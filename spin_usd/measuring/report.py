@@ -17,7 +17,7 @@ FRAMES = ("picture", "region", "target's pixels", "reference's samples", "refere
 LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
 EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
 FAILURES = ("what", "picture", "why")
-SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "difference", "another seed's")
+SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
 MEANINGS = f"""
 Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
 of each of the target's pixels its deviation over the root of its radiance squared plus the square of {FLOOR:g} x the
@@ -133,7 +133,8 @@ def _execution(measurement: Measurement) -> Iterator[list[str]]:
 def _savings(measurement: Measurement) -> Iterator[list[str]]:
     for each in measurement.savings:
         seconds = [number(each.cpu_s), number(each.cpu_s_with)]
-        yield [each.what, each.frame, *seconds, percent(each.difference), percent(each.noise)]
+        ratio = f"{number(each.ratio_least)} to {number(each.ratio_most)}" if each.told else "too small to tell"
+        yield [each.what, each.frame, *seconds, ratio, percent(each.difference), percent(each.noise)]
 
 
 def _failures(measurement: Measurement) -> Iterator[list[str]]:

@@ -64,7 +64,18 @@ MEASUREMENT = Measurement(
         ),
     ),
     execution=(Execution(processes=1, threads=2, crop=True, wall_s=3.0, same=True),),
-    savings=(Saving(frame="img000001", what="world", cpu_s=1.0, cpu_s_with=1.1, difference=0.0, noise=0.1),),
+    savings=(
+        Saving(
+            frame="img000001",
+            what="world",
+            cpu_s=1.0,
+            cpu_s_with=1.1,
+            ratio_least=1.05,
+            ratio_most=1.2,
+            difference=0.0,
+            noise=0.1,
+        ),
+    ),
     failures=(Failure(frame="img000001", what="blender samples=16", reason="it crashed"),),
     reference_share=0.05,
 )

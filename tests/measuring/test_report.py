@@ -77,12 +77,18 @@ def test_the_rest_of_a_measurement_is_there_where_it_was_measured():
         execution=(Execution(processes=2, threads=1, crop=True, wall_s=3.25, same=True),),
         frames=(*usual().frames[1:], replace(usual().frames[0], reference_capped=True)),
         failures=(Failure(frame="b", what="blender samples=4", reason="a | b"),),
-        savings=(Saving(frame="a", what="glossy bounces", cpu_s=1.5, cpu_s_with=2.0, difference=0.001, noise=0.05),),
+        savings=(
+            Saving(frame="a", what="glossy bounces", cpu_s=1.5, cpu_s_with=2.0, ratio_least=1.25, ratio_most=1.5,
+                   difference=0.001, noise=0.05),
+            Saving(frame="a", what="world", cpu_s=1.5, cpu_s_with=1.5, ratio_least=0.9, ratio_most=1.1,
+                   difference=0, noise=0.05),
+        ),
     )  # fmt: skip
     text = in_full(full)
     assert "| a | blender | raycast | 1.000000 | 1.0e-06 | 6.0e-05 | 7 |" in text
     assert "| 2 x 1 | yes | 3.25 | yes |" in text
-    assert "| glossy bounces | a | 1.5 | 2 | 0.1 % | 5 % |" in text
+    assert "| glossy bounces | a | 1.5 | 2 | 1.25 to 1.5 | 0.1 % | 5 % |" in text
+    assert "| world | a | 1.5 | 1.5 | too small to tell | 0 % | 5 % |" in text
     assert "| blender samples=4 | b | a \\| b |" in text
     assert "| 4096 (no more allowed) |" in text
     assert "glossy" not in in_full(usual())

@@ -59,7 +59,8 @@ def _saved(stage: str, of_stage: tuple[Saving, ...]) -> Iterator[list[str]]:
         every = [each for each in of_stage if each.what == what]
         share = median(1 - each.cpu_s / each.cpu_s_with for each in every)
         worst = max(every, key=lambda each: each.difference)
-        yield [stage, what, percent(share), percent(worst.difference), percent(worst.noise)]
+        saved = percent(share) if all(each.told for each in every) else "too small to tell"
+        yield [stage, what, saved, percent(worst.difference), percent(worst.noise)]
 
 
 def reports(folder: Path) -> dict[str, str]:

@@ -93,12 +93,10 @@ class Tally:
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key. `work`:
-    what is not left out of them although the scene does not need it."""
+    """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key."""
 
     kind: Kind
     effort: Effort
-    work: tuple[str, ...]
     seeds: tuple[int, ...]
     keys: tuple[str, ...]
 
@@ -140,13 +138,11 @@ class Campaign:
         """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""
         return tuple(int(digest(["measure", self.seed, purpose, n])[:8], 16) & 0x7FFFFFFF for n in numbers)
 
-    def series(
-        self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int], *, work: tuple[str, ...] = ()
-    ) -> Series:
+    def series(self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int]) -> Series:
         """Of the picture, with these seeds."""
-        how = [picture.radiance, asdict(kind), asdict(effort), work]
+        how = [picture.radiance, asdict(kind), asdict(effort)]
         keys = tuple(self.key(*how, seed) for seed in seeds)
-        return Series(kind=kind, effort=effort, work=work, seeds=tuple(seeds), keys=keys)
+        return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
 
     def asked(self, pool: Pool, picture: PlannedPicture, kind: Kind, what: str, **arguments: Any) -> Answer:
         """What came of asking a process of that kind about the picture."""
@@ -165,7 +161,7 @@ class Campaign:
             missing = {key: seed for key, seed in zip(series.keys, series.seeds, strict=True) if not self.runs.has(key)}
             self.tally.did(set(series.keys) - missing.keys())
             if missing:
-                how = {"effort": asdict(series.effort), "work": series.work, "seeds": missing}
+                how = {"effort": asdict(series.effort), "seeds": missing}
                 jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
         answers = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
         for number in jobs:

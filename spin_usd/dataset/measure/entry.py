@@ -71,7 +71,9 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
 
 def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) -> tuple[Measurement, set[str]]:
     """All that was measured, and the keys of what the next run can use."""
-    tasks, execution = [PictureTask(campaign, each) for each in pictures], ExecutionTask(campaign, pictures)
+    smallest = min(pictures, key=lambda each: each.region_pixels)
+    tasks = [PictureTask(campaign, each, savings=each is smallest) for each in pictures]
+    execution = ExecutionTask(campaign, pictures)
     with campaign.pool(workers) as pool:
         parts = [task.measured(pool) for task in tasks]
     failures = [failure for part in parts for failure in part.failures]

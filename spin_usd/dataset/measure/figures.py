@@ -153,12 +153,16 @@ class MeasuredPicture:
         }
 
     def saving(self, what: str, with_it: Sequence[str], without: Sequence[str]) -> Saving:
-        """Of runs that differ in that work alone, seed by seed."""
+        """Of runs that differ in that work alone, seed by seed, which took turns."""
+        pairs = zip(with_it, without, strict=True)
+        ratios = [self._runs.cost(one).cpu_s / self._runs.cost(other).cpu_s for one, other in pairs]
         return Saving(
             frame=self.scene.frame.name,
             what=what,
             cpu_s=self.cost(without)["cpu_s"],
             cpu_s_with=self.cost(with_it)["cpu_s"],
+            ratio_least=min(ratios),
+            ratio_most=max(ratios),
             difference=self.difference(with_it, without),
             noise=self.difference(without, [*without[1:], *without[:1]]),
         )

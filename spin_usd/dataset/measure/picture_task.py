@@ -21,9 +21,9 @@ REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what
 
 
 class PictureTask:
-    """What is to be measured of a picture."""
+    """What is to be measured of a picture; what is saved by leaving work out, of the one that has `savings`."""
 
-    def __init__(self, campaign: Campaign, picture: PlannedPicture) -> None:
+    def __init__(self, campaign: Campaign, picture: PlannedPicture, *, savings: bool = False) -> None:
         self._campaign, self._picture = campaign, picture
         request = campaign.request
         settings = settings_to_measure(
@@ -35,9 +35,9 @@ class PictureTask:
         samples = max(min(PART * request.most_samples, request.reference_samples // FIRST_PARTS), 1)
         self._part = Effort(samples=samples, bounces=REFERENCE_BOUNCES)
         self._most_parts = max(request.reference_samples // samples, FIRST_PARTS)
-        self._savings = SavingsTask(campaign, picture)
+        self._savings = SavingsTask(campaign, picture) if savings else None
         self._failures: list[Failure] = []
-        asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part)]
+        asked = [request.seeds, request.reference_share, request.reference_samples, asdict(self._part), savings]
         self.key = campaign.result_key(
             "picture", picture.index, picture.exposure, [asdict(each) for each in settings], asked
         )
@@ -63,7 +63,8 @@ class PictureTask:
     def keys(self) -> set[str]:
         """Of all that there can be of the picture."""
         series = [*self._settings.values(), *self._parts(self._most_parts)]
-        return {self.key, *self._savings.keys, *(key for each in series for key in each.keys)}
+        saved = self._savings.keys if self._savings else ()
+        return {self.key, *saved, *(key for each in series for key in each.keys)}
 
     def _made(self, pool: Pool) -> Measurement:
         by_kind: dict[Kind, dict[Setting, Series]] = {BLENDER: {}, RAYCAST: {}}
@@ -71,17 +72,18 @@ class PictureTask:
             by_kind[series.kind][setting] = series
         made = self._rendered(pool, by_kind[BLENDER])
         labels = self._asked(pool, BLENDER, "labels", against=RAYCAST.renderer)
-        self._savings.render(pool)
+        saved = self._savings
+        if saved:
+            saved.render(pool)
         made |= self._rendered(pool, by_kind[RAYCAST])
         reference, capped = self._reference(pool, [each.keys for each in made.values()])
-        base = made.get(self._savings.setting)
         frames, figures = self._figures(pool, made, reference, capped=capped) if reference else ((), ())
         return self._campaign.measurement(
             frames=frames,
             figures=figures,
             labels=(LabelFigures(**labels),) if labels else (),
-            savings=self._savings.savings(pool, reference, base.keys) if frames and base else (),
-            failures=(*self._failures, *self._savings.failures),
+            savings=saved.savings(pool, reference) if frames and saved else (),
+            failures=(*self._failures, *(saved.failures if saved else ())),
         )
 
     def _rendered(self, pool: Pool, wanted: Mapping[Setting, Series]) -> dict[Setting, Series]:

@@ -4,51 +4,90 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, Series
-from spin_usd.dataset.measure.pool import Pool
-from spin_usd.measuring.measurement import Failure, Saving, Setting
+from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, weight
+from spin_usd.dataset.measure.pool import Job, Pool
+from spin_usd.measuring.measurement import Failure, Saving
 from spin_usd.measuring.walk import base_effort
+
+EVERYTHING = "everything"  # all of the work at once
+RENDERS = 2  # for each that is timed: the one before it warms the process up
 
 
 class SavingsTask:
-    """Of a picture, with the base setting."""
+    """Of a picture, with the base effort."""
 
     def __init__(self, campaign: Campaign, picture: PlannedPicture) -> None:
         self._campaign, self._picture = campaign, picture
-        self._kept: dict[str, Series] = {}
-        self._made: list[str] = []
-        self.setting = Setting(renderer=BLENDER.renderer, effort=base_effort(campaign.request.most_samples))
+        self._effort = base_effort(campaign.request.most_samples)
+        self._seeds = campaign.seeds("setting", range(campaign.request.seeds))
+        self._runs: dict[str, dict[str, list[str]]] = {}
         self.failures: list[Failure] = []
 
     @property
     def keys(self) -> set[str]:
         """Of what was rendered for it."""
-        return {key for series in self._kept.values() for key in series.keys}
+        return {key for runs in self._runs.values() for keys in runs.values() for key in keys}
 
     def render(self, pool: Pool) -> None:
-        """The picture with each work that the setting leaves out of it."""
-        campaign, effort = self._campaign, self.setting.effort
-        seeds = campaign.seeds("setting", range(campaign.request.seeds))
-        found = campaign.asked(pool, self._picture, BLENDER, "left_out", effort=asdict(effort))
+        """The picture with and without each work that is left out of it, and all of that."""
+        campaign, effort = self._campaign, asdict(self._effort)
+        found = campaign.asked(pool, self._picture, BLENDER, "left_out", effort=effort)
         if found.failed is not None:
             self._fail("what is left out", found.failed)
-        for what in found.result or []:
-            self._kept[what] = campaign.series(self._picture, BLENDER, effort, seeds, work=(what,))
-        reasons = campaign.make(pool, self._picture, list(self._kept.values()))
-        for what, why in zip(self._kept, reasons, strict=True):
-            if why is None:
-                self._made.append(what)
-            else:
-                self._fail(f"with {what}", why)
+        works = _works(found.result or [])
+        self._runs = {what: self._pairs(what, work) for what, work in works.items()}
+        missing = [what for what in works if not self._is_there(what)]
+        jobs = [
+            Job(
+                kind=BLENDER,
+                what="make_pairs",
+                arguments={
+                    "index": self._picture.index,
+                    "effort": effort,
+                    "work": works[what],
+                    "seeds": self._seeds,
+                    **self._runs[what],
+                },
+            )
+            for what in missing
+        ]
+        for what, answer in zip(missing, pool.run(jobs, told=lambda key: campaign.tally.did([key])), strict=True):
+            if answer.failed is not None:
+                self._fail(f"with {what}", answer.failed)
+                campaign.tally.did(key for keys in self._runs.pop(what).values() for key in keys)
 
-    def savings(self, pool: Pool, reference: Sequence[str], without: Sequence[str]) -> tuple[Saving, ...]:
-        """Beside the setting's own renders, whose keys are `without`."""
-        runs = {what: self._kept[what].keys for what in self._made}
-        how = {"reference": reference, "without": without, "runs": runs}
+    def savings(self, pool: Pool, reference: Sequence[str]) -> tuple[Saving, ...]:
+        """By the weights of the reference, given by its parts' keys."""
+        how = {"reference": reference, "runs": self._runs}
         found = self._campaign.asked(pool, self._picture, RAYCAST, "savings", **how)
         if found.failed is not None:
             self._fail("savings", found.failed)
         return tuple(Saving(**each) for each in found.result or [])
 
+    def _pairs(self, what: str, work: Sequence[str]) -> dict[str, list[str]]:
+        """Keys of the renders with and without that work, seed by seed; the tally is told of them."""
+        of = [self._picture.radiance, asdict(self._effort), what, list(work)]
+        pairs = {
+            side: [self._campaign.key("saving", side, of, seed) for seed in self._seeds]
+            for side in ("with_it", "without")
+        }
+        cost = RENDERS * weight(self._picture, self._effort)
+        self._campaign.tally.expect({key: cost for keys in pairs.values() for key in keys})
+        return pairs
+
+    def _is_there(self, what: str) -> bool:
+        """Whether all of it is: what was timed in another process is not compared."""
+        keys = [key for side in self._runs[what].values() for key in side]
+        there = all(self._campaign.runs.has(key) for key in keys)
+        if there:
+            self._campaign.tally.did(keys)
+        return there
+
     def _fail(self, what: str, why: str) -> None:
         self.failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
+
+
+def _works(names: Sequence[str]) -> dict[str, list[str]]:
+    """Of what is left out, each by itself, and all together where it is more than one."""
+    together = {EVERYTHING: list(names)} if len(names) > 1 else {}
+    return {name: [name] for name in names} | together

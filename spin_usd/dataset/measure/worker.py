@@ -42,25 +42,39 @@ class MeasuringWorker:
         self.reader = StageReader(stage, variant=variant)
         self._open = partial(open_renderer, renderer, **how)
         self.renderer: Renderer = self._open()
-        self._work: Sequence[str] = []
+        self._work: list[str] = []
         self._before: tuple[int, Effort] | None = None
 
-    def make_runs(
+    def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int], progress: Progress) -> None:
+        """Render picture `index` with each of the seeds, keep each under its key, and tell of each."""
+        self._do(())
+        scene, wanted = self._scene(index), Effort(**effort)
+        for key, seed in seeds.items():
+            self.runs.keep(key, *self._timed(scene, wanted, seed))
+            progress(key)
+
+    def make_pairs(
         self,
         *,
         index: int,
         effort: Mapping[str, Any],
         work: Sequence[str],
-        seeds: Mapping[str, int],
+        seeds: Sequence[int],
+        with_it: Sequence[str],
+        without: Sequence[str],
         progress: Progress,
     ) -> None:
-        """Render picture `index` with each of the seeds, keep each under its key, and tell of each. `work`: what is
-        done even where the scene does not need it."""
-        self._do(work)
+        """Render picture `index` with each of the seeds with the `work` and without any, keep each under its key, and
+        tell of each. One after the other in turn, so that what drifts does so for both; and each twice, of which the
+        second is kept, so that both are timed warm."""
         scene, wanted = self._scene(index), Effort(**effort)
-        for key, seed in seeds.items():
-            self.runs.keep(key, *self._timed(scene, wanted, seed))
-            progress(key)
+        for number, (seed, *keys) in enumerate(zip(seeds, with_it, without, strict=True)):
+            turns = list(zip((work, ()), keys, strict=True))
+            for done, key in turns if number % 2 else reversed(turns):
+                self._do(done)
+                self._timed(scene, wanted, seed)
+                self.runs.keep(key, *self._timed(scene, wanted, seed))
+                progress(key)
 
     def render_digest(self, *, index: int, effort: Mapping[str, Any], seed: int, progress: Progress) -> str:
         """Of the render of picture `index`, every bit of it."""
@@ -122,20 +136,18 @@ class MeasuringWorker:
         *,
         index: int,
         reference: Sequence[str],
-        without: Sequence[str],
-        runs: Mapping[str, Sequence[str]],
+        runs: Mapping[str, Mapping[str, Sequence[str]]],
         progress: Progress,
     ) -> list[dict[str, Any]]:
-        """What leaving work out saves and changes, by the runs with each work and those `without` any: Saving, as
-        JSON."""
+        """What leaving work out saves and changes, by the runs `with_it` and `without` it of each: Saving, as JSON."""
         picture = self._picture(index, reference)
-        return [asdict(picture.saving(work, keys, without)) for work, keys in runs.items()]
+        return [asdict(picture.saving(work, **keys)) for work, keys in runs.items()]
 
     def _do(self, work: Sequence[str]) -> None:
         """From now on do that work in each render, needed or not."""
-        if work != self._work:
+        if list(work) != self._work:
             self.renderer.close()
-            self.renderer, self._work, self._before = self._open(keep=work), work, None
+            self.renderer, self._work, self._before = self._open(keep=work), list(work), None
 
     def _picture(self, index: int, reference: Sequence[str]) -> MeasuredPicture:
         return MeasuredPicture(self._scene(index), self.runs, reference)

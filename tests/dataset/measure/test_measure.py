@@ -20,9 +20,10 @@ from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure.runs import Runs
+from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.processors import usable_cpus
 from spin_usd.errors import InputError, StageError
-from spin_usd.measuring.measurement import Saving, Setting
+from spin_usd.measuring.measurement import Setting
 from spin_usd.measuring.walk import STEP, settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
@@ -142,8 +143,9 @@ def test_labels_and_execution_agree(measured):
 @pytest.mark.slow
 def test_what_is_left_out_changes_less_than_another_seed(measured):
     """And nothing at all where it is said to be the same bits."""
-    assert {"volumes", "light tree", "world"} <= {each.what for each in measured.savings}
+    assert {"volumes", "light tree", "world", EVERYTHING} <= {each.what for each in measured.savings}
     for saving in measured.savings:
+        assert 0 < saving.ratio_least <= saving.ratio_most
         assert saving.difference < saving.noise
         if saving.what in ("volumes", "light tree", "world"):
             assert saving.difference == 0
@@ -194,9 +196,9 @@ def planned(**fields):
 def test_a_render_is_known_by_all_that_decides_it(tmp_path):
     """So a changed stage, setting, seed, renderer, software or machine is measured anew, and nothing else is."""
 
-    def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), work=(), **shared):
+    def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), **shared):
         how = (picture or planned(), kind, effort or Effort(), seeds)
-        return campaign(tmp_path, **shared).series(*how, work=work).keys
+        return campaign(tmp_path, **shared).series(*how).keys
 
     others = [
         keys(planned(radiance="other")),
@@ -204,7 +206,6 @@ def test_a_render_is_known_by_all_that_decides_it(tmp_path):
         keys(kind=Kind(renderer="raycast", crop=False)),
         keys(effort=Effort(samples=17)),
         keys(seeds=(3, 4)),
-        keys(work=("glossy bounces",)),
         keys(versions={"bpy": "5.2.4"}),
         keys(machine={"cores": 4}),
     ]
@@ -247,9 +248,10 @@ class Answering:
 def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path):
     """The rest of the measurement goes on."""
     errors = Answer(result={"reference": 0.0, "settings": [0.0]})
-    savings = Answer(result=[vars(Saving(frame="f", what="x", cpu_s=1, cpu_s_with=2, difference=0, noise=0))])
+    fields = {"cpu_s": 1, "cpu_s_with": 2, "ratio_least": 2, "ratio_most": 2, "difference": 0, "noise": 0}
+    savings = Answer(result=[{"frame": "f", "what": "x", **fields}])
     pool = Answering(errors=errors, figures=Answer(failed="it is too small"), savings=savings)
-    found = PictureTask(campaign(tmp_path), planned()).measured(pool)
+    found = PictureTask(campaign(tmp_path), planned(), savings=True).measured(pool)
     assert [(each.frame, each.what, each.reason) for each in found.failures] == [("f", "figures", "it is too small")]
     assert (found.frames, found.figures, found.savings) == ((), (), ())
 
