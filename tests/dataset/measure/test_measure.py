@@ -20,7 +20,7 @@ from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure.runs import Runs
-from spin_usd.dataset.measure.savings import EVERYTHING
+from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
 from spin_usd.dataset.processors import usable_cpus
 from spin_usd.errors import InputError, StageError
 from spin_usd.measuring.measurement import Setting
@@ -239,9 +239,10 @@ class Answering:
     """A pool in which all that is asked is answered with these, by what is asked."""
 
     def __init__(self, **answers):
-        self.answers = answers
+        self.answers, self.jobs = answers, []
 
     def run(self, jobs, told=None):
+        self.jobs += jobs
         return [self.answers.get(job.what, Answer()) for job in jobs]
 
 
@@ -261,6 +262,17 @@ def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path):
     settings, reference = (campaign(tmp_path).seeds(purpose, range(100)) for purpose in ("setting", "reference"))
     assert len({7, *settings, *reference}) == 201
     assert campaign(tmp_path, seed=8).seeds("setting", range(100)) != settings
+
+
+def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path):
+    """In pairs, each in a job of its own; and where one is left out, all of it is that."""
+    for names, wanted in ((["world", "volumes"], ["world", "volumes", EVERYTHING]), (["world"], ["world"]), ([], [])):
+        pool, shared = Answering(left_out=Answer(result=names)), campaign(tmp_path)
+        saving = SavingsTask(shared, planned())
+        saving.render(pool)
+        assert len(saving.keys) == 2 * shared.request.seeds * len(wanted)
+        made = [job.arguments for job in pool.jobs if job.what == "make_pairs"]
+        assert [each["work"] for each in made] == [[what] if what != EVERYTHING else names for what in wanted]
 
 
 def test_work_is_told_of_once():
