@@ -42,17 +42,18 @@ def plan(
     with shown(context.obj["quiet"]) as progress:
         found = rendering.plan(request, progress=progress, explain=explain)
     method = rendering.method_of(request, found)
-    renders = measured_beside(request.stage, found, method)
+    renders, damage = measured_beside(request.stage, found, method)
     cost = matrix(found, method, request.image_suffix, out, renders)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
     seconds = cost.seconds(workers, len(usable_cpus()))
-    show_doubts(doubts(request.chosen, found.stages))
+    notes = [*doubts(request.chosen, found.stages), *damage]
+    show_doubts(notes)
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
         wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign)}
-        chosen = request.chosen.recorded if request.chosen else None
-        effort = {"renderer": request.renderer, "effort": request.effort.text, "chosen": chosen}
+        chosen = request.chosen.as_json(found.stages) if request.chosen else None
+        effort = {"renderer": request.renderer, "effort": asdict(request.effort), "chosen": chosen, "notes": notes}
         left_out = {"left_out": [asdict(each) for each in found.spared]} if explain else {}
         print(
             json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes, **left_out})

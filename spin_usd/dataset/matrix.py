@@ -70,7 +70,7 @@ class Matrix:
 
 def _json(row: Row) -> dict[str, Any]:
     values = {name: value for name, value in asdict(row).items() if name not in ("seconds", "variants")}
-    return {**values, "core_seconds": row.seconds}
+    return {**values, "bytes": round(row.bytes), "core_seconds": row.seconds}
 
 
 def matrix(

@@ -5,23 +5,26 @@ from pathlib import Path
 from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.cost import Timings, expected_work
 from spin_usd.dataset.machine import machine
-from spin_usd.dataset.measure.file import measurement_file, read_measurement
+from spin_usd.dataset.measure.file import FILE, folder_of, measurement_file, read_measurement
 from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.planning import Plan
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import Measurement, Setting
 
 
-def measured_beside(stage: Path, plan: Plan, method: Method) -> Timings:
-    """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine."""
+def measured_beside(stage: Path, plan: Plan, method: Method) -> tuple[Timings, list[str]]:
+    """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine. And
+    what is wrong with it, where it cannot be used."""
+    if not (folder_of(stage) / FILE).exists():
+        return Timings(), []
     try:
         measurement = read_measurement(measurement_file(stage))
-    except InputError:
-        return Timings()
+    except InputError as e:
+        return Timings(), [f"the measurement beside the stage is not used: {e}"]
     known = plan.stages.get(measurement.variant)
     if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
-        return Timings()
-    return measured_renders(measurement, plan, method)
+        return Timings(), []
+    return measured_renders(measurement, plan, method), []
 
 
 def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Timings:

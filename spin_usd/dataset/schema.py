@@ -2,32 +2,62 @@
 
 import json
 from functools import cache
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
+from jsonschema.validators import extend
 
 from spin_usd import resources
 from spin_usd.errors import InputError
 
 
 def read_json(path: Path, schema: str) -> dict[str, Any]:
-    """The JSON object in `path`, valid by the schema named (such as "record-1"); InputError says what is wrong."""
+    """The JSON object in `path`, valid by the schema named (such as "record-1"), its numbers finite; InputError says
+    what is wrong."""
     try:
-        value = json.loads(path.read_text(encoding="utf-8"))
+        value = _parsed(path.read_text(encoding="utf-8"))
+        error = best_match(_validator(schema).iter_errors(value))
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror})", where=path) from e
     except ValueError as e:
         raise InputError(f"is not JSON ({e})", where=path) from e
-    error = best_match(_validator(schema).iter_errors(value))
+    except RecursionError:
+        raise InputError("is nested too deeply", where=path) from None
     if error is not None:
         raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path)
     result: dict[str, Any] = value
     return result
 
 
+def _parsed(text: str) -> Any:
+    return json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
+
+
+def _finite(text: str) -> float:
+    if not isfinite(number := float(text)):
+        raise ValueError(f"{text:.20} is no finite number")
+    return number
+
+
+def _integer(text: str) -> int:
+    _finite(text)
+    return int(text)
+
+
+def _is_integer(_: object, value: object) -> bool:
+    """Unlike JSON Schema's own, which takes 3.0 for one too."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+_Validator = extend(  # type: ignore[no-untyped-call]
+    Draft202012Validator, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer)
+)
+
+
 @cache
-def _validator(schema: str) -> Draft202012Validator:
+def _validator(schema: str) -> Any:
     text = (resources.schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
-    return Draft202012Validator(json.loads(text))
+    return _Validator(json.loads(text))

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -49,6 +49,42 @@ def test_figures_of_other_formulas_are_refused(tmp_path):
         file.write_text(json.dumps(told))
         with pytest.raises(InputError, match=r"measure\.json: .*formulas.*; measure again with spin-usd measure$"):
             read_measurement(file)
+
+
+def spoilt(old, new):
+    """The text of a measure.json in which `old`, which it has, is `new`."""
+    text = json.dumps(usual().as_json())
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (spoilt('"cpu_s": 0.21', '"cpu_s": NaN'), "is not JSON .NaN is no finite number"),
+        (spoilt('"cpu_s": 0.21', '"cpu_s": -Infinity'), "is not JSON .-Infinity is no finite number"),
+        (spoilt('"cpu_s": 0.21', '"cpu_s": 1e999'), "is not JSON .1e999 is no finite number"),
+        (spoilt('"cpu_s": 0.21', f'"cpu_s": 1{"0" * 999}'), "is not JSON .10000000000000000000 is no finite number"),
+        (spoilt('"variant": "nominal"', f'"variant": {"[" * 200000}{"]" * 200000}'), "is nested too deeply"),
+        (spoilt('"samples": 1,', '"samples": 0,'), "samples"),
+        (spoilt('"samples": 1,', '"samples": 1.0,'), "samples.*1.0 is not of type 'integer'"),
+        (spoilt('"frame": "img000001"', '"frame": "img000099"'), "has figures of img000099, which is not among its"),
+    ],
+)
+def test_a_damaged_measurement_is_named(tmp_path, text, names):
+    (tmp_path / FILE).write_text(text)
+    with pytest.raises(InputError, match=rf"measure\.json: .*{names}.*; measure again with spin-usd measure$"):
+        read_measurement(tmp_path / FILE)
+
+
+def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stage, tmp_path, spin_usd):
+    shutil.copytree(small_stage.parent, tmp_path / "stage")
+    stage = tmp_path / "stage" / small_stage.name
+    written(folder_of(stage), usual()).write_text("{")
+    done = spin_usd("plan", stage, "--json")
+    (note,) = json.loads(done.stdout)["notes"]
+    assert note.startswith("the measurement beside the stage is not used: ")
+    assert done.stderr.endswith(f"note: {note}\n")
 
 
 @pytest.mark.parametrize(
@@ -164,9 +200,14 @@ def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd):
     done = spin_usd("plan", small_stage, "--error", "0.1", "--measured", file, "--json")
     choice = choose(usual(), error=0.1)
     said = json.loads(done.stdout)
-    assert (said["renderer"], said["effort"]) == ("blender", choice.setting.effort.text)
+    assert (said["renderer"], said["effort"]) == ("blender", asdict(choice.setting.effort))
     assert said["chosen"]["reason"] == choice.reason
-    assert "note: the measurement is of the stage as it was" in done.stderr
+    assert said["chosen"]["expected"]["error"] == pytest.approx(choice.error)
+    assert said["chosen"]["expected"]["cpu_s"] == pytest.approx(choice.cpu_s)
+    assert isinstance(said["bytes"], int)
+    (note,) = said["notes"]
+    assert note.startswith("the measurement is of the stage as it was")
+    assert f"note: {note}\n" in done.stderr
     written(tmp_path, replace(usual(), stage=said["hashes"]["nominal"]))
     done = spin_usd("plan", small_stage, "--error", "0.1", "--measured", tmp_path)
     assert choice.reason in done.stdout.splitlines()

@@ -27,8 +27,11 @@ def measurement_file(stage: Path, measured: Path | None = None) -> Path:
 
 
 def read_measurement(file: Path) -> Measurement:
-    """Raises InputError for a file that is none, or of other formulas."""
+    """Raises InputError for a file that is none, of other formulas, or with figures of pictures that it lacks."""
     try:
-        return Measurement.from_json(read_json(file, "measure-1"))
+        found = Measurement.from_json(read_json(file, "measure-1"))
+        if strange := {each.frame for each in found.figures} - {frame.name for frame in found.frames}:
+            raise InputError(f"has figures of {min(strange)}, which is not among its pictures")
+        return found
     except InputError as e:
         raise InputError(e.found, where=file, do="measure again with spin-usd measure") from e
