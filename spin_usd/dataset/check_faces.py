@@ -26,7 +26,8 @@ NAMED = 3  # pairs of parts
 
 
 def face_findings(target: Target) -> Iterator[Finding]:
-    """A warning where faces that coincide and are in the open make up LEAST_SHARE of the target's area."""
+    """A warning where faces that overlap others and are in the open, each counted whole, make up LEAST_SHARE of the
+    target's area."""
     mesh = target.mesh
     area, chosen = areas(mesh.points[mesh.faces]), evenly_spread(mesh)
     area /= area[chosen].sum()
@@ -35,8 +36,8 @@ def face_findings(target: Target) -> Iterator[Finding]:
     share = float(area[np.unique(pairs[:, 0])].sum())
     if share >= LEAST_SHARE:
         message = (
-            f"{100 * share:.3g} % of its area coincides with other faces ({_named(target, pairs, area)}): which of "
-            "them is seen is chance, and Blender renders them too dark; remove one of each two, or move it by more "
+            f"faces that hold {100 * share:.3g} % of its area overlap others ({_named(target, pairs, area)}): which is "
+            "seen there is chance, and Blender renders them too dark; remove one of each two, or move it by more "
             f"than {GAP * mesh.radius:.1g} m"
         )
         yield Finding(code="faces-coincident", where=target.path, message=message, severity=WARNING)

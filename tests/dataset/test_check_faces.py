@@ -31,7 +31,7 @@ def test_a_patch_in_a_wall_is_told(gap, winding):
     (finding,) = told(BOX, patch(0.5 + gap, 0.1, winding))
     assert (finding.code, finding.severity, finding.where) == ("faces-coincident", "warning", "/T")
     assert "/T/p1 with /T/p2" in finding.message
-    assert f"{100 * 0.04 / (AREA + 0.04):.3g} % of its area" in finding.message
+    assert f"faces that hold {100 * 0.04 / (AREA + 0.04):.3g} % of its area overlap others" in finding.message
 
 
 def test_a_patch_before_a_wall_is_fine():
@@ -48,7 +48,7 @@ def test_what_touches_within_is_nobodys_to_see():
 def test_a_part_with_itself():
     points, faces = BOX
     (finding,) = told((points, np.concatenate([faces, faces])))
-    assert "100 % of its area coincides with other faces (/T/p1 with itself)" in finding.message
+    assert "faces that hold 100 % of its area overlap others (/T/p1 with itself)" in finding.message
 
 
 def test_little_is_not_worth_a_word():
