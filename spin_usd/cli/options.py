@@ -24,7 +24,7 @@ Error = Annotated[
     ),
 ]
 MeasuredIn = Annotated[
-    Path | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")
+    str | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
 Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]

@@ -4,6 +4,7 @@ import inspect
 import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 from spin_usd.cli.effort import setting_of
@@ -23,6 +24,7 @@ from spin_usd.cli.options import (
     Stage,
     Variants,
 )
+from spin_usd.errors import InputError
 
 
 def with_request(command: Callable[..., None]) -> Callable[..., None]:
@@ -73,10 +75,12 @@ def _request(
     from spin_usd.dataset.render import RenderRequest
     from spin_usd.labels.label import LABELS
 
+    if labels_only and not radiance:
+        _refuse_unlit(quality, error)
     setting, chosen = setting_of(
         stage,
         renderer=renderer,
-        measured=measured,
+        measured=None if measured is None else _path(measured),
         samples=samples,
         effort=effort,
         quality=quality,
@@ -96,6 +100,18 @@ def _request(
         radiance=radiance,
         image_suffix=f".{image_format}",
     )
+
+
+def _refuse_unlit(quality: str | None, error: str | None) -> None:
+    for name, value in {"--quality": quality, "--error": error}.items():
+        if value is not None:
+            raise InputError(f"{name} is given with --labels-only, which renders no light", do="drop one of them")
+
+
+def _path(measured: str) -> Path:
+    if not measured:
+        raise InputError("--measured is empty", do="give a folder or its measure.json")
+    return Path(measured)
 
 
 def _names(text: str) -> tuple[str, ...]:

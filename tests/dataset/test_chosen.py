@@ -229,6 +229,14 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
     spin_usd("reproduce", out, path.stem)
 
 
-def test_ways_that_do_not_go_together_are_wrong_usage(spin_usd):
-    done = spin_usd("render", "stage.usda", "--out", "d", "--samples", "2", "--error", "auto", code=2)
-    assert done.stderr == "spin-usd: --samples and --error are given together; give one of them\n"
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--samples", "2", "--error", "auto"), "--samples and --error are given together; give one of them"),
+        (("--error", "auto", "--measured", ""), "--measured is empty; give a folder or its measure.json"),
+        (("--labels-only", "--quality", "draft"), "--quality is given with --labels-only, which renders no light; drop one of them"),  # noqa: E501
+    ],
+)  # fmt: skip
+def test_ways_that_do_not_go_together_are_wrong_usage(spin_usd, given, said):
+    done = spin_usd("render", "stage.usda", "--out", "d", *given, code=2)
+    assert done.stderr == f"spin-usd: {said}\n"
