@@ -11,14 +11,14 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import calibrate, frames, growth, plan, predict, sensor, stages, variants
+from benchmarks import calibrate, frames, growth, plan, predict, schedule, sensor, stages, variants
 
 from spin_usd.dataset.machine import machine
 from spin_usd.dataset.versions import LIBRARIES
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module
-    for module in (frames, growth, variants, plan, sensor, predict, calibrate, stages)
+    for module in (frames, growth, variants, plan, sensor, predict, calibrate, schedule, stages)
 }
 
 

@@ -1,4 +1,7 @@
-"""How long a run takes whose pictures' work is known: the start, and workers that each take the next picture."""
+"""How long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
+
+The constants are those of a 2-core x86-64 server; `tools/bench schedule` says what they are on another machine.
+"""
 
 import heapq
 from collections.abc import Iterable, Mapping
