@@ -60,7 +60,8 @@ TRACING: Mapping[str, Costs] = {
         BEAUTY_PASS: {"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
     },
 }
-"""The same of the two passes, by renderer, as `tools/bench calibrate` finds them: units that one of them does not have there cost nothing."""
+"""The same of the two passes, by renderer, as `tools/bench calibrate` finds them: units that one of them does not have
+there cost nothing."""
 BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0, "depth": 1.3, "segmentation": 0.03, "dense_pose": 4.0}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
