@@ -2,6 +2,7 @@
 
 import json
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -65,6 +66,12 @@ def test_the_presets_lights_and_environments_that_travel_along_are_named_in_the_
         assert f"`{path.stem}`" in README, path.stem
 
 
+def test_the_readme_has_every_block_of_figures_once(monkeypatch):
+    monkeypatch.syspath_prepend(REPOSITORY / "tools")
+    blocks = runpy.run_path(str(REPOSITORY / "tools" / "build_readme"))["BLOCKS"]
+    assert re.findall(r"^<!-- generated: (\w+) -->$", README, re.MULTILINE) == list(blocks)
+
+
 def build_readme(*arguments):
     command = [sys.executable, REPOSITORY / "tools" / "build_readme", *arguments]
     return subprocess.run(command, capture_output=True, text=True)
@@ -91,3 +98,12 @@ def test_a_block_that_is_not_what_its_figures_make_is_named_and_mended(tmp_path)
     assert "| matt, `samples=4` | 2.2 | 2 (1 to 4) | 10 % |" in readme.read_text()
     assert readme.read_text().startswith("before\n")
     assert readme.read_text().endswith("after\n")
+
+
+def test_a_block_without_figures_is_empty_and_told(tmp_path):
+    readme = tmp_path / "README.md"
+    readme.write_text("<!-- generated: predicted -->\nold\n<!-- end -->\n")
+    done = build_readme("--figures", tmp_path, "--readme", readme)
+    assert done.returncode == 0
+    assert "predicted: not measured yet: run tools/bench predict" in done.stderr
+    assert readme.read_text() == "<!-- generated: predicted -->\n<!-- end -->\n"

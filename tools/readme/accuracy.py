@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
-from readme.marked import prose
+from readme.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
 from spin_usd.dataset.measure.file import read_measurement
@@ -18,7 +18,10 @@ AUTO = "--error auto"
 
 
 def measurements(folder: Path) -> dict[str, Measurement]:
-    return {name: read_measurement(folder / f"measure_{name}.json") for name in STAGES}
+    files = {name: folder / f"measure_{name}.json" for name in STAGES}
+    if lacking := [name for name, file in files.items() if not file.is_file()]:
+        raise NotMeasuredError(f"run tools/bench stages --stages {' '.join(lacking)}")
+    return {name: read_measurement(file) for name, file in files.items()}
 
 
 def qualities(folder: Path) -> str:
@@ -32,7 +35,9 @@ def qualities(folder: Path) -> str:
         f"for `{AUTO}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
         "detector's noise in it, digital numbers, beside that one's:"
     )
-    return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}"
+    plot = "![Error against CPU seconds on the stage sunlamp](.github/measure_sunlamp.svg)"
+    tables = ", ".join(f"[{stage}](tools/figures/measure_{stage}.md)" for stage in named)
+    return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{plot}\n\n{prose(f'All settings: {tables}.')}"
 
 
 def _cell(outcome: Outcome | None) -> str:
@@ -51,7 +56,7 @@ def savings(folder: Path) -> str:
     """What each stage did not need, how much of a render's time that saves, and what it changes."""
     rows = [row for stage, found in measurements(folder).items() for row in _saved(stage, found.savings)]
     headings = ("stage", "left out", "CPU time saved", "relative difference", "another seed's")
-    return in_markdown(headings, rows)
+    return f"What those stages do not need is not done:\n\n{in_markdown(headings, rows)}"
 
 
 def _saved(stage: str, of_stage: tuple[Saving, ...]) -> Iterator[list[str]]:

@@ -8,9 +8,17 @@ WIDTH = 120
 BLOCK = re.compile(r"^<!-- generated: (\w+) -->\n(.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
+class NotMeasuredError(Exception):
+    """The figures that a block is made of are not there."""
+
+
 def filled(text: str, make: Callable[[str], str]) -> str:
     """`text` with what `make` makes of each block's name in its place."""
-    return BLOCK.sub(lambda found: f"<!-- generated: {found[1]} -->\n{make(found[1]).strip()}\n<!-- end -->", text)
+    return BLOCK.sub(lambda found: _block(found[1], make(found[1]).strip()), text)
+
+
+def _block(name: str, text: str) -> str:
+    return "\n".join((f"<!-- generated: {name} -->", *([text] if text else []), "<!-- end -->"))
 
 
 def names(text: str) -> list[str]:
