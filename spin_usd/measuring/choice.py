@@ -10,9 +10,8 @@ from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.tables import number, percent
 from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
 
-AUTO = 1 / 3
-"""Of the detector's noise: an error that adds no more raises the image's total error by at most 5.4 %, for the two are
-independent: sqrt(1 + 1/9)."""
+AUTO = 1.0
+"""Of the detector's noise: the two are independent, so the image's total error is at most sqrt(2) times that noise."""
 
 ROUNDING_DN = 0.3
 """A detector with no more noise than this has none of its own: rounding alone is 1 / sqrt(12) = 0.289."""
@@ -117,7 +116,7 @@ def _criterion(auto: bool) -> Callable[[Outcome], float]:
 
 def _bound_text(bound: float, auto: bool) -> str:
     if auto:
-        return "an error after the detector of at most a third of the detector's own noise"
+        return "an error after the detector of at most the detector's own noise"
     return f"an error of at most {percent(bound)}"
 
 

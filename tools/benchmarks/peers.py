@@ -40,7 +40,8 @@ class Peer:
         assert self.process.stdin is not None
         print(*pose.rotation.ravel(), *pose.translation, *box, file=self.process.stdin, flush=True)
         if self._line() != "done":
-            raise ChildProcessError(f"{self.name} ended before it had made its picture")
+            code = self.process.wait()
+            raise ChildProcessError(f"{self.name} ended with {code} before it had made its picture")
 
     def close(self) -> None:
         self.process.kill()

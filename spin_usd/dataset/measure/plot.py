@@ -151,5 +151,5 @@ def _detector(axes: Axes, noise_dn: Sequence[float]) -> None:
     axes.set_ylim(low, high)
     axes.axhspan(low, AUTO, color="#eef3ea", zorder=0)
     dn = " to ".join(dict.fromkeys(f"{AUTO * each:.2g}" for each in (min(noise_dn), max(noise_dn))))
-    said, corner = f"shaded: at most a third of the detector's noise, {dn} DN", {"ha": "left", "va": "bottom"}
+    said, corner = f"shaded: at most the detector's noise, {dn} DN", {"ha": "left", "va": "bottom"}
     axes.annotate(said, (0, 0), xycoords="axes fraction", **(BELOW_LEFT | corner | {"xytext": (5, 4)}))

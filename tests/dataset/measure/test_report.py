@@ -63,7 +63,7 @@ def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white():
     for quality in ("preview: 1 fast", "draft: 4 fast", "standard: 16 fast", "reference: 256 bounces=8"):
         assert said.count(quality) == 2  # in each panel
     assert {"plain samples", "denoised", "adaptive", "others", "raycast", "raycast 1", "32 fast"} <= {*said}
-    assert "shaded: at most a third of the detector's noise, 0.5 DN" in said
+    assert "shaded: at most the detector's noise, 1.5 DN" in said
 
 
 def test_every_setting_is_a_point_in_each_panel():
