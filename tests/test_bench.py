@@ -28,7 +28,9 @@ def test_the_quick_run_puts_all_figures_into_one_file(tmp_path):
         assert figures["machine"]["cores"] > 0
         assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
     frames = found["frames"]["makers"]
-    assert {"spin_usd, image and labels", "plain bpy script, full frame"} <= set(frames)
+    assert "spin_usd, image and labels" in frames
+    plain = any("plain bpy script" in each for each in found["frames"]["left_out"])
+    assert plain is not ("plain bpy script, full frame" in frames)  # made, or said why not
     for maker in frames.values():
         for spread in (maker["wall_s"], maker["over_ours"]):
             assert 0 < spread["least"] <= spread["median"] <= spread["most"]

@@ -56,7 +56,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         stage = author(options, folder / "stage")
         reader = StageReader(stage)
         scenes = [reader.scene(frame) for frame in reader.frames]
-        makers, versions, missing = start(options, stage, scenes[0], folder, stack)
+        makers, versions, left_out = start(options, stage, scenes[0], folder, stack)
         for make, pid in makers.values():
             timed(lambda make=make: make(scenes[0]), pid)  # warms it up, and does not count
         taken: dict[str, list[dict[str, float]]] = {name: [] for name in makers}
@@ -72,7 +72,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "frame": [scenes[0].camera.width, scenes[0].camera.height],
         "box_share": spread([region_share(scene) for scene in scenes]),
         "versions": versions,
-        "not_installed": missing,
+        "left_out": left_out,
         "makers": {name: summed(runs, taken[OURS]) for name, runs in taken.items()},
         "seconds": {name: [run["wall_s"] for run in runs] for name, runs in taken.items()},
     }
@@ -84,19 +84,18 @@ Make = Callable[[Any], None]
 def start(
     options: argparse.Namespace, stage: Path, first: Any, folder: Path, stack: ExitStack
 ) -> tuple[dict[str, tuple[Make, int]], dict[str, str], list[str]]:
-    """By name what makes a scene's picture and in which process; the others' versions; which of them are not here."""
+    """By name what makes a scene's picture and in which process; the others' versions; those that are left out."""
     effort = parse_effort(options.effort or f"samples={options.samples}")
     makers = {}
     for name, renderer in ((OURS, "blender"), (LABELS, "raycast")):
         settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
         kinds = RenderRequest(stage=stage, image=renderer == "blender").kinds
         makers[name] = _ours(stage, folder / renderer, settings, kinds, stack)
-    peers = start_all(first, folder, options.samples, options.mitsuba_python)
+    peers, left_out = start_all(first, folder, options.samples, options.mitsuba_python)
     for peer in peers:
         stack.callback(peer.close)
         makers[peer.name] = peer.picture, peer.pid
-    missing = [] if any(peer.name.startswith("Mitsuba") for peer in peers) else ["Mitsuba"]
-    return makers, {peer.name: peer.version for peer in peers}, missing
+    return makers, {peer.name: peer.version for peer in peers}, left_out
 
 
 def _ours(
@@ -157,5 +156,5 @@ def table(figures: dict[str, Any]) -> str:
     for name, found in figures["makers"].items():
         ratio = shown(found["over_ours"]), f"{found['total_over_ours']:.2f}"
         lines.append(f"| {name} | {shown(found['wall_s'])} | {shown(found['cpu_s'])} | {' | '.join(ratio)} |")
-    lines += [f"\nnot installed, left out: {name}" for name in figures["not_installed"]]
+    lines += [f"\nleft out: {name}" for name in figures["left_out"]]
     return "\n".join(lines)

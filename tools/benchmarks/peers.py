@@ -7,7 +7,6 @@ for its files, and whether it renders the whole frame or a box. It answers its v
 
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,16 +66,23 @@ def write_scene(scene: Scene, file: Path) -> None:
     )
 
 
-def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> list[Peer]:
-    """Blender's and, where that is installed and works, Mitsuba's, each of the whole frame and of the box. Each has
-    made the picture of `scene`."""
+def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> tuple[list[Peer], list[str]]:
+    """Blender's and Mitsuba's, each of the whole frame and of the box, which have made the picture of `scene`; and
+    those that cannot, with the reason."""
     write_scene(scene, folder / "scene.npz")
-    plain = _pair(scene, "plain bpy script", [sys.executable, "plain_bpy.py"], folder, samples)
-    for variant in MITSUBA_VARIANTS:
-        name = f"Mitsuba {variant.partition('_')[0]}"
-        with suppress(OSError):
-            return plain + _pair(scene, name, [mitsuba_python, "plain_mitsuba.py", variant], folder, samples)
-    return plain
+    mitsuba = [
+        (f"Mitsuba {each.partition('_')[0]}", [mitsuba_python, "plain_mitsuba.py", each]) for each in MITSUBA_VARIANTS
+    ]
+    peers: list[Peer] = []
+    left_out = []
+    for ways in ([("plain bpy script", [sys.executable, "plain_bpy.py"])], mitsuba):
+        for name, how in ways:
+            try:
+                peers += _pair(scene, name, how, folder, samples)
+                break
+            except OSError as error:
+                left_out.append(f"{name} ({error})")
+    return peers, left_out
 
 
 def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -> list[Peer]:

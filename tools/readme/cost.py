@@ -41,7 +41,7 @@ def peers(folder: Path) -> str:
         "until the files are there: median (least to most). The box that the target can cover is "
         f"{percent(found['box_share']['median'])} of the frame (median)."
     )
-    lacking = "".join(f"\nNot installed, so left out: {name}.\n" for name in found["not_installed"])
+    lacking = "".join(f"\nLeft out: {name}.\n" for name in found["left_out"])
     headings = ("", "wall clock", "processor", "times spin_usd's wall clock")
     gain = (
         "The gain is in what is not rendered: most where the target is small, least in close-ups. "
