@@ -140,11 +140,6 @@ class Saving:
     difference: float
     noise: float
 
-    @property
-    def told(self) -> bool:
-        """Whether every seed says the same: that it costs time, or that it saves some."""
-        return not self.ratio_least <= 1 <= self.ratio_most
-
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:

@@ -133,8 +133,8 @@ def _execution(measurement: Measurement) -> Iterator[list[str]]:
 def _savings(measurement: Measurement) -> Iterator[list[str]]:
     for each in measurement.savings:
         seconds = [number(each.cpu_s), number(each.cpu_s_with)]
-        ratio = f"{number(each.ratio_least)} to {number(each.ratio_most)}" if each.told else "too small to tell"
-        yield [each.what, each.frame, *seconds, ratio, percent(each.difference), percent(each.noise)]
+        ratios = f"{number(each.ratio_least)} to {number(each.ratio_most)}"
+        yield [each.what, each.frame, *seconds, ratios, percent(each.difference), percent(each.noise)]
 
 
 def _failures(measurement: Measurement) -> Iterator[list[str]]:

@@ -1,6 +1,6 @@
 """What can be asked of a measurement by name, and what it comes to: setting, cost, errors."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
@@ -29,14 +29,8 @@ def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
 
 
 def choices(measurement: Measurement) -> str:
-    """Of one stage, in Markdown."""
+    """In Markdown."""
     return in_markdown(HEADINGS, list(_rows(measurement)))
-
-
-def of_stages(measurements: Mapping[str, Measurement]) -> str:
-    """Of several stages by name, in one Markdown table."""
-    rows = [[stage, *cells] for stage, measurement in measurements.items() for cells in _rows(measurement)]
-    return in_markdown(("stage", *HEADINGS), rows)
 
 
 def _rows(measurement: Measurement) -> Iterator[list[str]]:

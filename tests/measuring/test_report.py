@@ -9,7 +9,7 @@ from spin_usd.measuring.choice import choose
 from spin_usd.measuring.front import front, outcomes, share_of_noise
 from spin_usd.measuring.measurement import Execution, Failure, LabelFigures, Saving
 from spin_usd.measuring.report import SETTINGS, in_full, in_short
-from spin_usd.measuring.summary import HEADINGS, of_stages
+from spin_usd.measuring.summary import HEADINGS, choices
 from spin_usd.scene.effort import QUALITIES
 
 
@@ -88,7 +88,7 @@ def test_the_rest_of_a_measurement_is_there_where_it_was_measured():
     assert "| a | blender | raycast | 1.000000 | 1.0e-06 | 6.0e-05 | 7 |" in text
     assert "| 2 x 1 | yes | 3.25 | yes |" in text
     assert "| glossy bounces | a | 1.5 | 2 | 1.25 to 1.5 | 0.1 % | 5 % |" in text
-    assert "| world | a | 1.5 | 1.5 | too small to tell | 0 % | 5 % |" in text
+    assert "| world | a | 1.5 | 1.5 | 0.9 to 1.1 | 0 % | 5 % |" in text
     assert "| blender samples=4 | b | a \\| b |" in text
     assert "| 4096 (no more allowed) |" in text
     assert "glossy" not in in_full(usual())
@@ -101,12 +101,12 @@ def test_the_short_table_is_aligned():
     assert len(lines) == 1 + len(outcomes(usual()))
 
 
-def test_the_summary_says_of_each_stage_what_names_come_to():
-    rows = table(of_stages({"matt": usual(), "noiseless": usual(noise_dn=0.01)}), ("stage", *HEADINGS))
-    assert len(rows) == 2 * (len(QUALITIES) + 2)
+def test_the_summary_says_what_names_come_to():
+    rows = table(choices(usual()), HEADINGS)
+    assert len(rows) == len(QUALITIES) + 2
     for row in rows[: len(QUALITIES)]:
         assert row["setting"] == f"blender {QUALITIES[row['asked'].split()[-1]].text}"
-    auto, never = (next(row for row in rows if row["stage"] == s and "auto" in row["asked"]) for s in ("matt", "noiseless"))  # fmt: skip  # noqa: E501
+    auto, never = (table(choices(each), HEADINGS)[-1] for each in (usual(), usual(noise_dn=0.01)))
     choice = choose(usual(), auto=True)
     plain = next(each for each in outcomes(usual()) if each.setting == setting("samples=64"))
     assert auto["setting"] == choice.setting.text
@@ -117,5 +117,5 @@ def test_the_summary_says_of_each_stage_what_names_come_to():
 
 
 def test_a_quality_that_was_not_measured_has_no_figures():
-    text = of_stages({"one": measurement([figures(setting("samples=64"), cpu_s=1.0, error=0.01)])})
+    text = choices(measurement([figures(setting("samples=64"), cpu_s=1.0, error=0.01)]))
     assert text.count("not measured") == len(QUALITIES)

@@ -1,20 +1,17 @@
 """Blocks made of tools/figures/measure_NAME.json of the three stages, which `tools/bench stages` writes."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from statistics import median
 
 from readme.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
 from spin_usd.dataset.measure.file import read_measurement
+from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.measuring.front import Outcome
 from spin_usd.measuring.measurement import Measurement, Saving
 from spin_usd.measuring.report import in_full
-from spin_usd.measuring.summary import PLAIN, by_name
+from spin_usd.measuring.summary import AUTOMATIC, PLAIN, by_name
 from spin_usd.measuring.tables import in_markdown, number, percent
-
-AUTO = "--error auto"
 
 
 def measurements(folder: Path) -> dict[str, Measurement]:
@@ -28,11 +25,13 @@ def qualities(folder: Path) -> str:
     """What the named qualities, so many plain samples, and `--error auto` come to on each stage."""
     named = {stage: dict(by_name(found)) for stage, found in measurements(folder).items()}
     asked = next(iter(named.values()))
-    rows = [[f"`{name}`", *(_cell(of[name]) for of in named.values())] for name in asked if name != AUTO]
-    rows.append([f"`{AUTO}`", *(_chosen(of) for of in named.values())])
+    rows = [[f"`{name}`", *(_cell(of[name]) for of in named.values())] for name in asked if name != AUTOMATIC]
+    rows.append([f"`{AUTOMATIC}`", *(_chosen(of) for of in named.values())])
+    pictures = max(len(found.frames) for found in measurements(folder).values())
     note = (
-        "CPU seconds a picture · relative error in linear light, of the worst picture measured; "
-        f"for `{AUTO}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
+        f"Of {pictures} {'picture' if pictures == 1 else 'pictures'} of each stage: CPU seconds a picture · relative "
+        "error in linear light, of the worst picture; "
+        f"for `{AUTOMATIC}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
         "detector's noise in it, digital numbers, beside that one's:"
     )
     plot = "![Error against CPU seconds on the stage sunlamp](.github/measure_sunlamp.svg)"
@@ -45,7 +44,7 @@ def _cell(outcome: Outcome | None) -> str:
 
 
 def _chosen(named: dict[str, Outcome | None]) -> str:
-    auto, plain = named[AUTO], named[f"--samples {PLAIN.samples}"]
+    auto, plain = named[AUTOMATIC], named[f"--samples {PLAIN.samples}"]
     if auto is None or plain is None:
         return "nothing is good enough"
     totals = [number((error**2 + noise**2) ** 0.5) for error, noise in (auto.in_image, plain.in_image)]
@@ -53,19 +52,22 @@ def _chosen(named: dict[str, Outcome | None]) -> str:
 
 
 def savings(folder: Path) -> str:
-    """What each stage did not need, how much of a render's time that saves, and what it changes."""
-    rows = [row for stage, found in measurements(folder).items() for row in _saved(stage, found.savings)]
-    headings = ("stage", "left out", "CPU time saved", "relative difference", "another seed's")
-    return f"What those stages do not need is not done:\n\n{in_markdown(headings, rows)}"
+    """What each stage did not need, what a render costs with all of that, and what it changes."""
+    intro = (
+        "What those stages do not need is not done. Processor time of the same render with all of it over that "
+        "without, in turn, least to most of the seeds; one by one, which timing hardly tells apart, they are in the "
+        "tables above:"
+    )
+    rows = [_saved(stage, found.savings) for stage, found in measurements(folder).items()]
+    headings = ("stage", "left out", "with / without", "relative difference", "another seed's")
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
 
 
-def _saved(stage: str, of_stage: tuple[Saving, ...]) -> Iterator[list[str]]:
-    for what in dict.fromkeys(each.what for each in of_stage):
-        every = [each for each in of_stage if each.what == what]
-        share = median(1 - each.cpu_s / each.cpu_s_with for each in every)
-        worst = max(every, key=lambda each: each.difference)
-        saved = percent(share) if all(each.told for each in every) else "too small to tell"
-        yield [stage, what, saved, percent(worst.difference), percent(worst.noise)]
+def _saved(stage: str, savings: tuple[Saving, ...]) -> list[str]:
+    (all_of_it,) = (each for each in savings if each.what == EVERYTHING)
+    names = ", ".join(each.what for each in savings if each is not all_of_it)
+    ratios = f"{number(all_of_it.ratio_least)} to {number(all_of_it.ratio_most)}"
+    return [stage, names, ratios, percent(all_of_it.difference), percent(all_of_it.noise)]
 
 
 def reports(folder: Path) -> dict[str, str]:
