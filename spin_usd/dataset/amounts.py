@@ -13,16 +13,16 @@ from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.label import LABELS
 from spin_usd.render.bands import BAND_COST_SAMPLES
 from spin_usd.render.surfaces import surfaces_of
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 
 Amounts = dict[str, float]
 BEHIND = ("planet", "stars", "back plate", "dome")
-DEVELOPED = ("vignetting", "spread", "glare", "bloom", "noise")
+THROUGH_OPTICS, NOISE = ("vignetting", "spread", "glare", "bloom"), "noise"
+DEVELOPED = (*THROUGH_OPTICS, NOISE)
 LIT = ("glossy", "clear", "several lights", "surroundings")
-ADAPTIVE_LEAST = 16  # samples that adaptive sampling takes of every pixel before it looks
 ADAPTIVE_SAMPLES, ADAPTIVE_POWER = 3.0, -1.2
 """Of a glossy target: samples a pixel, on average, times the noise asked for to that power (measured at 0.1, 0.03 and
 0.01 on a metal under Sun and lamp: 48, 200 and 800). A matt one hardly takes more than the least."""
@@ -69,7 +69,7 @@ def features(scene: Scene) -> list[str]:
         "spread": optics.psf_sigma > 0,
         "glare": optics.glare > 0,
         "bloom": optics.bloom_intensity > 0,
-        "noise": sensor.gain > 0,
+        NOISE: sensor.gain > 0,
         "glossy": not surfaces.matt,
         "clear": surfaces.clear,
         "several lights": len(groups.placed) > 1,
@@ -143,5 +143,5 @@ def expected_samples(effort: Effort, *, glossy: bool) -> float:
     """That a pixel takes, on average over the target."""
     if not effort.adaptive:
         return float(effort.samples)
-    wanted = ADAPTIVE_SAMPLES * effort.adaptive**ADAPTIVE_POWER if glossy else ADAPTIVE_LEAST
-    return min(max(wanted, ADAPTIVE_LEAST), float(effort.samples))
+    wanted = ADAPTIVE_SAMPLES * effort.adaptive**ADAPTIVE_POWER if glossy else LOOKS_EVERY
+    return min(max(wanted, LOOKS_EVERY), float(effort.samples))

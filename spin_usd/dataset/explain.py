@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from spin_usd.dataset.amounts import BEHIND, NOISE, THROUGH_OPTICS, features
 from spin_usd.render.facts import Facts
 from spin_usd.render.left_out import BITS, LeftOut, left_out
 from spin_usd.scene.keys import RenderSettings
-from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
 
 RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS = "render", "background", "optics", "detector", "labels"
@@ -18,19 +18,12 @@ ABSENT: Sequence[tuple[str, str, str, Callable[[Scene], bool]]] = (
     (RENDER, "pixels outside the target's region", NOWHERE, lambda scene: scene.picture_region != scene.camera.frame),
     (RENDER, "depth of field", "the camera is a pinhole", lambda scene: scene.thin_lens is None),
     (RENDER, "motion blur", "the exposure is an instant", lambda scene: scene.shutter is None),
-    (BACKGROUND, "planets", NONE, lambda scene: not scene.environment.planets),
-    (BACKGROUND, "stars", NONE, lambda scene: not scene.environment.stars),
-    (BACKGROUND, "back plate", NONE, lambda scene: scene.environment.back_plate is None),
-    (BACKGROUND, "dome", NONE, lambda scene: not any(isinstance(light, DomeLight) for light in scene.lights)),
-    (OPTICS, "point spread", NONE, lambda scene: scene.optics.psf_sigma == 0),
-    (OPTICS, "glare", NONE, lambda scene: scene.optics.glare == 0),
-    (OPTICS, "bloom", NONE, lambda scene: scene.optics.bloom_intensity == 0),
-    (OPTICS, "vignetting", NONE, lambda scene: not (scene.optics.cos_fourth or any(scene.optics.vignetting))),
-    (DETECTOR, "noise", "its gain is not set", lambda scene: scene.sensor.gain == 0),
     (DETECTOR, "metering", "the exposure is given", lambda scene: scene.sensor.auto_exposure is None),
     (LABELS, "light, materials, samples and blur", ONE_RAY, lambda _: True),
 )
 """Outside the path tracer: part of the work, what, why, and whether a scene goes without."""
+FEATURES = ((BACKGROUND, BEHIND, NONE), (OPTICS, THROUGH_OPTICS, NONE), (DETECTOR, (NOISE,), "its gain is not set"))
+"""Likewise, where what is one of amounts.features."""
 KEPT = "geometry is not simplified: labels need every face as it is, and the picture shows the same"
 
 Item = tuple[str, str, str, str]
@@ -58,7 +51,11 @@ class Tally:
 
     def add(self, scene: Scene, radiance: str) -> None:
         """Note the picture of `scene`, whose radiance key is given."""
+        has = features(scene)
         self._counts.update((part, what, why, BITS) for part, what, why, spared in ABSENT if spared(scene))
+        self._counts.update(
+            (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has
+        )
         if self._settings.renderer != "blender":
             return
         if radiance not in self._known:

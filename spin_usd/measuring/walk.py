@@ -4,13 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from spin_usd.measuring.measurement import Setting
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import LOOKS_EVERY, Effort
 
 BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a time is changed around them
 STEP = 4  # from one number of samples to the next: half the noise
 DENOISERS = ("none", "fast", "high")
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
-LOOKS_EVERY = 16  # samples after which Cycles looks at the noise: with no more, adaptive sampling changes nothing
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
 REDUCTIONS = (2, 4)

@@ -11,6 +11,7 @@ DENOISERS = ("none", "fast", "balanced", "high")
 MOST_SAMPLES = 1 << 20
 MOST_BOUNCES = 1024  # as many as Cycles takes
 REDUCTIONS = (1, 2, 4, 8)
+LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, and so the least that it takes
 
 
 @dataclass(frozen=True, kw_only=True)
