@@ -1,6 +1,7 @@
 """How hard a render tries where it is asked for a result instead, a named quality or an error; and why."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from spin_usd.dataset.measure.file import measurement_file, read_measurement
 from spin_usd.dataset.store import sha256_of
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
-from spin_usd.measuring.front import Outcome
+from spin_usd.measuring.front import Criterion, Outcome
 from spin_usd.measuring.known import known, outcome_of
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.scene.effort import QUALITIES, Effort
@@ -37,7 +38,7 @@ class Expected:
 
     @classmethod
     def of(cls, outcome: Outcome) -> "Expected":
-        error, at_most = outcome.error_expected
+        error, at_most = outcome.error(Criterion.LIGHT)
         error_dn, noise_dn = outcome.in_image
         return cls(error=error, error_at_most=at_most, error_dn=error_dn, noise_dn=noise_dn, cpu_s=outcome.cpu_s)
 
@@ -126,8 +127,7 @@ def _basis(measurement: Measurement, file: Path) -> Basis:
 
 
 def _number(asked: str) -> float:
-    try:
-        return float(asked.replace("_", "no digit"))
-    except ValueError:
-        do = "make it a number above 0, such as 0.05 for 5 %, or auto"
-        raise InputError(f"--error is {asked!r}", do=do) from None
+    with suppress(ValueError):
+        if "_" not in asked:  # which Python allows between digits
+            return float(asked)
+    raise InputError(f"--error is {asked!r}", do="make it a number above 0, such as 0.05 for 5 %, or auto")

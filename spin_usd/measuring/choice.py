@@ -1,11 +1,10 @@
 """The cheapest setting measured that is good enough."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
 
 from spin_usd.errors import InputError
-from spin_usd.measuring.front import Outcome, error_at_most, front, outcomes, share_at_most
+from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.tables import number, percent
 from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
@@ -21,13 +20,13 @@ ROUNDING_DN = 0.3
 class Choice:
     """A setting, and why it was chosen.
 
-    outcome: what was measured of it · bound: the most that its error may be in each picture, relative or, with `auto`,
-    of the detector's noise · cheaper: the next cheaper on the front, not good enough; None where there is none.
+    outcome: what was measured of it · bound: the most that its error by the criterion may be in each picture ·
+    cheaper: the next cheaper on the front, not good enough; None where there is none.
     """
 
     outcome: Outcome
     bound: float
-    auto: bool
+    criterion: Criterion
     cheaper: Outcome | None
 
     @property
@@ -35,35 +34,16 @@ class Choice:
         return self.outcome.setting
 
     @property
-    def cpu_s(self) -> float:
-        """Expected seconds of one core a picture."""
-        return self.outcome.cpu_s
-
-    @property
-    def error(self) -> float:
-        """Expected, of the same kind as the bound, in the picture where it may be the greatest."""
-        return self._expected[0]
-
-    @property
-    def error_at_most(self) -> float:
-        """With its uncertainty: what is within the bound."""
-        return self._expected[1]
-
-    @property
     def reason(self) -> str:
         """Why, in a sentence."""
         count = len(self.outcome.figures)
         where = "the picture measured" if count == 1 else f"each of the {count} pictures measured"
-        said = f"{self.setting.text} is the cheapest setting with {_bound_text(self.bound, self.auto)} in {where}"
-        error = f"{error_text(self.outcome, self.auto)}{light_text(self.outcome)}"
+        said = f"{self.setting.text} is the cheapest setting with {_bound_text(self.bound, self.criterion)} in {where}"
+        error = f"{error_text(self.outcome, self.criterion)}{light_text(self.outcome)}"
         said += f": expected error {error}, for {cost_text(self.outcome)}"
         if self.cheaper is None:
             return f"{said}; none is cheaper"
-        return f"{said}; the next cheaper, {self.cheaper.setting.text}, has {expected(self.cheaper, self.auto)}"
-
-    @property
-    def _expected(self) -> tuple[float, float]:
-        return self.outcome.of_noise_expected if self.auto else self.outcome.error_expected
+        return f"{said}; the next cheaper, {self.cheaper.setting.text}, has {expected(self.cheaper, self.criterion)}"
 
 
 def choose(
@@ -80,13 +60,12 @@ def choose(
         raise InputError(
             f"an error of {bound:g} is no bound", do="make it a number above 0, such as 0.05 for 5 %, or auto"
         )
-    criterion = _criterion(auto)
+    criterion = Criterion.IMAGE if auto else Criterion.LIGHT
     found = front(_measured(measurement, renderer), criterion)
-    enough = [place for place, outcome in enumerate(found) if criterion(outcome) <= bound]
-    if not enough:
-        raise _none_enough(found[-1], bound, auto)
-    place = enough[0]
-    return Choice(outcome=found[place], bound=bound, auto=auto, cheaper=found[place - 1] if place else None)
+    place = next((i for i, each in enumerate(found) if each.error(criterion).at_most <= bound), None)
+    if place is None:
+        raise _none_enough(found[-1], bound, criterion)
+    return Choice(outcome=found[place], bound=bound, criterion=criterion, cheaper=found[place - 1] if place else None)
 
 
 def _measured(measurement: Measurement, renderer: str) -> list[Outcome]:
@@ -97,25 +76,21 @@ def _measured(measurement: Measurement, renderer: str) -> list[Outcome]:
     return measured
 
 
-def _none_enough(best: Outcome, bound: float, auto: bool) -> InputError:
-    noise = max(best.noise_dn)
+def _none_enough(best: Outcome, bound: float, criterion: Criterion) -> InputError:
+    auto, noise = criterion is Criterion.IMAGE, max(best.noise_dn)
     if auto and noise <= ROUNDING_DN:
         found = f"the detector has no noise but its rounding ({number(noise)} DN)"
         return InputError(found, do="author read noise, or use --error X")
-    least = f"the least is {error_text(best, auto)}, of {best.setting.text} for {number(best.cpu_s)} CPU s"
-    do = "measure settings that try harder"
-    also = "give --error X or --samples N" if auto else f"give --error {_rounded_up(best.error_at_most)} or more"
+    least = f"the least is {error_text(best, criterion)}, of {best.setting.text} for {number(best.cpu_s)} CPU s"
+    other = "--error X or --samples N" if auto else f"--error {_rounded_up(best.error(criterion).at_most)} or more"
     return InputError(
-        f"no setting measured has {_bound_text(bound, auto)} in every picture: {least}", do=f"{also}, or {do}"
+        f"no setting measured has {_bound_text(bound, criterion)} in every picture: {least}",
+        do=f"give {other}, or measure settings that try harder",
     )
 
 
-def _criterion(auto: bool) -> Callable[[Outcome], float]:
-    return share_at_most if auto else error_at_most
-
-
-def _bound_text(bound: float, auto: bool) -> str:
-    if auto:
+def _bound_text(bound: float, criterion: Criterion) -> str:
+    if criterion is Criterion.IMAGE:
         return "an error after the detector of at most the detector's own noise"
     return f"an error of at most {percent(bound)}"
 

@@ -1,10 +1,25 @@
 """Of the settings measured, those that no other beats: none is as cheap and as exact."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from operator import itemgetter
+from enum import Enum
+from typing import NamedTuple
 
 from spin_usd.measuring.measurement import Figures, Measurement, Setting
+
+
+class Criterion(Enum):
+    """How an error is counted: relative, in linear light; or after the detector, over the detector's own noise."""
+
+    LIGHT = "light"
+    IMAGE = "image"
+
+
+class Error(NamedTuple):
+    """As expected, and the most that it may be, as far as was measured."""
+
+    expected: float
+    at_most: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,60 +38,27 @@ class Outcome:
         """Seconds of one core that a picture takes, their mean."""
         return sum(each.cpu_s for each in self.figures) / len(self.figures)
 
-    @property
-    def errors(self) -> tuple[float, ...]:
-        """Relative, in linear light, of each picture."""
-        return tuple(each.error for each in self.figures)
-
-    @property
-    def shares(self) -> tuple[float, ...]:
-        """Error after the detector over the detector's own noise, of each picture."""
+    def errors(self, criterion: Criterion) -> tuple[Error, ...]:
+        """Of each picture."""
+        if criterion is Criterion.LIGHT:
+            return tuple(Error(each.error, each.error_at_most) for each in self.figures)
         pairs = zip(self.figures, self.noise_dn, strict=True)
-        return tuple(_ratio(each.error_dn, noise) for each, noise in pairs)
+        return tuple(Error(_ratio(each.error_dn, noise), _ratio(each.error_dn_at_most, noise)) for each, noise in pairs)
 
-    @property
-    def error_at_most(self) -> float:
-        """As `error`, where each picture's error is as great as its uncertainty allows."""
-        return self.error_expected[1]
+    def worst(self, criterion: Criterion) -> int:
+        """The place of the picture whose error may be the greatest."""
+        most = [each.at_most for each in self.errors(criterion)]
+        return most.index(max(most))
 
-    @property
-    def of_noise_at_most(self) -> float:
-        """As `of_noise`, where each picture's error is as great as its uncertainty allows."""
-        return self.of_noise_expected[1]
-
-    @property
-    def error_expected(self) -> tuple[float, float]:
-        """Relative, and the most that it may be, in the picture where that is greatest."""
-        return max(((each.error, each.error_at_most) for each in self.figures), key=itemgetter(1))
-
-    @property
-    def of_noise_expected(self) -> tuple[float, float]:
-        """Of the detector's own noise, and the most that it may be, in the picture where that is greatest."""
-        pairs = zip(self.figures, self.noise_dn, strict=True)
-        both = ((_ratio(each.error_dn, noise), _ratio(each.error_dn_at_most, noise)) for each, noise in pairs)
-        return max(both, key=itemgetter(1))
-
-    @property
-    def worst(self) -> Figures:
-        """Of the picture with the greatest of `errors`."""
-        return self.figures[self.errors.index(self.error)]
+    def error(self, criterion: Criterion) -> Error:
+        """Of the worst picture."""
+        return self.errors(criterion)[self.worst(criterion)]
 
     @property
     def in_image(self) -> tuple[float, float]:
-        """Error after the detector and the detector's own noise, digital numbers, in the picture with the greatest of
-        `shares`."""
-        place = self.shares.index(self.of_noise)
+        """Of the worst picture after the detector the error and the detector's own noise, digital numbers."""
+        place = self.worst(Criterion.IMAGE)
         return self.figures[place].error_dn, self.noise_dn[place]
-
-    @property
-    def error(self) -> float:
-        """The worst of `errors`."""
-        return max(self.errors)
-
-    @property
-    def of_noise(self) -> float:
-        """The worst of `shares`."""
-        return max(self.shares)
 
 
 def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
@@ -93,27 +75,13 @@ def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
     )
 
 
-def relative_error(outcome: Outcome) -> float:
-    return outcome.error
-
-
-def share_of_noise(outcome: Outcome) -> float:
-    return outcome.of_noise
-
-
-def error_at_most(outcome: Outcome) -> float:
-    return outcome.error_at_most
-
-
-def share_at_most(outcome: Outcome) -> float:
-    return outcome.of_noise_at_most
-
-
-def front(outcomes: Iterable[Outcome], error: Callable[[Outcome], float] = relative_error) -> tuple[Outcome, ...]:
-    """The Pareto front of cost and `error`: the cheapest first, and each next one more exact than all before it."""
+def front(outcomes: Iterable[Outcome], criterion: Criterion) -> tuple[Outcome, ...]:
+    """The Pareto front of cost and of what the error may be at most: the cheapest first, and each next one more exact
+    than all before it."""
+    cost = {each: (each.cpu_s, each.error(criterion).at_most) for each in outcomes}
     found: list[Outcome] = []
-    for outcome in sorted(outcomes, key=lambda each: (each.cpu_s, error(each))):
-        if not found or error(outcome) < error(found[-1]):
+    for outcome in sorted(cost, key=lambda each: cost[each]):
+        if not found or cost[outcome][1] < cost[found[-1]][1]:
             found.append(outcome)
     return tuple(found)
 

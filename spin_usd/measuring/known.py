@@ -1,6 +1,6 @@
 """What a measurement knows of a setting that was not chosen from it."""
 
-from spin_usd.measuring.front import Outcome, outcomes
+from spin_usd.measuring.front import Criterion, Outcome, outcomes
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
 
@@ -12,15 +12,16 @@ def outcome_of(measurement: Measurement, setting: Setting) -> Outcome | None:
 
 def known(measurement: Measurement, outcome: Outcome) -> str:
     """Its expected error, light and cost, and the cheapest setting of its renderer that is cheaper and more exact."""
-    error = f"{error_text(outcome, False)}{light_text(outcome)}"
+    error = f"{error_text(outcome, Criterion.LIGHT)}{light_text(outcome)}"
     said = f"expected error {error}, for {cost_text(outcome)}, as measured on this stage"
     better = [each for each in outcomes(measurement) if _beats(each, outcome)]
     if not better:
         return said
     best = min(better, key=lambda each: each.cpu_s)
-    return f"{said}; {best.setting.text} is cheaper and more exact: {expected(best, False)}"
+    return f"{said}; {best.setting.text} is cheaper and more exact: {expected(best, Criterion.LIGHT)}"
 
 
 def _beats(one: Outcome, other: Outcome) -> bool:
     alike = one.setting.renderer == other.setting.renderer
-    return alike and one.cpu_s < other.cpu_s and one.error_at_most < other.error_at_most
+    errors = [each.error(Criterion.LIGHT).at_most for each in (one, other)]
+    return alike and one.cpu_s < other.cpu_s and errors[0] < errors[1]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from spin_usd.measuring.error import FLOOR
-from spin_usd.measuring.front import Outcome, front, outcomes, share_of_noise
+from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.summary import choices
 from spin_usd.measuring.tables import in_columns, in_markdown, number, percent, within
@@ -19,14 +19,14 @@ EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes"
 FAILURES = ("what", "picture", "why")
 SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
 MEANINGS = f"""
-Seconds are of a picture, the mean of the pictures; errors are those of the worst one. Error: relative, in linear light,
-of each of the target's pixels its deviation over the root of its radiance squared plus the square of {FLOOR:g} x the
-target's mean, root mean square, and how much more it is with its square's uncertainty added: the standard error over
-the seeds, and the reference's own error where that took as many samples as allowed. Its square is the sum of those of
-bias and noise; a bias within the uncertainty is shown as 0. Brightness: how much more or less light the target has. DN:
-digital numbers after the detector, and likewise how much more, beside the detector's own noise, without which it was
-measured. Structure: 1 - SSIM. Front: no other setting is as cheap and as exact, in linear light (`light`) or after the
-detector (`image`).
+Seconds are of a picture, the mean of the pictures; errors are those of the one whose error may be the greatest. Error:
+relative, in linear light, of each of the target's pixels its deviation over the root of its radiance squared plus the
+square of {FLOOR:g} x the target's mean, root mean square, and how much more it is with its square's uncertainty added:
+the standard error over the seeds, and the reference's own error where that took as many samples as allowed. Its square
+is the sum of those of bias and noise; a bias within the uncertainty is shown as 0. Brightness: how much more or less
+light the target has. DN: digital numbers after the detector, and likewise how much more, beside the detector's own
+noise, without which it was measured. Structure: 1 - SSIM. Front: no other setting is as cheap and surely as exact, in
+linear light (`light`) or after the detector (`image`); `--error` chooses from it.
 """
 
 
@@ -65,7 +65,7 @@ def _heading(measurement: Measurement) -> str:
 def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
     """The settings, the cheapest first, and of which fronts each is."""
     found = outcomes(measurement)
-    fronts = {"light": front(found), "image": front(found, share_of_noise)}
+    fronts = {each.value: front(found, each) for each in Criterion}
     on = [" ".join(name for name, best in fronts.items() if each in best) for each in found]
     return sorted(zip(found, on, strict=True), key=lambda pair: pair[0].cpu_s)
 
@@ -98,14 +98,14 @@ def _megabytes(outcome: Outcome) -> str:
 
 def _errors(outcome: Outcome) -> list[str]:
     """Error, bias and noise of the worst picture."""
-    worst = outcome.worst
+    worst = outcome.figures[outcome.worst(Criterion.LIGHT)]
     error = within(100 * worst.error, 100 * (worst.error_at_most - worst.error))
     return [f"{error} %", percent(worst.bias), percent(worst.variance**0.5)]
 
 
 def _in_image(outcome: Outcome) -> tuple[str, str]:
     """Error after the detector and the detector's own noise, of the picture where the one is the most of the other."""
-    place = outcome.shares.index(outcome.of_noise)
+    place = outcome.worst(Criterion.IMAGE)
     worst = outcome.figures[place]
     return within(worst.error_dn, worst.error_dn_uncertainty), number(outcome.noise_dn[place])
 

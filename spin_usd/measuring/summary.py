@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
-from spin_usd.measuring.front import Outcome, outcomes
+from spin_usd.measuring.front import Criterion, Outcome, outcomes
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.tables import in_markdown, number, percent
 from spin_usd.scene.effort import QUALITIES, Effort
@@ -46,8 +46,10 @@ def _rows(measurement: Measurement) -> Iterator[list[str]]:
             continue
         error, noise = outcome.in_image
         share = percent(outcome.cpu_s / plain.cpu_s) if plain else ""
-        cells = [f"`{asked}`", f"`{outcome.setting.text}`", number(outcome.cpu_s), share, percent(outcome.error)]
-        yield [*cells, number(error), number(noise), number((error**2 + noise**2) ** 0.5)]
+        cells = [f"`{asked}`", f"`{outcome.setting.text}`", number(outcome.cpu_s), share]
+        together = (error**2 + noise**2) ** 0.5
+        errors = [percent(outcome.error(Criterion.LIGHT).expected), number(error), number(noise), number(together)]
+        yield [*cells, *errors]
 
 
 def _automatic(measurement: Measurement) -> Outcome | None:

@@ -1,21 +1,21 @@
 """What a setting is expected to do, in words: its worst picture's error with its uncertainty, its light, its cost."""
 
-from spin_usd.measuring.front import Outcome
+from spin_usd.measuring.front import Criterion, Outcome
 from spin_usd.measuring.tables import number, percent
 
 WORTH_SAYING = 0.01  # of the target's light
 
 
-def expected(outcome: Outcome, auto: bool) -> str:
-    """Its error, of the detector's noise with `auto`, and its cost."""
-    return f"{error_text(outcome, auto)} for {cost_text(outcome)}"
+def expected(outcome: Outcome, criterion: Criterion) -> str:
+    """Its error and its cost."""
+    return f"{error_text(outcome, criterion)} for {cost_text(outcome)}"
 
 
-def error_text(outcome: Outcome, auto: bool) -> str:
-    """In the picture where it may be the greatest, with what it may be more."""
-    error, most = outcome.of_noise_expected if auto else outcome.error_expected
-    more = f" ± {_value(most - error, auto)}" if most > error else ""
-    return f"{_value(error, auto)}{more}{' times the noise' if auto else ''}"
+def error_text(outcome: Outcome, criterion: Criterion) -> str:
+    """In the worst picture, with what it may be more."""
+    error, most = outcome.error(criterion)
+    value, unit = (percent, "") if criterion is Criterion.LIGHT else (number, " times the noise")
+    return f"{value(error)}{f' ± {value(most - error)}' if most > error else ''}{unit}"
 
 
 def light_text(outcome: Outcome) -> str:
@@ -28,7 +28,3 @@ def light_text(outcome: Outcome) -> str:
 
 def cost_text(outcome: Outcome) -> str:
     return f"{number(outcome.cpu_s)} CPU s a picture"
-
-
-def _value(value: float, auto: bool) -> str:
-    return number(value) if auto else percent(value)

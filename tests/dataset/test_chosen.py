@@ -15,6 +15,7 @@ from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
+from spin_usd.measuring.front import Criterion
 from spin_usd.scene.effort import QUALITIES, Effort
 
 WAYS = ("samples", "effort", "quality", "error", "renderer", "measured")
@@ -202,8 +203,8 @@ def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd):
     said = json.loads(done.stdout)
     assert (said["renderer"], said["effort"]) == ("blender", asdict(choice.setting.effort))
     assert said["chosen"]["reason"] == choice.reason
-    assert said["chosen"]["expected"]["error"] == pytest.approx(choice.error)
-    assert said["chosen"]["expected"]["cpu_s"] == pytest.approx(choice.cpu_s)
+    assert said["chosen"]["expected"]["error"] == pytest.approx(choice.outcome.error(Criterion.LIGHT).expected)
+    assert said["chosen"]["expected"]["cpu_s"] == pytest.approx(choice.outcome.cpu_s)
     assert isinstance(said["bytes"], int)
     (note,) = said["notes"]
     assert note.startswith("the measurement is of the stage as it was")

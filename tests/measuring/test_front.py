@@ -11,13 +11,13 @@ from measured import NOISE_DN, figures, frame, measurement, setting, usual
 
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import AUTO, choose
-from spin_usd.measuring.front import error_at_most, front, outcomes, relative_error, share_at_most, share_of_noise
+from spin_usd.measuring.front import Criterion, front, outcomes
 
 FRAMES = ("a", "b")
 SETTINGS = [setting(f"samples={n}", renderer) for n in range(1, 7) for renderer in ("blender", "raycast")]
 few = st.integers(1, 8).map(lambda n: n / 4)  # ties are common
 errors = st.floats(1e-6, 1.0)
-criteria = st.sampled_from([relative_error, share_of_noise, error_at_most, share_at_most])
+criteria = st.sampled_from(Criterion)
 
 
 @st.composite
@@ -33,7 +33,7 @@ def measurements(draw):
 
 
 def no_worse(a, b, criterion):
-    return a.cpu_s <= b.cpu_s and criterion(a) <= criterion(b)
+    return a.cpu_s <= b.cpu_s and a.error(criterion).at_most <= b.error(criterion).at_most
 
 
 @given(measurements(), criteria)
@@ -51,7 +51,7 @@ def test_the_front_gets_dearer_and_more_exact(found, criterion):
     assert best
     for a, b in pairwise(best):
         assert a.cpu_s < b.cpu_s
-        assert criterion(a) > criterion(b)
+        assert a.error(criterion).at_most > b.error(criterion).at_most
 
 
 @given(measurements())
@@ -61,7 +61,9 @@ def test_only_settings_measured_on_all_pictures_count_and_their_worst_does(found
         of_it = [each for each in found.figures if each.setting == one]
         assert (one in counted) == (len(of_it) == len(FRAMES))
         if one in counted:
-            assert counted[one].error == max(each.error for each in of_it)
+            error = counted[one].error(Criterion.LIGHT)
+            assert error.at_most == max(each.error_at_most for each in of_it)
+            assert error.expected in [each.error for each in of_it if each.error_at_most == error.at_most]
             assert counted[one].cpu_s == pytest.approx(sum(each.cpu_s for each in of_it) / len(of_it))
 
 
@@ -75,7 +77,7 @@ def chosen(found, **asked):
 @given(measurements(), errors, errors)
 def test_a_looser_bound_never_costs_more(found, a, b):
     tight, loose = (chosen(found, error=bound) for bound in sorted((a, b)))
-    assert tight is None or (loose is not None and loose.cpu_s <= tight.cpu_s)
+    assert tight is None or (loose is not None and loose.outcome.cpu_s <= tight.outcome.cpu_s)
 
 
 @given(measurements(), st.none() | errors | few, st.sampled_from(["blender", "raycast"]))
@@ -93,9 +95,10 @@ def test_the_choice_is_the_cheapest_within_the_bound_on_every_picture(found, err
         assert choice is None
         return
     assert choice.outcome in enough
-    assert choice.cpu_s == min(each.cpu_s for each in enough)
-    assert choice.cheaper is None or (choice.cheaper.cpu_s < choice.cpu_s and not well(choice.cheaper))
-    assert (choice.cheaper is None) == (choice.cpu_s == min(each.cpu_s for each in candidates))
+    cost = choice.outcome.cpu_s
+    assert cost == min(each.cpu_s for each in enough)
+    assert choice.cheaper is None or (choice.cheaper.cpu_s < cost and not well(choice.cheaper))
+    assert (choice.cheaper is None) == (cost == min(each.cpu_s for each in candidates))
 
 
 @given(measurements())
@@ -118,8 +121,7 @@ def test_a_setting_that_is_within_the_bound_by_chance_is_not_chosen():
     sure = figures(setting("samples=2"), cpu_s=2.0, error=0.08, uncertainty=0.0001)
     choice = choose(measurement([lucky, sure]), error=0.1)
     assert choice.setting == setting("samples=2")
-    assert choice.error == pytest.approx(0.08)
-    assert choice.error_at_most == pytest.approx(0.0065**0.5)
+    assert choice.outcome.error(Criterion.LIGHT) == pytest.approx((0.08, 0.0065**0.5))
     assert "expected error 8 % ± 0.0623 %, for 2 CPU s a picture; the next cheaper" in choice.reason
     assert choice.reason.endswith("blender samples=1, has 9 % ± 1.05 % for 1 CPU s a picture")
 

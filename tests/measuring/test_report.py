@@ -6,7 +6,7 @@ import pytest
 from measured import NOISE_DN, figures, measurement, setting, usual
 
 from spin_usd.measuring.choice import choose
-from spin_usd.measuring.front import front, outcomes, share_of_noise
+from spin_usd.measuring.front import Criterion, front, outcomes
 from spin_usd.measuring.measurement import Execution, Failure, LabelFigures, Saving
 from spin_usd.measuring.report import SETTINGS, in_full, in_short
 from spin_usd.measuring.summary import HEADINGS, choices
@@ -57,8 +57,9 @@ def test_a_figure_stands_with_its_uncertainty_and_a_bias_within_that_is_none():
 
 def test_rows_on_a_front_are_marked():
     rows = table(in_full(usual()), SETTINGS)
-    for mark, best in (("light", front(outcomes(usual()))), ("image", front(outcomes(usual()), share_of_noise))):
-        assert [row["setting"] for row in rows if mark in row["front"]] == [each.setting.text for each in best]
+    for criterion in Criterion:
+        best = front(outcomes(usual()), criterion)
+        assert [row["setting"] for row in rows if criterion.value in row["front"]] == [b.setting.text for b in best]
 
 
 def test_a_bias_that_is_less_than_none_by_chance_is_none():
@@ -110,7 +111,7 @@ def test_the_summary_says_what_names_come_to():
     choice = choose(usual(), auto=True)
     plain = next(each for each in outcomes(usual()) if each.setting == setting("samples=64"))
     assert auto["setting"] == choice.setting.text
-    assert share(auto["beside samples=64"]) == pytest.approx(choice.cpu_s / plain.cpu_s, rel=5e-3)
+    assert share(auto["beside samples=64"]) == pytest.approx(choice.outcome.cpu_s / plain.cpu_s, rel=5e-3)
     together = (float(auto["error, DN"]) ** 2 + NOISE_DN**2) ** 0.5
     assert float(auto["both together, DN"]) == pytest.approx(together, rel=5e-3)
     assert never["setting"] == "never reached"

@@ -1,14 +1,17 @@
 """Others that make the same pictures, each a script in a process of its own, spoken to in lines.
 
-A script is started as `SCRIPT SCENE.npz FOLDER SAMPLES frame|box ...`: camera, mesh, one material and the Sun, a folder
-for its files, and whether it renders the whole frame or a box. It answers its version, then to each line of 16 numbers
-(rotation and translation from body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files are there.
+A script is started as `SCRIPT ANSWERS SCENE.npz FOLDER SAMPLES frame|box ...`: the file descriptor for its answers,
+since libraries print whatever they like; camera, mesh, one material and the Sun; a folder for its files; and whether it
+renders the whole frame or a box. It answers its version, then to each line of 16 numbers (rotation and translation from
+body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files are there.
 """
 
+import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -21,11 +24,13 @@ CROPS = {"frame": "full frame", "box": "cropped to the target's box"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Peer:
-    """`name`: what it is and renders; `version`: what it says of itself."""
+    """`name`: what it is and renders; `version`: what it says of itself; `log`: what it and its libraries print."""
 
     name: str
     version: str
     process: subprocess.Popen[str]
+    answers: IO[str]
+    log: Path
 
     @property
     def pid(self) -> int:
@@ -38,17 +43,13 @@ class Peer:
         box = (region.x0, region.y0, region.x1, region.y1)
         assert self.process.stdin is not None
         print(*pose.rotation.ravel(), *pose.translation, *box, file=self.process.stdin, flush=True)
-        if self._line() != "done":
-            code = self.process.wait()
-            raise ChildProcessError(f"{self.name} ended with {code} before it had made its picture")
+        if not self.answers.readline():
+            raise ChildProcessError(f"made no picture: {_end(self.process, self.log)}")
 
     def close(self) -> None:
         self.process.kill()
         self.process.wait()
-
-    def _line(self) -> str:
-        assert self.process.stdout is not None
-        return self.process.stdout.readline().strip()
+        self.answers.close()
 
 
 def write_scene(scene: Scene, file: Path) -> None:
@@ -81,7 +82,7 @@ def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> 
                 peers += _pair(scene, name, how, folder, samples)
                 break
             except OSError as error:
-                left_out.append(f"{name} ({error})")
+                left_out.append(f"{name}, which {error}")
     return peers, left_out
 
 
@@ -103,16 +104,26 @@ def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -
     python, script, *more = how
     own = folder / f"{name} {crop}"
     own.mkdir()
-    process = subprocess.Popen(
-        [python, str(HERE / script), str(folder / "scene.npz"), str(own), str(samples), crop, *more],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    assert process.stdout is not None
-    version = process.stdout.readline().strip()
+    log = own / "log.txt"
+    read, write = os.pipe()
+    with log.open("wb") as printed:
+        process = subprocess.Popen(
+            [python, str(HERE / script), str(write), str(folder / "scene.npz"), str(own), str(samples), crop, *more],
+            stdin=subprocess.PIPE,
+            stdout=printed,
+            stderr=printed,
+            pass_fds=[write],
+            text=True,
+        )
+    os.close(write)
+    answers = os.fdopen(read)
+    version = answers.readline().strip()
     if not version:
-        process.kill()
-        raise ChildProcessError(f"{name} did not start")
-    return Peer(name=f"{name}, {CROPS[crop]}", version=version, process=process)
+        raise ChildProcessError(f"did not start: {_end(process, log)}")
+    return Peer(name=f"{name}, {CROPS[crop]}", version=version, process=process, answers=answers, log=log)
+
+
+def _end(process: subprocess.Popen[str], log: Path) -> str:
+    """Of a process that answers no more: its exit code, and what it said last."""
+    last = log.read_text(errors="replace").strip().rpartition("\n")[2]
+    return f"exit code {process.wait()}, {last or 'no word'}"

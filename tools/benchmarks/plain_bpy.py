@@ -1,6 +1,6 @@
 """What a researcher's own bpy script would do: the whole frame, all passes in one multilayer EXR, and a PNG.
 
-Started by benchmarks.peers, which says what it is told and what it answers; its fourth argument, `frame` or `box`, says
+Started by benchmarks.peers, which says what it is told and what it answers; its fifth argument, `frame` or `box`, says
 whether it renders the whole frame or the target's box alone.
 No distortion (a plain perspective camera), no body coordinates beyond the Position pass: less than spin_usd delivers.
 """
@@ -59,13 +59,12 @@ def crop(scene: bpy.types.Scene, box: np.ndarray) -> None:
 
 
 def main() -> None:
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # what Blender prints is no answer
-    scene, target = build(sys.argv[1], int(sys.argv[3]))
+    answers = os.fdopen(int(sys.argv[1]), "w", buffering=1)
+    scene, target = build(sys.argv[2], int(sys.argv[4]))
     print(f"Blender {bpy.app.version_string}", file=answers)
     for i, line in enumerate(sys.stdin):
         numbers = np.array(line.split(), float)
-        if sys.argv[4] == "box":
+        if sys.argv[5] == "box":
             crop(scene, numbers[12:])
         flip = np.diag([1.0, -1.0, -1.0])
         rotation = mathutils.Matrix((flip @ numbers[:9].reshape(3, 3)).tolist())
@@ -73,10 +72,10 @@ def main() -> None:
         image = scene.render.image_settings
         image.media_type, image.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
         image.color_depth, image.exr_codec = "32", "ZIP"
-        scene.render.filepath = os.path.join(sys.argv[2], f"{i:06d}.exr")
+        scene.render.filepath = os.path.join(sys.argv[3], f"{i:06d}.exr")
         bpy.ops.render.render(write_still=True)
         image.media_type, image.file_format = "IMAGE", "PNG"
-        bpy.data.images["Render Result"].save_render(os.path.join(sys.argv[2], f"{i:06d}.png"))
+        bpy.data.images["Render Result"].save_render(os.path.join(sys.argv[3], f"{i:06d}.png"))
         print("done", file=answers)
     os._exit(0)
 

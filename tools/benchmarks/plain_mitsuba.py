@@ -1,7 +1,7 @@
 """The same picture by Mitsuba 3: path tracer, depth, position and shape index, one multilayer EXR and a PNG.
 
-Started by benchmarks.peers, which says what it is told and what it answers; its fourth argument, `frame` or `box`, says
-whether it renders the whole frame or the target's box alone, and the fifth is Mitsuba's variant.
+Started by benchmarks.peers, which says what it is told and what it answers; its fifth argument, `frame` or `box`, says
+whether it renders the whole frame or the target's box alone, and the sixth is Mitsuba's variant.
 The target stays, camera and Sun move round it, so that nothing is built again. No distortion, as plain_bpy.py.
 """
 
@@ -78,16 +78,15 @@ def along(direction: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)
-    mi.set_variant(sys.argv[5])
+    answers = os.fdopen(int(sys.argv[1]), "w", buffering=1)
+    mi.set_variant(sys.argv[6])
     dr.set_thread_count(len(os.sched_getaffinity(0)))
-    data = dict(np.load(sys.argv[1]))
-    scene, samples, cropped = build(data), int(sys.argv[3]), sys.argv[4] == "box"
+    data = dict(np.load(sys.argv[2]))
+    scene, samples, cropped = build(data), int(sys.argv[4]), sys.argv[5] == "box"
     lights = mi.traverse(scene)
     width, height = data["camera"][:2]
     travel = np.diag([1, -1, -1]) @ data["sun"][:3]  # in OpenCV's camera axes
-    print(f"Mitsuba {mi.__version__} {sys.argv[5]}", file=answers)
+    print(f"Mitsuba {mi.__version__} {sys.argv[6]}", file=answers)
     for i, line in enumerate(sys.stdin):
         numbers = np.array(line.split(), float)
         rotation, translation = numbers[:9].reshape(3, 3), numbers[9:12]
@@ -95,8 +94,8 @@ def main() -> None:
         lights.update()
         box = numbers[12:] if cropped else np.array([0, 0, width, height])
         picture = mi.render(scene, sensor=sensor(data, rotation, translation, box), spp=samples)
-        mi.util.write_bitmap(os.path.join(sys.argv[2], f"{i:06d}.exr"), picture, write_async=False)
-        mi.util.write_bitmap(os.path.join(sys.argv[2], f"{i:06d}.png"), picture[..., :3], write_async=False)
+        mi.util.write_bitmap(os.path.join(sys.argv[3], f"{i:06d}.exr"), picture, write_async=False)
+        mi.util.write_bitmap(os.path.join(sys.argv[3], f"{i:06d}.png"), picture[..., :3], write_async=False)
         print("done", file=answers)
     os._exit(0)
 

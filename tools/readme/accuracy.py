@@ -7,7 +7,7 @@ from three_stages import STAGES
 
 from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.dataset.measure.savings import EVERYTHING
-from spin_usd.measuring.front import Outcome
+from spin_usd.measuring.front import Criterion, Outcome
 from spin_usd.measuring.measurement import Measurement, Saving
 from spin_usd.measuring.report import in_full
 from spin_usd.measuring.summary import AUTOMATIC, PLAIN, by_name
@@ -40,7 +40,9 @@ def qualities(folder: Path) -> str:
 
 
 def _cell(outcome: Outcome | None) -> str:
-    return f"{number(outcome.cpu_s)} s · {percent(outcome.worst.error)}" if outcome else "not measured"
+    if outcome is None:
+        return "not measured"
+    return f"{number(outcome.cpu_s)} s · {percent(outcome.error(Criterion.LIGHT).expected)}"
 
 
 def _chosen(named: dict[str, Outcome | None]) -> str:

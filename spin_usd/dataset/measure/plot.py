@@ -4,7 +4,7 @@ SVG with its text as text, the same to the byte from the same numbers.
 """
 
 import re
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Sequence
 from io import StringIO
 from typing import Any
 
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from spin_usd.measuring.choice import AUTO
-from spin_usd.measuring.front import Outcome, front, outcomes
+from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.scene.effort import QUALITIES, Effort
 
@@ -30,7 +30,7 @@ BELOW_LEFT: dict[str, Any] = {
     "color": INK,
 }
 ROOM = (0.12, 0.03)  # that a name takes, of the panel
-MOST_SPREAD = 10  # times less that the best picture's error may be drawn
+MOST_SPREAD = 10  # times less than the most that the least is drawn
 LOOKS = {  # by kind of setting: marker and colour, which colour-blind people tell apart (Okabe and Ito)
     "plain samples": ("o", "#0072b2"),
     "denoised": ("s", "#d55e00"),
@@ -54,10 +54,10 @@ def plot(measurement: Measurement) -> str:
         figure = Figure(figsize=SIZE_INCHES, facecolor="white", layout="constrained")
         FigureCanvasSVG(figure)
         light, image = figure.subplots(1, 2)
-        _panel(light, found, lambda each: each.errors, "error in linear light, worst picture")
+        _panel(light, found, Criterion.LIGHT, "error in linear light, at most, worst picture")
         light.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
         light.legend(loc="upper right", frameon=False)
-        _panel(image, found, lambda each: each.shares, "error after the detector over its own noise, worst picture")
+        _panel(image, found, Criterion.IMAGE, "error after the detector over its own noise, at most, worst picture")
         _detector(image, [frame.noise_dn for frame in measurement.frames])
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     return re.sub(r"\n +", "\n", _short_coordinates(text.getvalue()))
@@ -80,32 +80,28 @@ def kind_of(setting: Setting) -> str:
     return "denoised" if effort.text == f"{usual.text},denoiser={effort.denoiser}" else "others"
 
 
-Errors = Callable[[Outcome], Sequence[float]]
-"""Of each picture; their worst is what is shown."""
-
-
-def _panel(axes: Axes, found: Sequence[Outcome], errors: Errors, title: str) -> None:
-    shown = [each for each in found if 0 < max(errors(each)) < float("inf")]
-    best = front(shown, lambda each: max(errors(each)))
+def _panel(axes: Axes, found: Sequence[Outcome], criterion: Criterion, title: str) -> None:
+    most = {each: each.error(criterion).at_most for each in found}
+    shown = [each for each in found if 0 < most[each] < float("inf")]
+    best = front(shown, criterion)
     axes.set_title(title, fontsize=9, loc="left")
     axes.set_xlabel("CPU seconds a picture, mean of the pictures")
     _scales(axes)
-    _lines(axes, best, errors)
+    _lines(axes, best, criterion)
     for kind, (marker, colour) in LOOKS.items():
-        of_kind = [(each.cpu_s, max(errors(each))) for each in shown if kind_of(each.setting) == kind]
+        of_kind = [(each.cpu_s, most[each]) for each in shown if kind_of(each.setting) == kind]
         if of_kind:
             axes.plot(*zip(*of_kind, strict=True), marker, markersize=3.8, color=colour, label=kind)
-    _names(axes, [(each.setting, (each.cpu_s, max(errors(each)))) for each in shown], {each.setting for each in best})
+    _names(axes, [(each.setting, (each.cpu_s, most[each])) for each in shown], {each.setting for each in best})
 
 
-def _lines(axes: Axes, best: Sequence[Outcome], errors: Errors) -> None:
-    """The front, and from each of its points down to the picture with the least error."""
-    worst = [max(errors(each)) for each in best]
-    least = [max(min(errors(each)), most / MOST_SPREAD) for each, most in zip(best, worst, strict=True)]
-    x = [each.cpu_s for each in best]
-    axes.plot(x, worst, color=GREY, linewidth=1, zorder=1)
-    gaps = [float("nan")] * len(x)
-    down = [y for ends in zip(worst, least, gaps, strict=True) for y in ends]
+def _lines(axes: Axes, best: Sequence[Outcome], criterion: Criterion) -> None:
+    """The front, and from each of its points down to what is expected of the picture with the least error."""
+    x, most = [each.cpu_s for each in best], [each.error(criterion).at_most for each in best]
+    least = [min(error.expected for error in each.errors(criterion)) for each in best]
+    axes.plot(x, most, color=GREY, linewidth=1, zorder=1)
+    ends = [(high, max(low, high / MOST_SPREAD), float("nan")) for high, low in zip(most, least, strict=True)]
+    down = [y for points in ends for y in points]
     axes.plot([each for each in x for _ in range(3)], down, color=PALE, linewidth=0.6, zorder=1)
 
 
