@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 from spin_usd.dataset.picture import PASSES
 
-PLANNING_S = 1.2  # to open the stage in a process of its own
-PLANNED_S = 3e-4  # a picture
-START_S = 2.6  # a worker's start, and what its first picture takes more than others
+PLANNING_S = 1.4  # to open the stage in a process of its own
+PLANNED_S = 6e-4  # a picture
+START_S = 2.4  # a worker's start, and what its first picture takes more than others
 OPEN_S = 0.2  # a variant's stage, in each worker
-IMAGES_S = 0.9  # a planet's images: read when planned, and once more by each worker
-BESIDE = 1.1  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
+IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
+BESIDE = 1.02  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
 SPEED_UP = 0.9  # power of the number of cores by which the passes of one worker are faster
 
 
