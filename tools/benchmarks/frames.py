@@ -83,8 +83,8 @@ Make = Callable[[Any], None]
 
 def start(
     options: argparse.Namespace, stage: Path, first: Any, folder: Path, stack: ExitStack
-) -> tuple[dict[str, tuple[Make, int]], dict[str, str], list[str]]:
-    """By name what makes a scene's picture and in which process; the others' versions; those that are left out."""
+) -> tuple[dict[str, tuple[Make, int]], dict[str, str], dict[str, str]]:
+    """By name what makes a scene's picture and in which process; the others' versions; why some are left out."""
     effort = parse_effort(options.effort or f"samples={options.samples}")
     makers = {}
     for name, renderer in ((OURS, "blender"), (LABELS, "raycast")):
@@ -156,5 +156,5 @@ def table(figures: dict[str, Any]) -> str:
     for name, found in figures["makers"].items():
         ratio = shown(found["over_ours"]), f"{found['total_over_ours']:.2f}"
         lines.append(f"| {name} | {shown(found['wall_s'])} | {shown(found['cpu_s'])} | {' | '.join(ratio)} |")
-    lines += [f"\nleft out: {name}" for name in figures["left_out"]]
+    lines += [f"\nleft out: {name}, {reason}" for name, reason in figures["left_out"].items()]
     return "\n".join(lines)

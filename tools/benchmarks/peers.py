@@ -67,7 +67,7 @@ def write_scene(scene: Scene, file: Path) -> None:
     )
 
 
-def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> tuple[list[Peer], list[str]]:
+def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> tuple[list[Peer], dict[str, str]]:
     """Blender's and Mitsuba's, each of the whole frame and of the box, which have made the picture of `scene`; and
     those that cannot, with the reason."""
     write_scene(scene, folder / "scene.npz")
@@ -75,14 +75,14 @@ def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> 
         (f"Mitsuba {each.partition('_')[0]}", [mitsuba_python, "plain_mitsuba.py", each]) for each in MITSUBA_VARIANTS
     ]
     peers: list[Peer] = []
-    left_out = []
+    left_out = {}
     for ways in ([("plain bpy script", [sys.executable, "plain_bpy.py"])], mitsuba):
         for name, how in ways:
             try:
                 peers += _pair(scene, name, how, folder, samples)
                 break
             except OSError as error:
-                left_out.append(f"{name}, which {error}")
+                left_out[name] = str(error)
     return peers, left_out
 
 
@@ -124,6 +124,7 @@ def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -
 
 
 def _end(process: subprocess.Popen[str], log: Path) -> str:
-    """Of a process that answers no more: its exit code, and what it said last."""
-    last = log.read_text(errors="replace").strip().rpartition("\n")[2]
-    return f"exit code {process.wait()}, {last or 'no word'}"
+    """Of a process that answers no more: its exit code, and what it said last, of an error if it did."""
+    lines = log.read_text(errors="replace").strip().splitlines()
+    telling = [line for line in lines if "error" in line.lower()] or lines or ["no word"]
+    return f"exit code {process.wait()}, {telling[-1]}"

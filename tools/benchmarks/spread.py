@@ -15,8 +15,9 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 
 
 def shown(values: dict[str, float]) -> str:
-    """As a table has it: `1.23 (1.10 to 1.60)`."""
-    return f"{values['median']:.3g} ({values['least']:.3g} to {values['most']:.3g})"
+    """As a table has it: `1.23 (1.10 to 1.60)`, or the number alone where there is no other."""
+    ends = f"{values['least']:.3g} to {values['most']:.3g}"
+    return f"{values['median']:.3g}" + (f" ({ends})" if values["least"] < values["most"] else "")
 
 
 def line(x: Sequence[float], y: Sequence[float]) -> dict[str, float]:

@@ -41,7 +41,7 @@ def peers(folder: Path) -> str:
         "until the files are there: median (least to most). The box that the target can cover is "
         f"{percent(found['box_share']['median'])} of the frame (median)."
     )
-    lacking = "".join(f"\nLeft out: {name}.\n" for name in found["left_out"])
+    lacking = f"\nDid not work there: {', '.join(found['left_out'])}.\n" if found["left_out"] else ""
     headings = ("", "wall clock", "processor", "times spin_usd's wall clock")
     gain = (
         "The gain is in what is not rendered: most where the target is small, least in close-ups. "
@@ -58,9 +58,10 @@ def growth(folder: Path) -> str:
         values, fit = [row[name] for row in sweep["rows"]], sweep["cpu"]
         of = [f"{values[0]:,} to {values[-1]:,}{' wide' if name == 'width' else ''}"]
         rows.append([sweep["against"], *of, f"{fit['slope']:.2g}", number(fit["intercept"]), percent(fit["off"])])
-    base = ", ".join(f"{value:,} {name}" for name, value in found["base"].items())
+    base = ", ".join(f"{name} {value:,}" for name, value in found["base"].items())
     headings = ("", "from, to", "CPU s for one more", "CPU s for none", "furthest from the line")
-    return f"{prose(f'How the cost of a run grows, one number at a time of {base}:')}\n\n{in_markdown(headings, rows)}"
+    intro = f"How the cost of a run grows, one number at a time changed of {base}:"
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
 
 
 def predicted(folder: Path) -> str:
