@@ -1,11 +1,11 @@
 """What is left out of pictures because their scenes do not need it, and why: what `plan --explain` says."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from spin_usd.dataset.amounts import BEHIND, NOISE, THROUGH_OPTICS, features
+from spin_usd.dataset.amounts import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.render.facts import Facts
 from spin_usd.render.left_out import BITS, LeftOut, left_out
 from spin_usd.scene.keys import RenderSettings
@@ -49,9 +49,8 @@ class Tally:
         self._counts: Counter[Item] = Counter()
         self._known: dict[str, tuple[LeftOut, ...]] = {}
 
-    def add(self, scene: Scene, radiance: str) -> None:
-        """Note the picture of `scene`, whose radiance key is given."""
-        has = features(scene)
+    def add(self, scene: Scene, radiance: str, has: Collection[str]) -> None:
+        """Note the picture of `scene`, whose radiance key is given, and what it `has` of amounts.features."""
         self._counts.update((part, what, why, BITS) for part, what, why, spared in ABSENT if spared(scene))
         self._counts.update(
             (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has

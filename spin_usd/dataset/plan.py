@@ -132,11 +132,11 @@ def _planned(
             checked = scene.sensor
             _check_bit_depth(reader, scene, image_suffix)
         keys = maker.keys(scene)
-        extent = extents.of(scene, keys.geometry)
+        extent, has = extents.of(scene, keys.geometry), features(scene)
         if tally:
-            tally.add(scene, keys.radiance)
+            tally.add(scene, keys.radiance, has)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
-        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, features(scene)), strict=True):
+        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
             progress(PROGRESS_EVERY)

@@ -89,7 +89,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         )
         settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
         chosen, variants = range(*opened["chosen"]), opened["variants"]
-        count = min(processes, STAGE_SHARE) if len(chosen) * len(variants) >= SHARED_FROM else 1
+        count = sharing(len(chosen) * len(variants), processes)
         children = [first, *(stack.enter_context(Child(memory=stage_memory())) for _ in range(count - 1))]
         for number, child in enumerate(children):
             child.send(
@@ -121,6 +121,11 @@ def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
     bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
     part = chosen[bounds[0] : bounds[1]]
     return part.start, part.stop, part.step
+
+
+def sharing(pictures: int, processes: int) -> int:
+    """How many of so many processes share the planning of so many pictures, in all their variants."""
+    return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
 
 
 def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any]:

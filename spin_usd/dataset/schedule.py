@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from spin_usd.dataset.picture import PASSES
+from spin_usd.dataset.planning import sharing
 
 PLANNING_S = 1.4  # to open the stage in a process of its own
-PLANNED_S = 6e-4  # a picture
+PLANNED_S = 6e-4  # a picture, by one of the processes that share them
 START_S = 2.4  # a worker's start, and what its first picture takes more than others
 OPEN_S = 0.2  # a variant's stage, in each worker
 IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
@@ -51,7 +52,7 @@ def wall_seconds(
     ends = [0.0] * count
     for work in listed:
         heapq.heapreplace(ends, ends[0] + slower * (work.passes / faster + work.rest))
-    planning = PLANNING_S + PLANNED_S * planned / min(cores, 2)
+    planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
     return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)
 
 

@@ -78,10 +78,10 @@ def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
 def front(outcomes: Iterable[Outcome], criterion: Criterion) -> tuple[Outcome, ...]:
     """The Pareto front of cost and of what the error may be at most: the cheapest first, and each next one more exact
     than all before it."""
-    cost = {each: (each.cpu_s, each.error(criterion).at_most) for each in outcomes}
+    order = {each: (each.cpu_s, each.error(criterion).at_most) for each in outcomes}
     found: list[Outcome] = []
-    for outcome in sorted(cost, key=lambda each: cost[each]):
-        if not found or cost[outcome][1] < cost[found[-1]][1]:
+    for outcome in sorted(order, key=lambda each: order[each]):
+        if not found or order[outcome][1] < order[found[-1]][1]:
             found.append(outcome)
     return tuple(found)
 

@@ -104,7 +104,7 @@ def _errors(outcome: Outcome) -> list[str]:
 
 
 def _in_image(outcome: Outcome) -> tuple[str, str]:
-    """Error after the detector and the detector's own noise, of the picture where the one is the most of the other."""
+    """Error after the detector and the detector's own noise, of the worst picture."""
     place = outcome.worst(Criterion.IMAGE)
     worst = outcome.figures[place]
     return within(worst.error_dn, worst.error_dn_uncertainty), number(outcome.noise_dn[place])

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
 from spin_usd.measuring.front import Criterion, Outcome, outcomes
+from spin_usd.measuring.known import outcome_of
 from spin_usd.measuring.measurement import Measurement, Setting
 from spin_usd.measuring.tables import in_markdown, number, percent
 from spin_usd.scene.effort import QUALITIES, Effort
@@ -21,10 +22,9 @@ HEADINGS = (
 def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
     """What is asked, and what was measured of it: the named qualities, `--error auto`, and PLAIN. None: it was not
     measured on all pictures, or no setting is good enough."""
-    by_setting = {each.setting: each for each in outcomes(measurement)}
     asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
     for name, effort in asked.items():
-        yield name, by_setting.get(Setting(renderer="blender", effort=effort))
+        yield name, outcome_of(measurement, Setting(renderer="blender", effort=effort))
     yield AUTOMATIC, _automatic(measurement)
 
 

@@ -66,7 +66,7 @@ class Triangles:
         """Without the triangles that no ray can hit."""
         a, b, c = (self.points[self.corners[:, i]] for i in range(3))
         longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
-        keep = np.linalg.norm(np.cross(b - a, c - a), axis=1) > FLAT * longest
+        keep = np.linalg.norm(normals(self.points[self.corners]), axis=1) > FLAT * longest
         return self if keep.all() else self.kept(keep)
 
 

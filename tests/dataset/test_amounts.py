@@ -13,8 +13,8 @@ from spin_usd.dataset.cost import expected_work
 from spin_usd.dataset.measured_cost import measured_renders
 from spin_usd.dataset.picture import BEAUTY_PASS
 from spin_usd.dataset.plan import Extents
-from spin_usd.dataset.planning import Question, make_plan
-from spin_usd.dataset.schedule import BESIDE, Work, one_core, wall_seconds
+from spin_usd.dataset.planning import SHARED_FROM, Question, make_plan
+from spin_usd.dataset.schedule import BESIDE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.render.bands import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read import StageReader
@@ -116,6 +116,17 @@ def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
         wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
     )
     assert passes < 0 == rest
+
+
+@pytest.mark.parametrize(("cores", "shares"), [(1, 1), (2, 2), (8, 2)])
+def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(cores, shares):
+    def planning(pictures):
+        none = [Work(passes=0, rest=0)]
+        return wall_seconds(none, planned=pictures, variants=0, images=False, workers=1, cores=cores) - wall(none, 1)
+
+    few, many = SHARED_FROM - 1, 10 * SHARED_FROM
+    assert planning(few) == pytest.approx(PLANNED_S * few)
+    assert planning(many) == pytest.approx(PLANNED_S * many / shares)
 
 
 def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders_alone(small_stage):

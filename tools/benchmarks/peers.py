@@ -9,6 +9,7 @@ body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files ar
 import os
 import subprocess
 import sys
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -18,7 +19,7 @@ import numpy as np
 from spin_usd.scene.model import Scene
 
 HERE = Path(__file__).resolve().parent
-MITSUBA_VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
+MITSUBA_VARIANTS = ("llvm_ad_rgb", "scalar_rgb")  # the fastest first
 CROPS = {"frame": "full frame", "box": "cropped to the target's box"}
 
 
@@ -88,14 +89,14 @@ def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> 
 
 def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -> list[Peer]:
     """Raises OSError where one does not start, or cannot make the picture."""
-    pair = [_started(name, how, folder, samples, crop) for crop in CROPS]
-    try:
+    with ExitStack() as unless_both_work:
+        pair = []
+        for crop in CROPS:
+            pair.append(_started(name, how, folder, samples, crop))
+            unless_both_work.callback(pair[-1].close)
         for peer in pair:
             peer.picture(scene)
-    except OSError:
-        for peer in pair:
-            peer.close()
-        raise
+        unless_both_work.pop_all()
     return pair
 
 
@@ -119,6 +120,7 @@ def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -
     answers = os.fdopen(read)
     version = answers.readline().strip()
     if not version:
+        answers.close()
         raise ChildProcessError(f"did not start: {_end(process, log)}")
     return Peer(name=f"{name}, {CROPS[crop]}", version=version, process=process, answers=answers, log=log)
 

@@ -24,6 +24,7 @@ from benchmarks.spread import shown, spread
 from spin_usd.dataset import schedule
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import Job
+from spin_usd.dataset.planning import sharing
 from spin_usd.dataset.processors import usable_cpus
 from spin_usd.dataset.render import RenderRequest, plan
 from spin_usd.dataset.schedule import Work
@@ -65,7 +66,7 @@ def of_round(options: argparse.Namespace, matt: Path, earth: Path, folder: Path)
     plain, before_earth = (started(options.renderer, stage, folder) for stage in (matt, earth))
     return {
         "PLANNING_S": one,
-        "PLANNED_S": (many - one) / (options.many - 1),
+        "PLANNED_S": (many - one) * sharing(options.many, len(usable_cpus())) / (options.many - 1),
         "START_S": plain.start,
         "OPEN_S": plain.opening,
         "IMAGES_S": (with_images - one + before_earth.all - plain.all) / 2,

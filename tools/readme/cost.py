@@ -41,7 +41,9 @@ def peers(folder: Path) -> str:
         "until the files are there: median (least to most). The box that the target can cover is "
         f"{percent(found['box_share']['median'])} of the frame (median)."
     )
-    lacking = f"\nDid not work there: {', '.join(found['left_out'])}.\n" if found["left_out"] else ""
+    names = ", ".join(found["left_out"])
+    failed = f"Did not work there: {names}. Of a peer's variants the fastest that works is shown."
+    lacking = f"\n{prose(failed)}\n" if found["left_out"] else ""
     headings = ("", "wall clock", "processor", "times spin_usd's wall clock")
     gain = (
         "The gain is in what is not rendered: most where the target is small, least in close-ups. "
