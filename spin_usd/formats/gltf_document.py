@@ -78,7 +78,7 @@ class Document:
             return texture_of(name, self._view(entry["bufferView"]))
         if (data := _data_uri(entry["uri"])) is not None:
             return texture_of(name, data)
-        return texture_beside(self.path, unquote(entry["uri"]))
+        return texture_beside(self.path, unquote(entry["uri"]), self.path.parent)
 
     def _view(self, index: int) -> bytes:
         view = at(self.entries("bufferViews"), index)

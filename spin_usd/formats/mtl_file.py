@@ -3,30 +3,42 @@
 Kd is the diffuse colour. MTL's Ks and Ns belong to a Phong lobe that no surface has, so they are read as exporters mean
 them: the mean of Ks as Disney's "specular", a head-on reflectance of 0.08 Ks (B. Burley, "Physically-Based Shading at
 Disney", 2012), and Ns as the Blinn-Phong exponent, roughness^2 = sqrt(2 / (Ns + 2)) (B. Karis, "Specular BRDF
-Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours are taken as linear.
+Reference", 2013). Pm and Pr, where there, are metallic and roughness. Colours are taken as linear. Numbers outside what
+a surface can have are moved to the nearest that it can, with a note: Blender wrote Ns -1.96 for years.
 """
 
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from pathlib import Path
 
 from spin_usd.errors import InputError
 from spin_usd.formats.mtl_maps import MapStatement, image_of, is_map, map_statement
+from spin_usd.formats.mtl_opacity import Statements, opacity, opacity_note, tr_is_opacity
 from spin_usd.scene.asset import ImageMap, ModelMaterial
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Color
 
+COLOR, NUMBER = "color", "number"
+CONSTANTS = dict.fromkeys(("Kd", "Ke", "Ks"), COLOR) | dict.fromkeys(("Ns", "Pr", "Pm", "d", "Tr"), NUMBER)
+HIGHEST = {"Ke": 1e6, "Ns": 1e6}  # of a statement's numbers; of the others 1
+
 
 @dataclass
 class _Entry:
-    """A material while the file is read; `stated` are the constants that it gives."""
+    """A material while the file is read; `stated` are the constants that it gives, `moved` those that had to be."""
 
     constants: Material
     stated: set[str] = field(default_factory=set)
     maps: list[MapStatement] = field(default_factory=list)
+    opacity: Statements = field(default_factory=Statements)
+    moved: list[str] = field(default_factory=list)
 
 
-def read_mtl(path: Path, text: str) -> tuple[dict[str, ModelMaterial], list[str]]:
-    """The materials in `text` by name, and notes. Raises InputError that names `path` and the line."""
+def read_mtl(path: Path, text: str, folder: Path) -> tuple[dict[str, ModelMaterial], list[str]]:
+    """The materials in `text` by name, and notes. `folder` is the model's, which no texture may leave.
+
+    Raises InputError that names `path` and the line.
+    """
     found: dict[str, _Entry] = {}
     entry = None
     for number, line in enumerate(text.splitlines(), 1):
@@ -39,20 +51,23 @@ def read_mtl(path: Path, text: str) -> tuple[dict[str, ModelMaterial], list[str]
             continue
         elif is_map(key):
             entry.maps.append(map_statement(key, "".join(rest), where))
-        else:
-            entry.constants = _changed(entry.constants, key, "".join(rest).split(), where)
-            entry.stated.add("d" if key == "Tr" else key)
+        elif key in CONSTANTS:
+            _state(entry, key, "".join(rest).split(), where)
+    tr_is_d = tr_is_opacity([entry.opacity for entry in found.values()])
     notes: list[str] = []
-    return {name: _with_images(entry, path, notes) for name, entry in found.items()}, notes
+    return {name: _finished(entry, tr_is_d, path, folder, notes) for name, entry in found.items()}, notes
 
 
-def _with_images(entry: _Entry, path: Path, notes: list[str]) -> ModelMaterial:
-    """The material with its textures; those that cannot be carried over are noted."""
+def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: list[str]) -> ModelMaterial:
+    """The material with its opacity and textures; what was decided, and what cannot be carried over, is noted."""
+    constants = replace(entry.constants, opacity=opacity(entry.opacity, tr_is_d))
+    about = f"material {constants.path!r} of {path.name}"
+    decided = opacity_note(entry.opacity, tr_is_d)
+    notes += [f"{about}: {remark}" for remark in (*entry.moved, *([decided] if decided else []))]
     images: dict[str, ImageMap] = {}
-    about = f"material {entry.constants.path!r} of {path.name}"
     for statement in entry.maps:
         try:
-            name, image, remarks = image_of(statement, path, entry.constants, entry.stated)
+            name, image, remarks = image_of(statement, path, folder, constants, entry.stated)
         except InputError as error:
             if error.where is not None:
                 raise
@@ -60,44 +75,56 @@ def _with_images(entry: _Entry, path: Path, notes: list[str]) -> ModelMaterial:
             continue
         images[name] = image
         notes += [f"{about}: {statement.key} {statement.file}: {remark}" for remark in remarks]
-    return ModelMaterial(constants=entry.constants, images=images)
+    return ModelMaterial(constants=constants, images=images)
 
 
-def _changed(material: Material, key: str, fields: list[str], where: str) -> Material:
-    if key == "Kd":
-        return replace(material, diffuse_color=_color(fields, where))
-    if key == "Ks":
-        head_on = (0.08 * sum(_color(fields, where)) / 3) ** 0.5
-        return replace(material, ior=(1 + head_on) / (1 - head_on))
-    if key == "Ke":
-        return replace(material, emissive_color=_color(fields, where, high=1e6))
-    if key == "Ns":
-        return replace(material, roughness=(2 / (_number(fields, where, high=1e6) + 2)) ** 0.25)
-    if key == "Pr":
-        return replace(material, roughness=_number(fields, where))
-    if key == "Pm":
-        return replace(material, metallic=_number(fields, where))
+def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
+    """Take over what the statement `key` says of the material."""
+    if fields[:1] == ["-halo"]:  # of d: fading towards the silhouette, which a surface's opacity cannot do
+        entry.moved.append("the option -halo of its d is left out")
+        fields = fields[1:]
+    color = _color(fields, where) if CONSTANTS[key] == COLOR else (_number(fields, where),) * 3
+    high = HIGHEST.get(key, 1.0)
+    r, g, b = (min(max(value, 0.0), high) for value in color)
+    if (r, g, b) != color:
+        entry.moved.append(f"{key} {' '.join(fields)} is not within 0 and {high:g}: the nearest number there was taken")
+    entry.stated.add("d" if key == "Tr" else key)
     if key == "d":
-        return replace(material, opacity=_number(fields, where))
-    if key == "Tr":
-        return replace(material, opacity=1 - _number(fields, where))
-    return material
+        entry.opacity = replace(entry.opacity, d=r)
+    elif key == "Tr":
+        entry.opacity = replace(entry.opacity, tr=r)
+    else:
+        entry.constants = _changed(entry.constants, key, (r, g, b))
 
 
-def _color(fields: list[str], where: str, high: float = 1.0) -> Color:
+def _changed(material: Material, key: str, value: Color) -> Material:
+    """`material` with a statement's colour, or with its number, which is in each place of `value`."""
+    if key == "Kd":
+        return replace(material, diffuse_color=value)
+    if key == "Ke":
+        return replace(material, emissive_color=value)
+    if key == "Ks":
+        head_on = (0.08 * sum(value) / 3) ** 0.5
+        return replace(material, ior=(1 + head_on) / (1 - head_on))
+    if key == "Ns":
+        return replace(material, roughness=(2 / (value[0] + 2)) ** 0.25)
+    return replace(material, roughness=value[0]) if key == "Pr" else replace(material, metallic=value[0])
+
+
+def _color(fields: list[str], where: str) -> Color:
     if len(fields) == 1:
         fields = fields * 3
     if len(fields) != 3:
         raise InputError(f"{' '.join(fields)[:40]!r} is not a colour", where=where)
-    r, g, b = (_number([text], where, high) for text in fields)
+    r, g, b = (_number([text], where) for text in fields)
     return r, g, b
 
 
-def _number(fields: list[str], where: str, high: float = 1.0) -> float:
+def _number(fields: list[str], where: str) -> float:
     try:
         value = float(fields[0])
     except (ValueError, IndexError):
-        raise InputError(f"{' '.join(fields)[:40]!r} is not a number", where=where) from None
-    if not 0 <= value <= high:
-        raise InputError(f"{value!r} is not within 0 and {high:g}", where=where)
+        value = float("nan")
+    if not isfinite(value):
+        raise InputError(f"{' '.join(fields)[:40]!r} is not a number", where=where)
     return value

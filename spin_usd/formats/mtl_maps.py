@@ -66,15 +66,18 @@ def map_statement(key: str, rest: str, where: str) -> MapStatement:
 
 
 def image_of(
-    statement: MapStatement, library: Path, material: Material, stated: set[str]
+    statement: MapStatement, library: Path, folder: Path, material: Material, stated: set[str]
 ) -> tuple[str, ImageMap, list[str]]:
-    """(input, image, notes) for `material`, whose constants `stated` were given. InputError for what has no place."""
+    """(input, image, notes) for `material`, whose constants `stated` were given; the image lies within `folder`.
+
+    Raises InputError for what has no place.
+    """
     key = statement.key.lower()
     if key not in INPUTS:
         height = "it is a height map, and UsdPreviewSurface has normal maps (norm)"
         raise InputError(height if key in HEIGHTS else "UsdPreviewSurface has no input for it")
     _refuse_options(statement)
-    file = texture_beside(library, statement.file)
+    file = texture_beside(library, statement.file, folder)
     is_color, constant = key in COLORS, FACTORS.get(key)
     factor = getattr(material, FIELDS[constant]) if constant and constant in stated else 1.0
     image = ImageMap(

@@ -13,9 +13,9 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.mtl_file import read_mtl
+from spin_usd.formats.obj_materials import read_materials
+from spin_usd.formats.text_file import read_text
 from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
-from spin_usd.scene.material import Material
 
 ST = "st"
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
@@ -68,7 +68,7 @@ def read_obj(path: Path) -> MeshAsset:
             libraries.append(rest)
     if not parts:
         raise InputError("holds no faces", where=path)
-    found, notes = _materials(path, list(materials), libraries)
+    found, notes = read_materials(path, list(materials), libraries)
     xyz, directions = np.array(points, np.float64).reshape(-1, 3), np.array(normals, np.float64).reshape(-1, 3)
     st = np.array(coordinates, np.float64).reshape(-1, 2)
     asset = MeshAsset(
@@ -89,23 +89,9 @@ def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
             pending = line[:-1] + " "
             continue
         pending = ""
-        key, _, rest = line.partition(" ")
-        if key:
-            yield f"{path}, line {number}", key, rest.strip()
-
-
-def read_text(path: Path) -> str:
-    """UTF-8, or Latin-1 where it is not: exporters write names in either."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
-    if b"\0" in data[:4096]:
-        raise InputError("is not a text file", where=path)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+        if line:
+            key, *rest = line.split(None, 1)
+            yield f"{path}, line {number}", key, "".join(rest)
 
 
 def _vector(rest: str, where: str) -> list[float]:
@@ -183,24 +169,3 @@ def _plain_where_unmapped(asset: MeshAsset, faces: list[_Faces]) -> MeshAsset:
             notes.append(f"{found}: they show their material's constants without its textures")
         parts.append(replace(part, face_material=face_material))
     return replace(asset, parts=tuple(parts), materials=tuple(materials), notes=(*asset.notes, *notes))
-
-
-def _materials(path: Path, names: list[str], libraries: list[str]) -> tuple[tuple[ModelMaterial, ...], tuple[str, ...]]:
-    """A material for each of `names`, from the MTL files beside the OBJ where there are any, and notes."""
-    known: dict[str, ModelMaterial] = {}
-    notes: list[str] = []
-    for library in libraries:
-        beside = path.parent / library
-        if Path(library).name != library:
-            notes.append(f"the material library {library!r} is not beside the model and was not read")
-        elif not beside.is_file():
-            notes.append(f"the material library {library!r} is missing")
-        else:
-            found, remarks = read_mtl(beside, read_text(beside))
-            known |= found
-            notes += remarks
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        notes.append(f"{len(unknown)} of {len(names)} materials have no definition and are neutral grey")
-    grey = {name: ModelMaterial(constants=Material(path=name)) for name in unknown}
-    return tuple((known | grey)[name] for name in names), tuple(notes)

@@ -9,6 +9,7 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
+from spin_usd.formats.named_file import file_within
 from spin_usd.scene.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"
@@ -19,15 +20,13 @@ MAX_BYTES = 2**29
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 
 
-def texture_beside(model: Path, named: str) -> ImageFile:
-    """The image that the file `model` names by a relative path.
+def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
+    """The image that `file`, the model or one of its libraries, names by a path relative to itself.
 
-    Raises InputError for what is missing, is no image, or lies outside the model's folder.
+    Raises InputError for what is missing, is no image, or lies outside `folder`, the model's.
     """
-    folder = model.parent.resolve()
-    path = Path(named.replace("\\", "/"))
-    full = (folder / path).resolve()
-    if path.is_absolute() or ":" in named or not full.is_relative_to(folder):
+    full = file_within(folder, file.parent, named)
+    if full is None:
         raise InputError(f"the texture {named!r} lies outside the model's folder")
     if not full.is_file():
         raise InputError(f"the texture {named!r} is missing")
@@ -37,7 +36,7 @@ def texture_beside(model: Path, named: str) -> ImageFile:
         data = full.read_bytes()
     except OSError as error:
         raise InputError(f"the texture {named!r} cannot be read ({error.strerror})") from None
-    return texture_of(path.name, data)
+    return texture_of(full.name, data)
 
 
 def texture_of(name: str, data: bytes) -> ImageFile:

@@ -60,7 +60,7 @@ def test_coordinates_and_colours_are_trimeshs(tmp_path: Path) -> None:
         ("map_Kd grey.png", "diffuseColor", "rgb", (1, 1, 1, 1)),
         ("Ke 3 2 1\nmap_Ke colored.png", "emissiveColor", "rgb", (3, 2, 1, 1)),
         ("d 0.5\nmap_d clear.png", "opacity", "a", (0.5,) * 4),
-        ("Tr 0.75\nmap_d grey.png", "opacity", "r", (0.25,) * 4),
+        ("d 0.25\nTr 0.75\nmap_d grey.png", "opacity", "r", (0.25,) * 4),
         ("map_d -imfchan g clear.png", "opacity", "g", (1,) * 4),
         ("map_d -imfchan m clear.png", "opacity", "a", (1,) * 4),
         ("map_Pr grey.png", "roughness", "r", (1,) * 4),

@@ -1,0 +1,41 @@
+"""The materials of an OBJ, from the MTL libraries that it names."""
+
+from pathlib import Path
+
+from spin_usd.formats.mtl_file import read_mtl
+from spin_usd.formats.named_file import file_within
+from spin_usd.formats.text_file import read_text
+from spin_usd.scene.asset import ModelMaterial
+from spin_usd.scene.material import Material
+
+
+def read_materials(
+    path: Path, names: list[str], libraries: list[str]
+) -> tuple[tuple[ModelMaterial, ...], tuple[str, ...]]:
+    """A material for each of `names`, and notes. `libraries` are the arguments of the mtllib statements of `path`.
+
+    Raises InputError that names a library and the line in it.
+    """
+    known: dict[str, ModelMaterial] = {}
+    notes: list[str] = []
+    for library in (name for argument in libraries for name in _names(path.parent, argument)):
+        file = file_within(path.parent, path.parent, library)
+        if file is None:
+            notes.append(f"the material library {library!r} lies outside the model's folder and was not read")
+        elif not file.is_file():
+            notes.append(f"the material library {library!r} is missing")
+        else:
+            found, remarks = read_mtl(file, read_text(file), path.parent)
+            known |= found
+            notes += remarks
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        notes.append(f"{len(unknown)} of {len(names)} materials have no definition and are neutral grey")
+    grey = {name: ModelMaterial(constants=Material(path=name)) for name in unknown}
+    return tuple((known | grey)[name] for name in names), tuple(notes)
+
+
+def _names(folder: Path, argument: str) -> list[str]:
+    """The libraries that one mtllib names: several, or one with blanks in its name, which is then there."""
+    whole = file_within(folder, folder, argument)
+    return [argument] if whole is not None and whole.is_file() else argument.split() or [argument]
