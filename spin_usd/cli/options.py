@@ -5,12 +5,16 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.dataset.stage_path import root_layer
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
-Stage = Annotated[Path, typer.Argument(help="A stage's root layer, such as DIR/dataset.usda.")]
+
+STAGE_HELP = "A stage's root layer, or the folder of its dataset.usda."
+Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=root_layer)]
 Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
 ]
-Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants to render, or all.")]
+Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 if nothing is said.")]
 EffortText = Annotated[
     str | None, typer.Option("--effort", metavar="TEXT", help="All that it may cost: samples=16,denoiser=fast,...")

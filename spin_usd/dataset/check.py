@@ -8,6 +8,7 @@ from spin_usd.dataset.check_cache import cache_findings
 from spin_usd.dataset.check_pictures import Inventory, picture_findings
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.stage_path import root_layer
 from spin_usd.dataset.store import LOCK, TEMPORARY, WORK, Store
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.finding import WARNING, Finding
@@ -19,10 +20,8 @@ def check(path: Path, *, progress: Progress) -> tuple[str, list[Finding]]:
     """What `path` is ("stage" or "dataset") and the findings on it. InputError when it is neither."""
     if path.is_dir() and (path / "dataset.json").is_file():
         return "dataset", list(dataset_findings(path.absolute(), progress=progress))
-    if path.is_file():
-        return "stage", stage_findings(path, progress=progress)
-    if (path / "dataset.usda").is_file():
-        return "stage", stage_findings(path / "dataset.usda", progress=progress)
+    if (root := root_layer(path)).is_file():
+        return "stage", stage_findings(root, progress=progress)
     do = "give a .usda file, or a folder with dataset.json"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
 
@@ -34,7 +33,7 @@ def stage_findings(root: Path, *, progress: Progress) -> list[Finding]:
             found = child.call(
                 "check_stage",
                 stage=str(root.absolute()),
-                progress=lambda counts: progress("reading", *counts),
+                progress=lambda counts: progress("reading: picture", *counts),
                 within_s=STAGE_PATIENCE_S,
             )
     except ChildDiedError as died:
@@ -56,9 +55,9 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
         yield Finding(code="empty", where="records", message="the dataset holds no picture")
     inventory = Inventory(description=description)
     for done, path in enumerate(records):
-        progress("checking", done, len(records))
+        progress("checking: picture", done, len(records))
         yield from picture_findings(store, path, inventory)
-    progress("checking", len(records), len(records))
+    progress("checking: picture", len(records), len(records))
     yield from cache_findings(store, inventory)
     yield from _strays(store, inventory.files)
 

@@ -5,6 +5,7 @@ so that several processes can share it. Pictures come as columns: there may be a
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,8 @@ def open_plan(
     """What a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names, which of
     them are chosen, and what dataset.json says of the target.
 
-    `variants` empty means nominal alone, ["all"] all of them. `copy_to`: first copy the stage into that folder and
-    plan from the copy, whose root layer is returned as "root".
+    `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `copy_to`:
+    first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
     reader = StageReader(root)
@@ -43,7 +44,7 @@ def open_plan(
     return {
         "root": str(root),
         "seed": reader.seed if seed is None else seed,
-        "variants": _wanted_variants(variants, reader.variants),
+        "variants": wanted_variants(variants, reader.variants),
         "known_variants": list(reader.variants),
         "names": [frame.name for frame in reader.frames],
         "chosen": [chosen.start, chosen.stop, chosen.step],
@@ -104,13 +105,20 @@ def stage_provenance(reader: StageReader) -> dict[str, Any]:
     return {"hash": reader.stage_hash, "files": reader.used_files, "variants": reader.variant_selections}
 
 
-def _wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
+def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Those of the `known` variants that the names and patterns `asked` choose, each once; nominal for none asked.
+
+    Raises InputError for a name or pattern that chooses none.
+    """
     if list(asked) == ["all"]:
         return list(known)
-    for variant in asked:
-        if variant not in known:
-            raise InputError(f"the stage has no variant {variant!r}", do=f"choose among {', '.join(known)}, or all")
-    return list(dict.fromkeys(asked)) or [known[0]]
+    found: list[str] = []
+    for pattern in asked:
+        matched = [variant for variant in known if fnmatchcase(variant, pattern)]
+        if not matched:
+            raise InputError(f"the stage has no variant {pattern!r}", do=f"choose among {', '.join(known)}, or all")
+        found += matched
+    return list(dict.fromkeys(found)) or [known[0]]
 
 
 def _planned(
