@@ -2,34 +2,50 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from spin_usd.cli.counted import counted
-from spin_usd.cli.options import Json, Stage
+from spin_usd.cli.options import STAGE_HELP, Json
 from spin_usd.cli.progress import shown
+from spin_usd.dataset.stage_path import root_layer
+from spin_usd.errors import InputError
 
 MOST_LISTED = 10
 
 
 def augment(
     context: typer.Context,
-    stage: Stage,
-    spec: Annotated[str, typer.Option(metavar="NAME_OR_FILE", help="A built-in specification's name, or a TOML file.")],
+    stage: Annotated[Path | None, typer.Argument(help=STAGE_HELP)] = None,
+    spec: Annotated[
+        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in specification's name, or a TOML file.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")
     ] = None,
+    list_parameters: Annotated[
+        bool, typer.Option("--list", help="List what a specification can draw, with units and ranges, and do no more.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Write a specification's augmentations over a stage: one variant each. Run again, it replaces them."""
     from spin_usd.dataset.child import Child, stage_memory
 
+    if list_parameters:
+        with Child() as child:
+            rows = child.call("parameter_list")
+        print(json.dumps(rows) if as_json else _in_lines(rows))
+        return
+    if stage is None or spec is None:
+        raise InputError(
+            "augment needs a stage and --spec", do="give both, or --list for what a specification can draw"
+        )
     with shown(context.obj["quiet"]) as progress, Child(memory=stage_memory()) as child:
         report = child.call(
             "augment",
             progress=lambda told: progress(*told),
-            stage=str(stage),
+            stage=str(root_layer(stage)),
             spec=spec,
             out=str(out) if out else None,
         )
@@ -39,3 +55,14 @@ def augment(
     names = report["augmentations"]
     listed = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
     print(f"{report['root']}   ({counted(len(names), 'augmentation')} of {report['spec']}: {listed})")
+
+
+def _in_lines(rows: list[dict[str, Any]]) -> str:
+    """Two lines for each parameter: its name, what it takes and its units; then what it is."""
+    lines = []
+    for row in rows:
+        unit, *others = row["units"] or [""]
+        takes = f"{row['takes']} {unit}{f' (or in {", ".join(others)})' if others else ''}".rstrip()
+        once = "" if row["per_frame"] else ", one value for all pictures"
+        lines += [f"{row['name']}: {takes}{once}", f"    {row['description']}"]
+    return "\n".join(lines)

@@ -52,6 +52,11 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
 
         return augment_stage(progress=progress, **arguments).as_json()
 
+    def parameter_list() -> Any:
+        from spin_usd.dataset.parameter_list import parameter_list as listed
+
+        return listed()
+
     def open_plan(**arguments: Any) -> Any:
         from spin_usd.dataset.plan import open_plan as opened
 
@@ -114,6 +119,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         "open_measuring": open_measuring,
         "open_worker": open_worker,
         "open_plan": open_plan,
+        "parameter_list": parameter_list,
         "picture": picture,
         "plan_pictures": plan_pictures,
         "reproduce": reproduce,

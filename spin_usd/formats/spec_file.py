@@ -107,11 +107,22 @@ def _sentence(error: ValidationError) -> str:
         known, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
         named = [*known, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
         strange = next(key for key in error.instance if key not in named)
-        near = known if len(known) <= FEW else get_close_matches(strange, known) or [*known[:FEW], "..."]
-        return f"there is no {strange!r}; choose among {', '.join(near)}"
+        if len(known) <= FEW:
+            return f"there is no {strange!r}; choose among {', '.join(known)}"
+        near = get_close_matches(strange, known)
+        return f"there is no {strange!r}; {f'is {near[0]} meant? ' if near else ''}spin-usd augment --list shows all"
     if error.validator == "required":
-        return str(error.message).replace(" is a required property", " is missing")
+        return str(error.message).replace(" is a required property", " is missing") + _choices_of_missing(error)
     return str(error.message)
+
+
+def _choices_of_missing(error: ValidationError) -> str:
+    """What to add for the key that is missing, "" where the schema does not list its values."""
+    schema: Any = error.schema
+    document: Any = error.instance
+    missing = next(key for key in schema["required"] if key not in document)
+    choices = schema.get("properties", {}).get(missing, {}).get("enum", ())
+    return f": add {missing} = {' or '.join(map(json.dumps, choices))}" if choices else ""
 
 
 def _entries(table: Mapping[str, Any]) -> list[AugmentationEntry]:

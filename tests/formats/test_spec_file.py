@@ -80,7 +80,7 @@ def test_words_unit_and_per_are_told_apart(tmp_path):
         (GOOD + "constraints = { sun_far_deg = 3 }", "constraints: there is no 'sun_far_deg'"),
         (
             GOOD + 'sample = { "sun.colour" = { distribution = "fixed", value = 1 } }',
-            r"sample: there is no 'sun.colour'; choose among sun.factor",
+            r"sample: there is no 'sun.colour'; is sun.factor meant\? spin-usd augment --list shows all",
         ),
         (
             GOOD + 'sample = { "material.A.ruffness" = { distribution = "fixed", value = 1 } }',
@@ -92,7 +92,7 @@ def test_words_unit_and_per_are_told_apart(tmp_path):
         ),
         (
             GOOD + 'sample = { "exposure.time" = { distribution = "fixed", value = 1 } }',
-            "sample.exposure.time: 'unit' is missing",
+            'sample.exposure.time: \'unit\' is missing: add unit = "s" or "ms" or "us"',
         ),
         (
             GOOD + 'sample = { "lens.fx" = { distribution = "fixed", value = 1, unit = "px", per = "frame" } }',

@@ -1,0 +1,42 @@
+"""What a specification of augmentations can draw, as a table for people and programs."""
+
+from typing import Any
+
+from spin_usd.stage.parameters import (
+    ATTITUDE,
+    BACKGROUND,
+    DIRECTION,
+    FIELDS,
+    NUMBER,
+    PARAMETERS,
+    UNITS,
+    Parameter,
+    parameter_named,
+)
+
+TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
+BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."
+INPUT_IS = "An input of the material NAME, or of all materials where NAME is *; its factor is NAME.{}.factor."
+ATTRIBUTE_IS = "Any attribute of the stage, by its path; it takes what the attribute takes."
+
+
+def parameter_list() -> list[dict[str, Any]]:
+    """An entry for each parameter: its name, the units it can be given in (none for plain numbers), what it takes in
+    the first of them, whether it can differ from picture to picture, and what it is."""
+    materials = (parameter_named(f"material.NAME.{field}") for field in FIELDS)
+    return [
+        *(_entry(parameter, parameter.description) for parameter in PARAMETERS.values()),
+        *(_entry(each, INPUT_IS.format(each.name.rpartition(".")[2])) for each in materials),
+        _row(BACKGROUND, "a name", BACKGROUND_IS, per_frame=False),
+        _row("/PRIM/PATH.ATTRIBUTE", "any", ATTRIBUTE_IS),
+    ]
+
+
+def _entry(parameter: Parameter, description: str) -> dict[str, Any]:
+    takes = str(parameter.limits) if parameter.kind == NUMBER else TAKES.get(parameter.kind, "true or false")
+    row = _row(parameter.name, takes, description, per_frame=parameter.changes)
+    return row | {"units": list(UNITS.get(parameter.unit, ()))}
+
+
+def _row(name: str, takes: str, description: str, *, per_frame: bool = True) -> dict[str, Any]:
+    return {"name": name, "units": [], "takes": takes, "per_frame": per_frame, "description": description}
