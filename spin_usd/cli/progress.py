@@ -10,7 +10,8 @@ LINE_EVERY_S = 10.0
 
 @contextmanager
 def shown(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
-    """Yields a function to tell of progress: what is being done, how many are done, how many there are."""
+    """Yields a function to tell of progress: what is being done and counted, such as "rendering: picture", how many are
+    done, how many there are."""
     if quiet:
         yield lambda what, done, total: None
     elif sys.stderr.isatty():
@@ -56,16 +57,17 @@ class _Lines:
 
     def __init__(self) -> None:
         self.what, self.first, self.began, self.told = "", 0, 0.0, 0.0
+        self.last = (-1, -1)
 
     def __call__(self, what: str, done: int, total: int) -> None:
         now = time.monotonic()
         if what != self.what:
             self.what, self.first, self.began = what, done, now
-        elif done < total and now - self.told < LINE_EVERY_S:
+        elif (done, total) == self.last or (done < total and now - self.told < LINE_EVERY_S):
             return
-        self.told = now
+        self.told, self.last = now, (done, total)
         left = ""
         if self.first < done < total:
             seconds = (now - self.began) / (done - self.first) * (total - done)
             left = f", about {seconds:.0f} s left" if seconds < 600 else f", about {seconds / 60:.0f} min left"
-        print(f"{what}: {done} of {total}{left}", file=sys.stderr, flush=True)
+        print(f"{what} {done} of {total}{left}", file=sys.stderr, flush=True)

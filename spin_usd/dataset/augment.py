@@ -56,10 +56,11 @@ def augment_stage(
     """
     file = spec_path(spec)
     specification = read_spec_file(file)
-    made = []
+    made: list[Augmentation] = []
     for entry in specification.augmentations:
+        counted = _Counted(progress, len(made), len(specification.augmentations))
         try:
-            made.append(_drawn(Path(stage), specification, entry, file.parent, progress))
+            made.append(_drawn(Path(stage), specification, entry, file.parent, counted))
         except SpinError as error:
             where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
             raise InputError(error.found, where=where, do=error.do) from None
@@ -69,7 +70,21 @@ def augment_stage(
     return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
 
 
-def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, progress: Progress) -> Augmentation:
+@dataclass(frozen=True)
+class _Counted:
+    """Tells `progress` how many pictures of `count` augmentations are drawn, of which `before` were drawn already."""
+
+    progress: Progress
+    before: int
+    count: int
+
+    def tell(self, pictures: int, done: int, total: int) -> None:
+        """`done` of `total` is drawn of this augmentation's `pictures`."""
+        drawn_now = self.before * pictures + pictures * done // total
+        self.progress(("drawing: picture", drawn_now, self.count * pictures))
+
+
+def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted) -> Augmentation:
     """One augmentation, all its values drawn."""
     stage = open_selected(path, entry.select)
     behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
@@ -85,10 +100,10 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
         seed=spec.seed,
         name=entry.name,
         constraints=entry.constraints,
-        progress=lambda done, total: progress((entry.name, done, total)),
+        progress=lambda done, total: counted.tell(len(frames), done, total),
     )
     del rig
-    progress((entry.name, 1, 1))
+    counted.tell(len(frames), 1, 1)
     return Augmentation(name=entry.name, selections=entry.select, what=what, background=background)
 
 

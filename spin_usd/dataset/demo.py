@@ -31,7 +31,7 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
     if not stage.exists():
         if out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
-        progress("authoring", 0, 1)
+        progress("authoring: stage", 0, 1)
         with Child() as child:
             poses = str(resources.stages() / "examples" / POSES)
             child.call("author", poses=poses, target="tango", camera="speedplus", out=str(stage.parent.absolute()))

@@ -62,11 +62,11 @@ def compare(
     keys = NeutralKeys(first), NeutralKeys(second)
     for done, pair in enumerate(pairs):
         if done % PROGRESS_EVERY == 0:
-            progress(["comparing", done, len(pairs)])
+            progress(["comparing: picture", done, len(pairs)])
         for key in changed(keys[0].of(pair[0]), keys[1].of(pair[1])):
             pictures[key] += 1
             telling.setdefault(key, pair)
-    progress(["comparing", len(pairs), len(pairs)])
+    progress(["comparing: picture", len(pairs), len(pairs)])
     trials = Trials(
         sides=(
             Side(reader=first, trial=selections[0].open(stage).stage),
@@ -78,9 +78,9 @@ def compare(
     )
     listed = []
     for done, each in enumerate(found):
-        progress(["trying each", done, len(found)])
+        progress(["trying alone: difference", done, len(found)])
         listed.append({**asdict(each), "reaches": trials.reach(each)})
-    progress(["trying each", len(found), len(found)])
+    progress(["trying alone: difference", len(found), len(found)])
     redrawn = selections[0].variant != selections[1].variant
     return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
 

@@ -102,7 +102,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 provenance=variants[number::count],
                 explain=question.explain,
             )
-        answers = _answers(children, lambda done: progress("planning", done, len(chosen) * len(variants)))
+        answers = _answers(children, lambda done: progress("planning: picture", done, len(chosen) * len(variants)))
     return Plan(
         root=Path(opened["root"]),
         settings=settings,

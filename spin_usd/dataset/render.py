@@ -204,7 +204,9 @@ class _Listener:
     ) -> None:
         self.report, self.progress, self.method, self.alone = report, progress, method, alone
         self.measured = Timings()
-        progress("rendering", report.reused, report.pictures)
+
+    def ready(self) -> None:
+        self._tell()
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
         self.report.made += 1
@@ -231,7 +233,7 @@ class _Listener:
 
     def _tell(self) -> None:
         report = self.report
-        self.progress("rendering", report.reused + report.made + len(report.failed), report.pictures)
+        self.progress("rendering: picture", report.reused + report.made + len(report.failed), report.pictures)
 
 
 def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, explain: bool = False) -> Plan:
@@ -251,6 +253,7 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, e
 
 def _run(job: Job, tasks: list[Task], workers: int, lock: int, store: Store, listener: _Listener) -> None:
     def start(number: int) -> Child:
+        listener.progress(f"starting {job.settings.renderer}: worker", number + 1, workers)
         child = Child(keep_open=(lock,), scratch=store.work)
         child.send("open_worker", job=job.as_json(), cpus=share_of(number, workers))
         return child

@@ -19,7 +19,9 @@ STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first p
 
 
 class Listener(Protocol):
-    """Told of each picture as it ends."""
+    """Told of each worker that is ready for its first picture, and of each picture as it ends."""
+
+    def ready(self) -> None: ...
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None: ...
 
@@ -143,7 +145,9 @@ def _advance(
     memory = 0
     try:
         answer = slot.child.receive()
-        if task is not None:
+        if task is None:
+            listener.ready()
+        else:
             memory = answer["result"]["memory"]
             slot.starts = 0
             queue.finish(task)

@@ -88,7 +88,7 @@ class Tally:
         self._tell()
 
     def _tell(self) -> None:
-        self._progress("measuring, percent", PERCENT * self._done // max(sum(self._cost.values()), 1), PERCENT)
+        self._progress("measuring: percent", PERCENT * self._done // max(sum(self._cost.values()), 1), PERCENT)
 
 
 @dataclass(frozen=True, kw_only=True)
