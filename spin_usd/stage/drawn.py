@@ -42,11 +42,7 @@ def is_geometry(prim: Usd.Prim) -> bool:
     """Whether `prim` is geometry. Raises UnsupportedError for kinds that this version does not read."""
     if prim.HasAPI(UsdLod.RootAPI):
         raise UnsupportedError("chooses among levels of detail", where=prim.GetPath(), do="keep one of them")
-    if prim.IsA(UsdGeom.Mesh):
-        if prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton():
-            raise UnsupportedError("is skinned by a skeleton", where=prim.GetPath(), do="bake its points")
-        return True
-    if prim.IsA(UsdGeom.PointInstancer) or str(prim.GetTypeName()) in SHAPES:
+    if prim.IsA(UsdGeom.Mesh) or prim.IsA(UsdGeom.PointInstancer) or str(prim.GetTypeName()) in SHAPES:
         return True
     other = prim.IsA(UsdGeom.Boundable) and not prim.HasAPI(UsdLux.LightAPI)
     if other and not prim.IsA(UsdSkel.Root) and not prim.IsA(UsdSkel.Skeleton):

@@ -13,6 +13,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.deformation import Deformation
 from spin_usd.stage.primvars import FoundPrimvar
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
@@ -24,8 +25,10 @@ Profile = list[tuple[Float, Float]]
 AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
 
-def read_gprim(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = ()) -> Triangles:
-    """Triangles of a shape in its own axes, stage units, with `primvars` at their corners.
+def read_gprim(
+    prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = (), deformation: Deformation | None = None
+) -> Triangles:
+    """Triangles of a shape in its own axes, stage units, with `primvars` at their corners; moved where a skeleton does.
 
     Raises StageError for a size of zero or less, UnsupportedError for a primvar that varies: USD does not say what the
     points and faces of its shapes are, nor gives them texture coordinates of their own.
@@ -38,8 +41,8 @@ def read_gprim(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimv
     values = {p.name: np.broadcast_to(p.elements[0], (*triangles.corners.shape, p.values.shape[1])) for p in primvars}
     triangles = replace(triangles, primvars=values)
     if UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
-        return replace(triangles.turned(), normals=-triangles.turned().normals)
-    return triangles
+        triangles = replace(triangles.turned(), normals=-triangles.turned().normals)
+    return triangles.transformed(deformation.matrix(), prim.GetPath()) if deformation else triangles
 
 
 def _cube(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:

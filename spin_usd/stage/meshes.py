@@ -8,23 +8,27 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.attributes import array, refuse
+from spin_usd.stage.deformation import Deformation
 from spin_usd.stage.polygons import triangulate
 from spin_usd.stage.primvars import Corners, FoundPrimvar
 from spin_usd.stage.subdivided import subdivided
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
 
-def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = ()) -> Triangles:
+def read_mesh(
+    prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = (), deformation: Deformation | None = None
+) -> Triangles:
     """Triangles in the mesh's own axes, stage units, with `primvars` at their corners; `source` is the authored face.
+    What a skeleton does comes first, as in USD: it moves the points that are subdivided.
 
     Scheme none: normals as authored, else flat. Other schemes: see `subdivided`. Raises StageError for numbers that are
     no mesh, UnsupportedError for scheme loop.
     """
     mesh = UsdGeom.Mesh(prim)
-    points, counts, indices = _checked_topology(mesh, time)
+    points, counts, indices = _checked_topology(mesh, time, deformation)
     scheme = mesh.GetSubdivisionSchemeAttr().Get()
     if scheme == UsdGeom.Tokens.none:
-        triangles = _polygonal(mesh, time, points, counts, indices, primvars)
+        triangles = _polygonal(mesh, time, points, counts, indices, primvars, deformation)
     elif scheme in (UsdGeom.Tokens.catmullClark, UsdGeom.Tokens.bilinear):
         triangles = subdivided(mesh, time, points, counts, indices, primvars)
     else:
@@ -36,7 +40,9 @@ def read_mesh(prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimva
     return triangles.turned() if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded else triangles
 
 
-def _checked_topology(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> tuple[Float, Int, Int]:
+def _checked_topology(
+    mesh: UsdGeom.Mesh, time: Usd.TimeCode, deformation: Deformation | None
+) -> tuple[Float, Int, Int]:
     """Points (P, 3), corners of each face (F,), and indices. Raises StageError naming the first wrong number."""
     where = mesh.GetPath()
     if mesh.GetVelocitiesAttr().HasAuthoredValue():
@@ -57,11 +63,20 @@ def _checked_topology(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> tuple[Float, In
         (indices < 0) | (indices >= len(points)), "faceVertexIndices", indices, f"there are {len(points)} points", where
     )
     refuse(~np.isfinite(points).all(1), "points", points, "they must be finite", where)
+    if deformation:
+        points = deformation.points(points)
+        refuse(~np.isfinite(points).all(1), "points", points, "its skeleton must keep them finite", where)
     return points, counts, indices
 
 
 def _polygonal(
-    mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int, primvars: Sequence[FoundPrimvar]
+    mesh: UsdGeom.Mesh,
+    time: Usd.TimeCode,
+    points: Float,
+    counts: Int,
+    indices: Int,
+    primvars: Sequence[FoundPrimvar],
+    deformation: Deformation | None,
 ) -> Triangles:
     places, source = triangulate(points, counts, indices, mesh.GetPath())
     corners = indices[places]
@@ -71,7 +86,8 @@ def _polygonal(
         flat = -flat
     normals = _authored_normals(mesh, time, at)
     if normals is not None:
-        flat = np.where((normals != 0).any(-1, keepdims=True), unit(normals), flat)
+        turned = deformation.normals(normals, corners, len(points)) if deformation else unit(normals)
+        flat = np.where((normals != 0).any(-1, keepdims=True), turned, flat)
     return Triangles(
         points=points,
         corners=corners,

@@ -15,6 +15,7 @@ from spin_usd.stage.materials import Look, Looks, resolved
 from spin_usd.stage.meshes import read_mesh
 from spin_usd.stage.parts import Labels
 from spin_usd.stage.primvars import FoundPrimvar, find_primvar
+from spin_usd.stage.skeletons import Skeletons
 from spin_usd.stage.subsets import binds_material, find_subsets, painter_of, triangles_in
 from spin_usd.stage.triangles import Int, Triangles
 
@@ -45,6 +46,7 @@ class PieceReader:
 
     def __post_init__(self) -> None:
         self._looks = Looks(time=self.time, images=self.images)
+        self._skeletons = Skeletons(time=self.time, visited=self.visited)
 
     def read(self, prim: Usd.Prim, labels: Labels) -> Piece:
         """The piece of `prim`, which has `labels`, in the gprim's own axes."""
@@ -82,14 +84,16 @@ class PieceReader:
     def _shape(
         self, prim: Usd.Prim, looks: list[Look], painting: list[UsdGeom.Subset], primvars: list[FoundPrimvar]
     ) -> Triangles:
-        """The prim's triangles in its own axes, displaced; equal instances are read once."""
-        path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()
+        """The prim's triangles in its own axes, displaced; equal instances are read once, but those that skeletons
+        deform, whose animations may differ."""
+        deformation = self._skeletons.deformation(prim)
+        path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not deformation else prim).GetPath()
         names = {primvar.name for primvar in primvars}
         amounts = tuple(resolved(look.displacement, names) for look in looks)
         key = (path, amounts, tuple(primvar.key for primvar in primvars))
         if key not in self._shapes:
             read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
-            triangles = read(prim, self.time, primvars)
+            triangles = read(prim, self.time, primvars, deformation)
             painter = painter_of(painting, triangles, prim, self.time)
             self._shapes[key] = displaced(triangles, painter, amounts, prim.GetPath())
         return self._shapes[key]

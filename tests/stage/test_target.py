@@ -377,23 +377,6 @@ def test_a_target_without_geometry(read_scene):
         read_scene('def Xform "Empty" {}')
 
 
-def test_a_skinned_mesh_is_refused(read_scene):
-    geometry = """
-    def SkelRoot "Root"
-    {
-        def Skeleton "Skeleton" {}
-        def Mesh "Skin" (
-            prepend apiSchemas = ["SkelBindingAPI"]
-        )
-        {
-            rel skel:skeleton = </World/Target/Root/Skeleton>
-            %s
-        }
-    }"""
-    with pytest.raises(UnsupportedError, match=r"^/World/Target/Root/Skin: is skinned"):
-        read_scene(geometry % MESH)
-
-
 def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene):
     geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LODRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
