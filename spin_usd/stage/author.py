@@ -118,7 +118,8 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selectio
     prim.GetAttribute(schema.TARGET_NAME).Set(target.name)
     if target.keypoints:
         prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
-    model = stage.DefinePrim(MODEL)  # without a type: the asset's root may be a Mesh itself
+    # Without a type the asset's own holds, which may be Mesh; of one that has no place only an Xform can be scaled.
+    model = stage.DefinePrim(MODEL, "" if target.xformable else "Xform")
     if selections:
         _write_model(target, folder, selections)
         model.GetReferences().AddReference(f"./{MODEL_LAYER}")

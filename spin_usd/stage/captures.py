@@ -7,6 +7,7 @@ from spin_usd.errors import StageError
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.stage import schema
+from spin_usd.stage.root_metadata import root_number
 
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
@@ -36,7 +37,7 @@ def read_seed(stage: Usd.Stage) -> int:
 
 
 def _time_range(stage: Usd.Stage) -> list[float]:
-    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    start, end = root_number(stage, "startTimeCode"), root_number(stage, "endTimeCode")
     if not stage.HasAuthoredTimeCodeRange():
         return [start]
     where = stage.GetRootLayer().realPath

@@ -11,6 +11,7 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
 from spin_usd.stage.cameras import find_camera
 from spin_usd.stage.lens import derived_values, read_lens
+from spin_usd.stage.root_metadata import root_number
 from spin_usd.stage.xforms import NORM_TOLERANCE, orient_norm_error
 
 ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: what it turns no label can show
@@ -22,12 +23,12 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else Usd.Attribute()
     times = attribute.GetTimeSamples() if attribute else []
-    if times and (stage.GetStartTimeCode(), stage.GetEndTimeCode()) != (times[0], times[-1]):
+    start, end = root_number(stage, "startTimeCode"), root_number(stage, "endTimeCode")
+    if times and (start, end) != (times[0], times[-1]):
         yield Finding(
             code="capture-range",
             where=str(prim.GetPath()),
-            message=f"the stage runs from {stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}, "
-            f"its pictures from {times[0]:g} to {times[-1]:g}",
+            message=f"the stage runs from {start:g} to {end:g}, its pictures from {times[0]:g} to {times[-1]:g}",
             severity=WARNING,
         )
 

@@ -22,6 +22,7 @@ from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
+from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.sensor import read_sensor
 from spin_usd.stage.shutter import Opening, read_opening, read_shutter
 from spin_usd.stage.target import TargetReader, find_target
@@ -213,7 +214,7 @@ def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: fl
 def _metres_per_unit(stage: Usd.Stage) -> float:
     """Raises StageError for units or an up axis that are none."""
     where = stage.GetRootLayer().realPath
-    metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+    metres = root_number(stage, METRES_PER_UNIT)
     if not np.isfinite(metres) or metres <= 0:
         raise StageError(f"metersPerUnit is {metres:g}", where=where, do="make it positive")
     up = str(UsdGeom.GetStageUpAxis(stage))

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd
 
 from spin_usd.stage.cameras import find_camera
 from spin_usd.stage.captures import read_frames, read_seed
 from spin_usd.stage.parameters import settings
+from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.setting import Base, Place
 from spin_usd.stage.shutter import read_opening
 
@@ -41,7 +42,7 @@ def open_base(stage: Usd.Stage) -> tuple[Base, tuple[str, ...], int]:
     frames = read_frames(stage, "")
     camera = find_camera(stage)
     times = tuple(read_opening(camera, frame.time_code, rows=1).middle for frame in frames)
-    metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+    metres = root_number(stage, METRES_PER_UNIT)
     return Base(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
 
 

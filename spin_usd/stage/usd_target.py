@@ -12,6 +12,7 @@ from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage import schema
 from spin_usd.stage.layer import open_layer, reason, writing
+from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
@@ -21,15 +22,16 @@ UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
 class TargetAsset:
     """A target within a stage's folder.
 
-    file lies there · prim is its root, None for the default prim · has_kind, order: the root's kind and xformOpOrder ·
-    keypoints: path of the Points prim below the root, or None · gprims: how many there are outside instances ·
-    variants: of each variant set of the root, their names.
+    file lies there · prim is its root, None for the default prim · xformable: whether the root's type has a transform ·
+    has_kind, order: the root's kind and xformOpOrder · keypoints: path of the Points prim below the root, or None ·
+    gprims: how many there are outside instances · variants: of each variant set of the root, their names.
     """
 
     name: str
     file: Path
     prim: str | None
     metres_per_unit: float
+    xformable: bool
     has_kind: bool
     order: tuple[str, ...]
     keypoints: str | None
@@ -105,7 +107,7 @@ def _anchor(folder: Path) -> None:
 
 def describe(source: Path, name: str, units_per_metre: float | None = None) -> TargetAsset:
     """The asset in the file at `source`, as it lies. Raises InputError that names the file."""
-    stage = Usd.Stage.Open(str(source))
+    stage = _opened(source)
     errors = stage.GetCompositionErrors()
     if errors:
         raise InputError(f"does not compose: {errors[0]}", where=source)
@@ -116,18 +118,28 @@ def describe(source: Path, name: str, units_per_metre: float | None = None) -> T
     if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
         raise InputError("holds no geometry", where=source)
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
-    order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if root.IsA(UsdGeom.Xformable) else None
+    xformable = root.IsA(UsdGeom.Xformable)
+    order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if xformable else None
     return TargetAsset(
         name=name,
         file=source,
         prim=None if stage.GetDefaultPrim() else str(root.GetPath()),
         metres_per_unit=_metres_per_unit(stage, source, units_per_metre),
+        xformable=xformable,
         has_kind=bool(Usd.ModelAPI(root).GetKind()),
         keypoints=str(keypoints[0].GetPath().MakeRelativePath(root.GetPath())) if keypoints else None,
         gprims=len(found) - len(keypoints),
         order=tuple(order or ()),
         variants={name: tuple(root.GetVariantSet(name).GetVariantNames()) for name in root.GetVariantSets().GetNames()},
     )
+
+
+def _opened(source: Path) -> Usd.Stage:
+    try:
+        return Usd.Stage.Open(str(source))
+    except Tf.ErrorException as error:
+        do = "write it again with a program that follows USD's types"
+        raise InputError(f"USD cannot read it: {reason(error)}", where=source, do=do) from None
 
 
 def _root(stage: Usd.Stage, source: Path) -> Usd.Prim:
@@ -163,7 +175,7 @@ def _instanced(root: Usd.Prim) -> bool:
 
 
 def _metres_per_unit(stage: Usd.Stage, source: Path, units_per_metre: float | None) -> float:
-    authored = UsdGeom.GetStageMetersPerUnit(stage) if UsdGeom.StageHasAuthoredMetersPerUnit(stage) else None
+    authored = root_number(stage, METRES_PER_UNIT) if UsdGeom.StageHasAuthoredMetersPerUnit(stage) else None
     if authored is None and units_per_metre is None:
         raise InputError(
             "does not author metersPerUnit",
@@ -181,4 +193,4 @@ def _metres_per_unit(stage: Usd.Stage, source: Path, units_per_metre: float | No
             where=source,
             do="leave --units-per-metre out",
         )
-    return float(authored)
+    return authored

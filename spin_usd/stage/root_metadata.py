@@ -1,0 +1,19 @@
+"""Metadata of a stage's root layer, in whatever numeric type a program stored it.
+
+USD declares them double and raises on a float, which crate files by some exporters hold.
+"""
+
+from pxr import Usd
+
+from spin_usd.errors import StageError
+
+METRES_PER_UNIT = "metersPerUnit"
+
+
+def root_number(stage: Usd.Stage, name: str) -> float:
+    """The metadatum `name` of the root layer, or USD's fallback. Raises StageError for what is not a number."""
+    value = stage.GetMetadata(name)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        where = stage.GetRootLayer().realPath
+        raise StageError(f"{name} is {value!r}", where=where, do="author a number")
+    return float(value)

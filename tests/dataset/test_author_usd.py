@@ -1,0 +1,91 @@
+"""USD files of others as targets: whatever their roots are, what is rendered has the size that the file says."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Sdf
+
+from spin_usd.dataset.author import author_stage
+from spin_usd.errors import InputError
+from spin_usd.scene.model import Scene
+from spin_usd.stage.read import StageReader
+
+POSES = [{"filename": "img000000.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 50]}]
+FLOAT32 = 1e-6
+CUBE = 'def Cube "C"\n{\n double size = 200\n}\n'
+"""Two metres across, in centimetres."""
+
+
+@pytest.fixture
+def authored(tmp_path: Path) -> Any:
+    """Author a stage on the target file, or on a layer of that text; returns the report."""
+    (tmp_path / "poses.json").write_text(json.dumps(POSES))
+
+    def author(target: Path | str, **options: Any) -> Any:
+        if isinstance(target, str):
+            (tmp_path / "models").mkdir(exist_ok=True)
+            (tmp_path / "models" / "craft.usda").write_text(target)
+            target = tmp_path / "models" / "craft.usda"
+        return author_stage(
+            poses=tmp_path / "poses.json", target=target, camera="speedplus", out=tmp_path / "stage", **options
+        )
+
+    return author
+
+
+def layer(body: str, *, default: str = "W", metadata: str = "metersPerUnit = 0.01") -> str:
+    named = f'defaultPrim = "{default}"' if default else ""
+    return f'#usda 1.0\n(\n {named}\n upAxis = "Y"\n {metadata}\n)\n{body}'
+
+
+def first_scene(root: str) -> Scene:
+    reader = StageReader(root)
+    return reader.scene(reader.frames[0])
+
+
+def size(root: str) -> list[float]:
+    """Of the target's box along its axes, metres, as a renderer gets it."""
+    mesh = first_scene(root).target.mesh
+    return list(np.ptp(mesh.points[np.unique(mesh.faces)], axis=0))
+
+
+@pytest.mark.parametrize("kind", ["", "Scope", "Xform", "SkelRoot"])
+def test_a_root_of_any_type_is_scaled_by_its_own_unit(authored: Any, kind: str) -> None:
+    report = authored(layer(f'def {kind} "W"\n{{\n{CUBE}}}\n'))
+    assert size(report.root) == pytest.approx([2, 2, 2], rel=FLOAT32)
+
+
+def as_floats(path: Path) -> None:
+    """Let the crate file's one inlined double be a float, as exporters of others store it.
+
+    Source: the type's number in USD's crateDataTypes.h is 9 for double, 8 for float; bit 62 says that it is inlined.
+    """
+    data = path.read_bytes()
+    assert data.count(b"\x09\x40") == 1
+    path.write_bytes(data.replace(b"\x09\x40", b"\x08\x40"))
+
+
+def crate(path: Path, name: str, value: float) -> Path:
+    """A file of a cube whose one number in the root metadata, `name`, is a float."""
+    made = Sdf.Layer.CreateAnonymous(".usdc")
+    cube = Sdf.CreatePrimInLayer(made, "/W")
+    cube.specifier, cube.typeName = Sdf.SpecifierDef, "Cube"
+    made.pseudoRoot.SetInfo(name, value)
+    made.defaultPrim = "W"
+    made.Export(str(path))
+    as_floats(path)
+    return path
+
+
+def test_a_unit_that_is_stored_as_a_float_is_read(authored: Any, tmp_path: Path) -> None:
+    report = authored(crate(tmp_path / "craft.usdc", "metersPerUnit", 0.5))
+    assert size(report.root) == pytest.approx([1, 1, 1], rel=FLOAT32)
+
+
+@pytest.mark.parametrize("name", ["timeCodesPerSecond", "framesPerSecond"])
+def test_a_layer_that_usd_itself_cannot_read_is_one_sentence(authored: Any, tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="USD cannot read it"):
+        authored(crate(tmp_path / "craft.usdc", name, 0.5), units_per_metre=2)
