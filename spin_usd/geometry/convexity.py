@@ -9,6 +9,7 @@ from spin_usd.geometry.triangles import areas, unit_normals
 PLANE = 1e-9  # of the body's size, by which a corner may stand out of a face's plane: the rounding of its places
 AREA = 1e-9  # relative
 CHUNK = 1 << 22  # distances worked out at once
+FEW = 64  # faces that are looked at first: of most bodies that are not convex, one of them says so
 MOST_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: some seconds
 
 
@@ -17,9 +18,12 @@ def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
     once; whichever way they are turned. False too for one of so many corners and faces that it was not looked at."""
     from scipy.spatial import ConvexHull, QhullError
 
-    corners = points[faces]
+    corners, used = points[faces], np.zeros(len(points), bool)
+    used[faces] = True
+    if not _supports(corners[:: -(-len(faces) // FEW)], points[used]):
+        return False
     try:
-        hull = ConvexHull(np.unique(corners.reshape(-1, 3), axis=0))
+        hull = ConvexHull(np.unique(points[used], axis=0))
     except (QhullError, ValueError):  # flat
         return False
     around = hull.points[hull.vertices]

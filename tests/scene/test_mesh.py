@@ -70,3 +70,11 @@ def test_extent_holds_every_used_point(seed):
 def test_a_flat_mesh_has_a_hull():
     mesh = target([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]], [[0, 1, 2]]).mesh
     assert len(mesh.hull) == 3
+
+
+@given(st.integers(0, 2**31))
+def test_each_edge_is_there_once(seed):
+    points, _, _ = soup(seed, count=5)
+    faces = np.random.default_rng(seed).integers(0, len(points), (12, 3))  # edges shared by any number of faces
+    pairs = {tuple(sorted((int(face[i]), int(face[i - 1])))) for face in faces for i in range(3)}
+    assert [tuple(edge) for edge in target(points, faces).mesh.edges.tolist()] == sorted(pairs)
