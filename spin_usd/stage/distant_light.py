@@ -22,9 +22,9 @@ def read_distant_light(
     prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache
 ) -> DistantLight:
     """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
-    refuse_shaping(prim)
     angle = value_in(prim, "inputs:angle", ANGLES, time)
-    half = np.radians(angle) / 2
+    half = float(np.radians(angle)) / 2
+    refuse_shaping(prim, time, half)
     size = 1.0 if angle == 0 else float(np.pi * np.sin(half) ** 2)
     r, g, b = (value * size for value in emission(prim, time, size))
     x, y, z = T_cam_world.directions(_direction(prim, world))
@@ -32,7 +32,7 @@ def read_distant_light(
         path=str(prim.GetPath()),
         direction_cam=(float(x), float(y), float(z)),
         irradiance=(r, g, b),
-        angle=float(2 * half),
+        angle=2 * half,
         shadows=casts_shadows(prim, time),
     )
 

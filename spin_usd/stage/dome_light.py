@@ -30,7 +30,7 @@ def read_dome_light(
     prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache, images: Images
 ) -> DomeLight:
     """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
-    refuse_shaping(prim)
+    refuse_shaping(prim, time, np.pi)
     if not casts_shadows(prim, time):
         raise UnsupportedError("is a dome without shadows", where=prim.GetPath(), do="enable its shadows")
     matrix = world.GetLocalToWorldTransform(prim)

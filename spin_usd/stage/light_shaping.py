@@ -30,8 +30,12 @@ def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
     return Shaping(cone_angle=float(np.radians(cone)), softness=softness, focus=max(focus, 0.0), focus_tint=(r, g, b))
 
 
-def refuse_shaping(prim: Usd.Prim) -> None:
-    """Raise UnsupportedError where a light without a place is shaped: the applied schema alone asks for nothing."""
-    if any((a := prim.GetAttribute(name)) and a.HasAuthoredValue() for name in (CONE, SOFTNESS, FOCUS, TINT)):
+def refuse_shaping(prim: Usd.Prim, time: Usd.TimeCode, half_angle: float) -> None:
+    """Raise UnsupportedError where a light without a place is shaped. `half_angle`, radians: how far off its axis it
+    shines at all. A cone that leaves all of that alone has no effect, nor has the applied schema alone."""
+    if not any((a := prim.GetAttribute(name)) and a.HasAuthoredValue() for name in (CONE, SOFTNESS, FOCUS, TINT)):
+        return
+    shaping = read_shaping(prim, time)
+    if shaping and (shaping.focus > 0 or shaping.cone_angle * (1 - shaping.softness) <= half_angle):
         found = f"is a {prim.GetTypeName()} with a cone or a focus"
         raise UnsupportedError(found, where=prim.GetPath(), do="remove ShapingAPI from it")

@@ -101,7 +101,13 @@ def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata
         ("color3f inputs:shadow:color = (0, 0, 1)", UnsupportedError, "its shadows have a colour"),
         ("float inputs:shadow:distance = 3", UnsupportedError, "its shadows end at a distance"),
         ("asset inputs:shaping:ies:file = @./a.ies@", UnsupportedError, "has an IES profile"),
-        ("float inputs:shaping:cone:angle = 20", UnsupportedError, "is a DistantLight with a cone or a focus"),
+        ("float inputs:shaping:cone:angle = 0.2", UnsupportedError, "is a DistantLight with a cone or a focus"),
+        (
+            "float inputs:shaping:cone:angle = 90\nfloat inputs:shaping:cone:softness = 1",
+            UnsupportedError,
+            "is a DistantLight with a cone or a focus",
+        ),
+        ("float inputs:shaping:focus = 1", UnsupportedError, "is a DistantLight with a cone or a focus"),
         ("float inputs:exposure = nan", StageError, "its emission is"),
         ("float inputs:exposure = 1e6", StageError, r"its emission is \(inf, inf, inf\); choose an intensity"),
         ("float inputs:intensity = 1e30", StageError, r"its emission is .* numbers from 0 to 1e\+15"),
@@ -116,6 +122,20 @@ def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata
 def test_what_a_sun_does_not_do_is_refused(read_scene, attributes, error, saying):
     with pytest.raises(error, match=f"^/World/Sun(: |[.]){saying}"):
         read_scene(world=sun(attributes))
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        "float inputs:shaping:cone:angle = 180",
+        "float inputs:shaping:cone:angle = 0.3",  # the Sun's rays are at most 0.265 degrees off its axis
+        "float inputs:shaping:cone:angle = 20\nfloat inputs:shaping:cone:softness = 0.9",
+        "float inputs:shaping:focus = -1",
+    ],
+)
+def test_a_cone_around_all_rays_of_a_sun_has_no_effect(read_scene, attributes):
+    (shaped,) = read_scene(world=sun(attributes), name="shaped.usda").lights
+    assert vars(shaped) == vars(light(read_scene))
 
 
 def placed(*attributes, scale=(1, 1, 1), turn=(0, 0, 0), at=(0, 0, 0)):
