@@ -42,7 +42,7 @@ def sun_directions(base: Base, sun: Usd.Prim) -> Float:
         world = UsdGeom.XformCache(Usd.TimeCode(time))
         T_cam_world = camera_from_world(world, camera, base)
         found.append(read_distant_light(sun, Usd.TimeCode(time), T_cam_world, world).direction_cam)
-    return np.array(found, np.float64)
+    return -np.array(found, np.float64)  # a light's own direction is where it travels to
 
 
 def camera_from_world(world: UsdGeom.XformCache, camera: Usd.Prim, base: Base) -> Transform:
