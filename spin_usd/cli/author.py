@@ -41,6 +41,24 @@ def author(
     augment: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help="A specification of augmentations to write over it.")
     ] = None,
+    keypoints: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Named points: JSON, CSV or TOML; metres, body axes.")
+    ] = None,
+    parts: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Patterns of material and prim names -> part and class: JSON, CSV or TOML."),
+    ] = None,
+    channels: Annotated[
+        str | None, typer.Option(metavar="NAME", help="rgb or mono, instead of the camera's own.")
+    ] = None,
+    sun_direction: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="To the Sun, in camera axes: x right, y down, z forward; -z is behind."),
+    ] = None,
+    sun_from_target: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z", help="To the Sun, in the target's body axes: it turns with the target."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
@@ -57,6 +75,13 @@ def author(
         "lights": lights,
         "environment": environment,
         "augment": augment,
+        "additions": {
+            "keypoints": _path(keypoints),
+            "parts": _path(parts),
+            "channels": channels,
+            "sun_direction": _numbers(sun_direction, "--sun-direction"),
+            "sun_from_target": _numbers(sun_from_target, "--sun-from-target"),
+        },
     }
     call, source = _pictures_to_author(poses, example, count, choices)
     with Child() as child:
@@ -83,3 +108,17 @@ def _pictures_to_author(
         if choices[name] is None:
             raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
     return "author", {"poses": str(poses)}
+
+
+def _path(given: Path | None) -> str | None:
+    return None if given is None else str(given)
+
+
+def _numbers(text: str | None, option: str) -> list[float] | None:
+    """The numbers of "X,Y,Z". Raises InputError that names the `option`."""
+    if text is None:
+        return None
+    try:
+        return [float(each) for each in text.split(",")]
+    except ValueError:
+        raise InputError(f"{option} {text!r} is not X,Y,Z", do="write for example 0.5,-0.7,-0.5") from None

@@ -4,9 +4,11 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from spin_usd.arrays import Float
+from spin_usd.dataset.additions import Additions, read_additions
 from spin_usd.dataset.augment import augment_stage
 from spin_usd.dataset.example import open_example
 from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shots
@@ -27,7 +29,7 @@ from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
 from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
 from spin_usd.stage.sampled_layer import write_sampled
-from spin_usd.stage.samples import Opinions
+from spin_usd.stage.samples import Opinions, over
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -51,7 +53,8 @@ class AuthorReport:
 @dataclass(frozen=True, kw_only=True)
 class Choices:
     """`target`, `camera`, `preset`, `lights`, `environment` and `augment` are names of what travels with spin_usd, or
-    files; the lights and environment stand instead of the preset's. `augment`: a specification to write over it."""
+    files; the lights and environment stand instead of the preset's. `augment`: a specification to write over it.
+    `additions`: what is written over the stage before that."""
 
     target: str | Path
     camera: str | Path
@@ -61,15 +64,25 @@ class Choices:
     lights: str | Path | None = None
     environment: str | Path | None = None
     augment: str | None = None
+    additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
 
 
-def author_stage(*, poses: str | Path, out: str | Path, frames: str | None = None, **choices: Any) -> AuthorReport:
-    """Write the stage of a pose list into the new folder `out`. `choices` are those of Choices; `frames` is "A:B:STEP".
+def author_stage(
+    *,
+    poses: str | Path,
+    out: str | Path,
+    frames: str | None = None,
+    additions: Mapping[str, Any] = MappingProxyType({}),
+    **choices: Any,
+) -> AuthorReport:
+    """Write the stage of a pose list into the new folder `out`. `choices` are those of Choices, `additions` those of
+    read_additions; `frames` is "A:B:STEP".
 
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
     chosen = chosen_frames(read_pose_list(poses), frames)
-    return _author(Choices(**choices), Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen)
+    wanted = Choices(**choices, additions=read_additions(**additions))
+    return _author(wanted, Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen)
 
 
 def author_example(
@@ -79,11 +92,12 @@ def author_example(
     count: int | None = None,
     frames: str | None = None,
     seed: int = 0,
+    additions: Mapping[str, Any] = MappingProxyType({}),
     **choices: Any,
 ) -> AuthorReport:
     """Write the stage of an example into the new folder `out`: `example` is one's name, or a file; `count` of its
     pictures, all unless given, and of those what `frames`, "A:B:STEP", chooses. `choices` are those of Choices, and
-    stand instead of the example's.
+    stand instead of the example's; `additions` are those of read_additions.
 
     Raises as author_stage.
     """
@@ -99,7 +113,8 @@ def author_example(
     def light(stage: Any) -> Opinions:
         return draw_light(stage, chosen, seed, found.constraints)
 
-    return _author(Choices(seed=seed, **usual | given), Path(out), {"example": found.file}, pictures, light)
+    wanted = Choices(seed=seed, **usual | given, additions=read_additions(**additions))
+    return _author(wanted, Path(out), {"example": found.file}, pictures, light)
 
 
 def _chosen(made: tuple[Shot, ...], frames: str | None) -> tuple[Shot, ...]:
@@ -128,7 +143,7 @@ def _author(
         files["preset"] = settings.file
     chosen_rigs = {LIGHTS: choices.lights, ENVIRONMENT: choices.environment}
     rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
-    files |= {kind.lower(): file for kind, file in rig_files.items()}
+    files |= {kind.lower(): file for kind, file in rig_files.items()} | dict(choices.additions.files)
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
     with new_folder(out) as folder:
@@ -145,8 +160,8 @@ def _author(
             preset=settings,
             rigs=rigs,
         )
-        if light is not None:
-            write_sampled(folder / ROOT, light(open_stage(folder / ROOT)), len(poses))
+        notes += choices.additions.write(folder / ROOT)
+        _write_light(folder / ROOT, len(poses), light, choices.additions)
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(
@@ -157,6 +172,15 @@ def _author(
         camera=camera_file.name,
         notes=notes,
     )
+
+
+def _write_light(root: Path, frames: int, light: Callable[[Any], Opinions] | None, additions: Additions) -> None:
+    """Write what is drawn of the light of the stage at `root`, and over it where the Sun was asked to stand."""
+    stage = open_stage(root)
+    drawn, sun = light(stage) if light else None, additions.sun(stage)
+    both = over(sun, drawn) if sun and drawn else sun or drawn
+    if both is not None:
+        write_sampled(root, both, frames)
 
 
 def _camera(given: str) -> tuple[Layer, Path]:

@@ -10,7 +10,9 @@ from spin_usd.errors import InputError
 def read_json_file(path: Path) -> Any:
     """The JSON value in the file at `path`, or InputError."""
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"))
+        return json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=_object)
+    except InputError as error:
+        raise InputError(error.found, where=path, do=error.do) from None
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=path) from None
     except UnicodeDecodeError:
@@ -23,3 +25,13 @@ def read_json_file(path: Path) -> Any:
         ) from None
     except (ValueError, RecursionError):
         raise InputError("holds a number or a nesting that is too long", where=path) from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Raises InputError for a key that stands twice, of which JSON readers take the last without a word."""
+    made = dict(pairs)
+    if len(made) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise InputError(f"has the key {twice!r} twice in one object", do="keep one of them")
+    return made

@@ -9,7 +9,7 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.resources import stages
 from spin_usd.stage import schema
-from spin_usd.stage.layer import author_metadata, open_layer
+from spin_usd.stage.layer import author_metadata, open_layer, writing
 from spin_usd.stage.lens import author_lens, read_lens, usd_focal_length
 
 SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
@@ -75,6 +75,17 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
     copy = Sdf.Layer.CreateAnonymous(".usda")
     copy.TransferContent(source)
     return copy
+
+
+def set_channels(path: Path, channels: str) -> None:
+    """Write the sensor's channels, "mono" or "rgb", into the camera layer at `path`. Raises OutputError."""
+    layer = open_layer(path)
+    stage = Usd.Stage.Open(layer)
+    prim = stage.GetDefaultPrim()
+    prim.ApplyAPI(schema.SENSOR_API)
+    prim.GetAttribute(schema.SENSOR["channels"]).Set(channels)
+    with writing(path):
+        layer.Save()
 
 
 def lens_of(layer: Sdf.Layer) -> Camera:

@@ -33,7 +33,7 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
     prim = find_keypoints(target)
     if not prim:
         return (), np.zeros((0, 3))
-    points = np.array(UsdGeom.Points(prim).GetPointsAttr().Get(time) or [], np.float64).reshape(-1, 3)
+    points = _positions(prim, time)
     attribute = prim.GetAttribute(schema.KEYPOINT_NAME)
     names = tuple(str(name) for name in (attribute.Get(time) if attribute else None) or [])
     if len(names) != len(points) or len(set(names)) != len(names) or not np.isfinite(points).all():
@@ -41,3 +41,20 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
         raise StageError(found, where=prim.GetPath(), do="give each finite point a name of its own")
     matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
     return names, points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
+    """(K, 3) in the prim's own axes: its positions in double precision where it has them, else its points.
+
+    Raises StageError where both are there and the points are not the positions rounded: one was edited alone.
+    """
+    points = np.array(UsdGeom.Points(prim).GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
+    attribute = prim.GetAttribute(schema.KEYPOINT_POSITIONS)
+    positions = attribute.Get(time) if attribute else None
+    if positions is None:
+        return points.astype(np.float64)
+    exact = np.array(positions, np.float64).reshape(-1, 3)
+    if not np.array_equal(exact.astype(np.float32), points):
+        found = f"has points that are not its {schema.KEYPOINT_POSITIONS} in single precision"
+        raise StageError(found, where=prim.GetPath(), do=f"edit both alike, or remove {schema.KEYPOINT_POSITIONS}")
+    return exact

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from spin_usd.errors import StageError
 from spin_usd.scene.material import Material
 from spin_usd.stage.displacement import displaced
 from spin_usd.stage.drawn import PROXIES
@@ -41,7 +42,7 @@ class PieceReader:
     visited: list[Usd.Prim]
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
-    _part_number: dict[str, int] = field(default_factory=dict)
+    _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
     _shapes: dict[Any, Triangles] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -59,7 +60,7 @@ class PieceReader:
         part = np.full(len(triangles.corners), self._part(labels))
         for subset in subsets:
             own = labels.below(subset.GetPrim())
-            if own.part_path != labels.part_path:
+            if own.part_key != labels.part_key:
                 part[triangles_in(subset, triangles, prim, self.time)] = self._part(own)
         painter = painter_of(painting, triangles, prim, self.time)
         found = {primvar.name for primvar in primvars}
@@ -99,10 +100,14 @@ class PieceReader:
         return self._shapes[key]
 
     def _part(self, labels: Labels) -> int:
-        """The number of the part that `labels` name."""
-        number = self._part_number.setdefault(labels.part_path, len(self.labels))
+        """The number of the part that `labels` name. Raises StageError where it has another class elsewhere."""
+        number = self._part_number.setdefault(labels.part_key, len(self.labels))
         if number == len(self.labels):
             self.labels.append(labels)
+        if (other := self.labels[number]).part_class != labels.part_class:
+            found = f"is of the merged part {labels.part_name!r} and the class {labels.part_class!r}"
+            do = f"give it the class {other.part_class!r}, as {other.part_path} has, or another part"
+            raise StageError(found, where=labels.part_path, do=do)
         return number
 
     def _material(self, material: Material) -> int:

@@ -5,8 +5,9 @@ from pathlib import Path
 from pxr import Sdf
 
 from spin_usd.errors import InputError
+from spin_usd.stage.added_layer import add_layer
 from spin_usd.stage.augment import MOST_IN_TEXT
-from spin_usd.stage.layer import author_metadata, export, open_layer, writing
+from spin_usd.stage.layer import author_metadata
 from spin_usd.stage.poses_layer import WORLD
 from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS
 from spin_usd.stage.samples import Opinions, write_opinions
@@ -26,14 +27,9 @@ def write_sampled(root: Path, what: Opinions, frames: int) -> None:
         raise InputError("is sampled, and is neither of the lights nor of the environment", where=astray)
     suffix = ".usdc" if frames > MOST_IN_TEXT and any(opinion.samples for opinion in what.attributes) else ".usda"
     layer = Sdf.Layer.CreateAnonymous(suffix)
-    author_metadata(layer, default_prim=WORLD.name, frames=frames, documentation="The light drawn for each picture.")
+    author_metadata(
+        layer, default_prim=WORLD.name, frames=frames, documentation="The light drawn or given for each picture."
+    )
     write_opinions(layer, what)
-    file = root.parent / "layers" / f"{NAME}{suffix}"
-    export(layer, file)
-    made = open_layer(root)
-    for place in places:
-        if any(path.HasPrefix(place) for path in drawn):
-            references = made.GetPrimAtPath(place).referenceList.prependedItems
-            references.insert(0, Sdf.Reference(f"./layers/{file.name}", place))
-    with writing(root):
-        made.Save()
+    used = [place for place in places if any(path.HasPrefix(place) for path in drawn)]
+    add_layer(root, layer, f"{NAME}{suffix}", {place: place for place in used})

@@ -79,6 +79,14 @@ def opinions(
     return Opinions(attributes=tuple(ordered), apis=tuple(sorted(apis)))
 
 
+def over(stronger: Opinions, weaker: Opinions) -> Opinions:
+    """Both together; of an attribute that both set, what `stronger` says."""
+    places = {str(opinion.place) for opinion in stronger.attributes}
+    kept = (opinion for opinion in weaker.attributes if str(opinion.place) not in places)
+    ordered = sorted((*stronger.attributes, *kept), key=lambda opinion: (opinion.place.prim, opinion.place.attribute))
+    return Opinions(attributes=tuple(ordered), apis=tuple(sorted({*stronger.apis, *weaker.apis})))
+
+
 def in_turn(parts: Sequence[tuple[Sequence[float], Opinions]]) -> Opinions:
     """The opinions of parts of a stage's pictures, each with the part's time codes, as those of all; each part has the
     same places."""

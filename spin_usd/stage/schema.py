@@ -14,6 +14,7 @@ OPTICS_API = "SpinOpticsAPI"
 SHUTTER_API = "SpinShutterAPI"
 CAPTURE_API = "SpinCaptureAPI"
 TARGET_API = "SpinTargetAPI"
+KEYPOINTS_API = "SpinKeypointsAPI"
 PLANET_API = "SpinPlanetAPI"
 STARS_API = "SpinStarsAPI"
 BACK_PLATE_API = "SpinBackPlateAPI"
@@ -24,6 +25,7 @@ APIS = (
     SHUTTER_API,
     CAPTURE_API,
     TARGET_API,
+    KEYPOINTS_API,
     PLANET_API,
     STARS_API,
     BACK_PLATE_API,
@@ -79,7 +81,9 @@ CAPTURE_SEED = "spin:capture:seed"
 
 TARGET_NAME = "spin:target:name"
 TARGET_KEYPOINTS = "spin:target:keypoints"
+TARGET_MERGED_PARTS = "spin:target:mergedParts"
 KEYPOINT_NAME = "primvars:keypointName"
+KEYPOINT_POSITIONS = "spin:keypoints:positions"
 
 PLANET_RADII = "spin:planet:radii"
 PLANET_ALBEDO = "spin:planet:albedo"

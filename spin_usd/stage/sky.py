@@ -5,6 +5,7 @@ from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.lights import find_lights
@@ -45,10 +46,22 @@ def _target(base: Base) -> tuple[Float, float]:
     return np.array(places), float(box.GetSize().GetLength()) / 2 * base.metres
 
 
+def body_direction(base: Base, direction: Float) -> Float:
+    """(N, 3) in camera axes, at each of the base's times, a direction (3,) of the target's own axes."""
+    target, camera = find_target(base.stage), find_camera(base.stage)
+    return np.array([_cam_body(base, target, camera, time)[0].directions(direction) for time in base.times])
+
+
 def _place(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
+    T_cam_body, scale = _cam_body(base, target, camera, time)
+    return T_cam_body.points(middle * scale)
+
+
+def _cam_body(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float) -> tuple[Transform, float]:
+    """T_cam_body, metres, and the scale of the body's axes in the world."""
     world = UsdGeom.XformCache(Usd.TimeCode(time))
     usdcam, body = (
         placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=base.metres, where=prim.GetPath())
         for prim, frame in ((camera, "usdcam"), (target, "body"))
     )
-    return (T_CAM_USDCAM @ between(usdcam.transform, body.transform)).points(middle * body.scale)
+    return T_CAM_USDCAM @ between(usdcam.transform, body.transform), body.scale

@@ -17,7 +17,7 @@ from spin_usd.stage.drawn import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry
 from spin_usd.stage.images import Images
 from spin_usd.stage.instances import read_instances
 from spin_usd.stage.keypoints import read_keypoints
-from spin_usd.stage.parts import Labels
+from spin_usd.stage.parts import Labels, labels_of_target
 from spin_usd.stage.pieces import Piece, PieceReader
 from spin_usd.stage.xforms import local_matrix
 
@@ -61,7 +61,7 @@ class TargetReader:
         purpose, above = "default", [*ancestors(self.prim), self.prim]
         for prim in above:
             purpose = own_purpose(prim, purpose)
-        start = Inherited(matrix=np.eye(4), labels=Labels().below(self.prim), purpose=purpose)
+        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=purpose)
         visible = not any(is_invisible(prim, self.time) for prim in above)
         pieces = list(self._below(self.prim, start)) if visible else []
         if not pieces:

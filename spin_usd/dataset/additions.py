@@ -1,0 +1,98 @@
+"""What a user adds to an authored stage: keypoints, names of parts, colour, and where the Sun stands."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.errors import InputError
+from spin_usd.formats.keypoints_file import read_keypoints_file
+from spin_usd.formats.parts_file import read_parts_file
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.part_rule import PartRule
+from spin_usd.stage.add_keypoints import add_keypoints
+from spin_usd.stage.add_parts import add_parts
+from spin_usd.stage.camera_layer import set_channels
+from spin_usd.stage.samples import Opinions, open_base, opinions
+from spin_usd.stage.sky import body_direction
+
+CHANNELS = ("mono", "rgb")
+SUN = "sun.direction"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Additions:
+    """files: those that were given, by what they are · keypoints · parts: rules, in their order · channels: "mono" or
+    "rgb" · sun_from_camera, sun_from_target: directions to the Sun, in camera and in body axes, of which one at most is
+    given. None and empty leave the stage as it is."""
+
+    files: Mapping[str, Path]
+    keypoints: Keypoints | None = None
+    parts: tuple[PartRule, ...] = ()
+    channels: str | None = None
+    sun_from_camera: tuple[float, ...] | None = None
+    sun_from_target: tuple[float, ...] | None = None
+
+    def write(self, root: Path) -> tuple[str, ...]:
+        """Write all but the Sun over the stage at `root`; returns notes on what was made. Raises InputError for rules
+        that do not fit the model, OutputError."""
+        notes: tuple[str, ...] = ()
+        if self.channels is not None:
+            set_channels(root.parent / "layers" / "camera.usda", self.channels)
+        if self.keypoints is not None:
+            add_keypoints(root, self.keypoints)
+            notes += (f"{len(self.keypoints.names)} keypoints are those of {self.files['keypoints'].name}",)
+        if self.parts:
+            sizes, others = add_parts(root, self.parts, self.files["parts"])
+            made = ", ".join(f"{name} of {count}" for name, count in sizes.items())
+            notes += (f"parts by surfaces: {made}; {others} other surfaces stay as they are",)
+        return notes
+
+    def sun(self, stage: Any) -> Opinions | None:
+        """What turns the Sun of the opened `stage` where it was asked for; None where it was not. Raises InputError for
+        a stage without a Sun."""
+        base, _, _ = open_base(stage)
+        if self.sun_from_camera is not None:
+            return opinions(base, {SUN: self.sun_from_camera}, {})
+        if self.sun_from_target is not None:
+            directions = body_direction(base, np.array(self.sun_from_target))
+            return opinions(base, {}, {SUN: [tuple(map(float, each)) for each in directions]})
+        return None
+
+
+def read_additions(
+    *,
+    keypoints: str | Path | None = None,
+    parts: str | Path | None = None,
+    channels: str | None = None,
+    sun_direction: Sequence[float] | None = None,
+    sun_from_target: Sequence[float] | None = None,
+) -> Additions:
+    """The additions that these name, files and values. Raises InputError."""
+    if channels is not None and channels not in CHANNELS:
+        raise InputError(f"there are no channels {channels!r}", do=f"choose {' or '.join(CHANNELS)}")
+    if sun_direction is not None and sun_from_target is not None:
+        do = "give one: camera axes, or body axes"
+        raise InputError("--sun-direction and --sun-from-target are given together", do=do)
+    given = {"keypoints": keypoints, "parts": parts}
+    return Additions(
+        files={what: Path(path) for what, path in given.items() if path is not None},
+        keypoints=None if keypoints is None else read_keypoints_file(keypoints),
+        parts=() if parts is None else read_parts_file(parts),
+        channels=channels,
+        sun_from_camera=_direction(sun_direction),
+        sun_from_target=_direction(sun_from_target),
+    )
+
+
+def _direction(given: Sequence[float] | None) -> tuple[float, ...] | None:
+    """At unit length."""
+    if given is None:
+        return None
+    length = float(np.linalg.norm(given))
+    if len(given) != 3 or not 0 < length < float("inf"):
+        found = f"{', '.join(f'{number:g}' for number in given)} is no direction to the Sun"
+        raise InputError(found, do="give three numbers X,Y,Z, not all zero")
+    return tuple(float(number) / length for number in given)

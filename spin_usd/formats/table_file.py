@@ -1,0 +1,118 @@
+"""Small tables that a user writes by hand: JSON, CSV or TOML, one row for each name.
+
+JSON and TOML: {name: [value, ...]} or {name: {column: value}}; JSON also [{key: name, column: value}, ...]. CSV: a line
+of headings, in any order.
+"""
+
+import csv
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.formats.json_file import read_json_file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """What a table is of: `key` heads its names, `required` and `optional` its other columns."""
+
+    key: str
+    required: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return self.required + self.optional
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """`where` it stands, for messages · `name` · `values` by column: those of a CSV file are text."""
+
+    where: str
+    name: str
+    values: Mapping[str, Any]
+
+
+def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:
+    """The rows of the file at `path`. Raises InputError that names the file and the row at fault."""
+    path = Path(path)
+    rows = tuple(_row(where, raw, table) for where, raw in _raw_rows(path, table))
+    if not rows:
+        raise InputError(f"holds no {table.key}", where=path, do=f"give at least one row: {_shape(table)}")
+    names = [row.name for row in rows]
+    for i, row in enumerate(rows):
+        if row.name in names[:i]:
+            raise InputError(f"names {row.name!r} a second time", where=row.where, do="keep one of them")
+    return rows
+
+
+def _raw_rows(path: Path, table: Table) -> Iterable[tuple[str, Any]]:
+    match path.suffix.lower():
+        case ".json":
+            return _structured(read_json_file(path), path, table)
+        case ".toml":
+            return _structured(_read_toml(path), path, table)
+        case ".csv":
+            return _read_csv(path)
+    raise InputError("is neither .json, .csv nor .toml", where=path, do="give one of those")
+
+
+def _structured(document: Any, path: Path, table: Table) -> Iterator[tuple[str, Any]]:
+    if isinstance(document, list):
+        yield from ((f"{path}, entry {i}", entry) for i, entry in enumerate(document))
+    elif isinstance(document, dict):
+        for name, entry in document.items():
+            if isinstance(entry, list) and len(table.required) <= len(entry) <= len(table.columns):
+                entry = dict(zip(table.columns, entry, strict=False))
+            yield f"{path}, {name!r}", {table.key: name, **entry} if isinstance(entry, dict) else entry
+    else:
+        raise InputError("holds no table", where=path, do=f"write {_shape(table)}")
+
+
+def _row(where: str, raw: Any, table: Table) -> Row:
+    known = (table.key, *table.columns)
+    if not isinstance(raw, dict):
+        raise InputError(f"is no row: {raw!r}", where=where, do=f"write {_shape(table)}")
+    if missing := [name for name in (table.key, *table.required) if raw.get(name) in (None, "")]:
+        raise InputError(f"has no {missing[0]!r}", where=where, do=f"give each row {', '.join(known)}")
+    if strange := [name for name in raw if name not in known]:
+        raise InputError(f"has {strange[0]!r}, which means nothing here", where=where, do=f"keep to {', '.join(known)}")
+    name = raw[table.key]
+    if not isinstance(name, str) or not name.isprintable() or name != name.strip():
+        raise InputError(
+            f"has the {table.key} {name!r}", where=where, do="give printable text without blanks around it"
+        )
+    values = {column: raw[column] for column in table.columns if raw.get(column) not in (None, "")}
+    return Row(where=where, name=name, values=values)
+
+
+def _shape(table: Table) -> str:
+    """What a row looks like in JSON."""
+    return f'{{"{table.key.upper()}": [{", ".join(table.columns)}], ...}}, or CSV with these as headings'
+
+
+def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
+    lines = csv.DictReader(_read_text(path).splitlines(), skipinitialspace=True, restkey="a further column")
+    for row in lines:
+        text = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
+        yield f"{path}, line {lines.line_num}", text
+
+
+def _read_toml(path: Path) -> Any:
+    try:
+        return tomllib.loads(_read_text(path))
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
+    except UnicodeDecodeError:
+        raise InputError("is not a text file", where=path, do="give a JSON, CSV or TOML file") from None

@@ -1,0 +1,25 @@
+"""Rules by which a user names the parts of a model: the first whose pattern matches counts."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartRule:
+    """pattern: of names, with *, ? and [...], capitals count · part: the part's name · class_name: None for the class
+    that it has already."""
+
+    pattern: str
+    part: str
+    class_name: str | None = None
+
+    def matches(self, names: Iterable[str]) -> bool:
+        """Whether one of the names is one that the pattern means."""
+        return any(fnmatchcase(name, self.pattern) for name in names)
+
+
+def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:
+    """The first of the `rules` that matches one of the names, if any does."""
+    known = tuple(names)
+    return next((rule for rule in rules if rule.matches(known)), None)
