@@ -11,7 +11,7 @@ from spin_usd.stage.attributes import array, refuse
 from spin_usd.stage.deformation import Deformation
 from spin_usd.stage.polygons import triangulate
 from spin_usd.stage.primvars import Corners, FoundPrimvar
-from spin_usd.stage.subdivided import subdivided
+from spin_usd.stage.subdivided import SCHEMES, subdivided
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
 
@@ -22,17 +22,17 @@ def read_mesh(
     What a skeleton does comes first, as in USD: it moves the points that are subdivided.
 
     Scheme none: normals as authored, else flat. Other schemes: see `subdivided`. Raises StageError for numbers that are
-    no mesh, UnsupportedError for scheme loop.
+    no mesh, UnsupportedError for a scheme that USD does not have.
     """
     mesh = UsdGeom.Mesh(prim)
     points, counts, indices = _checked_topology(mesh, time, deformation)
     scheme = mesh.GetSubdivisionSchemeAttr().Get()
     if scheme == UsdGeom.Tokens.none:
         triangles = _polygonal(mesh, time, points, counts, indices, primvars, deformation)
-    elif scheme in (UsdGeom.Tokens.catmullClark, UsdGeom.Tokens.bilinear):
+    elif scheme in SCHEMES:
         triangles = subdivided(mesh, time, points, counts, indices, primvars)
     else:
-        do = "use catmullClark, bilinear or none"
+        do = f"use {', '.join(SCHEMES)} or none"
         raise UnsupportedError(f"has subdivision scheme '{scheme}'", where=prim.GetPath(), do=do)
     triangles = _without_holes(mesh, time, triangles, len(counts)).with_area()
     if not len(triangles.corners):

@@ -8,14 +8,18 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.stage import subdivide
 from spin_usd.stage.attributes import array, refuse
+from spin_usd.stage.cage import INFINITE, all_sharp, cage, corner_normals, lonely_corners
+from spin_usd.stage.catmull_clark import CATMULL_CLARK
+from spin_usd.stage.loop import LOOP
 from spin_usd.stage.primvars import FoundPrimvar
 from spin_usd.stage.subdivided_primvars import rider
 from spin_usd.stage.triangles import Int, Triangles
 
-LEVELS = 2  # 16 quadrangles for one; their corners lie on the limit surface
+LEVELS = 2  # 16 quadrangles or triangles for one; their corners lie on the limit surface
 MAX_LEVELS = 4
+SCHEMES = {"catmullClark": CATMULL_CLARK, "bilinear": CATMULL_CLARK, "loop": LOOP}
+"""How USD's subdivision schemes are refined; bilinear as catmullClark with everything sharp."""
 
 
 def subdivided(
@@ -23,48 +27,56 @@ def subdivided(
 ) -> Triangles:
     """Triangles of a checked mesh with `primvars` at their corners; `source` is the authored face.
 
-    catmullClark: refined LEVELS times, more where a crease lasts longer, then moved to the limit surface. bilinear: the
-    same refinement with everything sharp. Authored normals do not count (as in USD). Raises UnsupportedError for
-    fractional creases, open boundaries (interpolateBoundary = none) and triangleSubdivisionRule = smooth.
+    catmullClark, loop: refined LEVELS times, more where a crease lasts longer, then moved to the limit surface.
+    bilinear: the same refinement with everything sharp. Authored normals do not count (as in USD). Raises
+    UnsupportedError for fractional creases, open boundaries (interpolateBoundary = none), triangleSubdivisionRule =
+    smooth, and loop on faces that are no triangles.
     """
-    where = mesh.GetPath()
-    bilinear = mesh.GetSubdivisionSchemeAttr().Get() == UsdGeom.Tokens.bilinear
-    boundary = str(mesh.GetInterpolateBoundaryAttr().Get(time))
-    if boundary == "none" and not bilinear:
-        do = "use edgeAndCorner or edgeOnly"
-        raise UnsupportedError("has interpolateBoundary = none", where=where, do=do)
-    if (counts == 3).any() and mesh.GetTriangleSubdivisionRuleAttr().Get(time) == UsdGeom.Tokens.smooth:
-        do = "use catmullClark"
-        raise UnsupportedError("has triangleSubdivisionRule = smooth", where=where, do=do)
+    name = str(mesh.GetSubdivisionSchemeAttr().Get())
+    scheme, bilinear = SCHEMES[name], name == "bilinear"
+    _check_scheme(mesh, time, name, counts)
     corners = _sharp_corners(mesh, time, len(points))
-    if boundary == "edgeAndCorner":
-        corners = np.maximum(corners, subdivide.lonely_corners(counts, indices, len(points)))
-    cage = subdivide.cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
+    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.edgeAndCorner:
+        corners = np.maximum(corners, lonely_corners(counts, indices, len(points)))
+    c = cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
     mode = str(mesh.GetFaceVaryingLinearInterpolationAttr().Get(time))
-    riders = [rider(primvar, cage, mode, bilinear=bilinear) for primvar in primvars]
-    worn = [s[s < subdivide.INFINITE].max(initial=0) for s in (cage.edge_sharpness, cage.point_sharpness)]
+    riders = [rider(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
+    worn = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
     for _ in range(max(LEVELS, int(max(worn)))):
-        if bilinear:
-            cage = subdivide.all_sharp(cage)
-        cage = subdivide.refine(cage)
+        c = scheme.refine(all_sharp(c) if bilinear else c)
         riders = [each.refined() for each in riders]
-    limit = cage.points if bilinear else subdivide.limit(cage)
-    quads = cage.indices.reshape(-1, 4)
-    normals = subdivide.corner_normals(subdivide.all_sharp(cage) if bilinear else cage, limit)
+    limit = c.points if bilinear else scheme.limit(c)
+    normals = corner_normals(all_sharp(c) if bilinear else c, limit)
     turned = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     return Triangles(
         points=limit,
-        corners=_halved(quads),
-        normals=_halved(-normals if turned else normals),
-        source=np.repeat(cage.source, 2),
-        primvars={each.name: _halved(each.corners()) for each in riders},
+        corners=_cut(c.indices.reshape(-1, scheme.corners)),
+        normals=_cut(-normals if turned else normals),
+        source=np.repeat(c.source, scheme.corners - 2),
+        primvars={each.name: _cut(each.corners()) for each in riders},
     )
 
 
-def _halved(quads: Any) -> Any:
-    """(2 F, 3, ...) of (F, 4, ...): each quadrangle as two triangles."""
-    halves = quads[:, [[0, 1, 2], [0, 2, 3]]]
-    return halves.reshape(-1, 3, *quads.shape[2:])
+def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: Int) -> None:
+    where = mesh.GetPath()
+    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.none and scheme != "bilinear":
+        do = "use edgeAndCorner or edgeOnly"
+        raise UnsupportedError("has interpolateBoundary = none", where=where, do=do)
+    if scheme == "loop" and (counts != 3).any():
+        found = f"has subdivision scheme loop and a face of {counts[counts != 3][0]} corners"
+        raise UnsupportedError(found, where=where, do="triangulate it")
+    smooth = mesh.GetTriangleSubdivisionRuleAttr().Get(time) == UsdGeom.Tokens.smooth  # what loop does anyway
+    if scheme != "loop" and smooth and (counts == 3).any():
+        do = "use catmullClark"
+        raise UnsupportedError("has triangleSubdivisionRule = smooth", where=where, do=do)
+
+
+def _cut(faces: Any) -> Any:
+    """(2 F, 3, ...) of (F, 4, ...): each quadrangle as two triangles; triangles (F, 3, ...) as they are."""
+    if faces.shape[1] == 3:
+        return faces
+    halves = faces[:, [[0, 1, 2], [0, 2, 3]]]
+    return halves.reshape(-1, 3, *faces.shape[2:])
 
 
 def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[int, int], float]:
@@ -101,8 +113,8 @@ def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float
 
 def _whole(sharpness: Float, name: str, where: Any) -> Float:
     """Whole numbers up to MAX_LEVELS, or infinitely sharp."""
-    ok = (sharpness >= subdivide.INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
+    ok = (sharpness >= INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
     if not (ok & np.isfinite(sharpness)).all():
-        do = f"use whole numbers up to {MAX_LEVELS}, or {subdivide.INFINITE:g} for a sharp edge"
+        do = f"use whole numbers up to {MAX_LEVELS}, or {INFINITE:g} for a sharp edge"
         raise UnsupportedError(f"has {name} such as {sharpness[~ok][:1]}", where=where, do=do)
     return np.maximum(sharpness, 0)

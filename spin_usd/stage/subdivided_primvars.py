@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
+from spin_usd.stage.cage import INFINITE, Cage, Scheme, all_sharp, cage
 from spin_usd.stage.primvars import FoundPrimvar, check_count
-from spin_usd.stage.subdivide import INFINITE, Cage, all_sharp, cage, limit, refine
 from spin_usd.stage.triangles import Int
 
 MODES = ("none", "cornersOnly", "cornersPlus1", "cornersPlus2", "boundaries", "all")
@@ -25,18 +25,18 @@ class Rider:
 
     name: str
     cage: Cage
+    scheme: Scheme
     linear: bool
 
     def refined(self) -> "Rider":
-        return replace(self, cage=refine(all_sharp(self.cage) if self.linear else self.cage))
+        return replace(self, cage=self.scheme.refine(all_sharp(self.cage) if self.linear else self.cage))
 
     def corners(self) -> Float:
-        """(F, 4, C) on the limit surface, of a cage of quadrangles."""
-        values = self.cage.points if self.linear else limit(self.cage)
-        return np.asarray(values[self.cage.indices].reshape(-1, 4, values.shape[1]))
+        """(F, n, C) on the limit surface, of a refined cage."""
+        return self.cage.at_corners(self.cage.points if self.linear else self.scheme.limit(self.cage))
 
 
-def rider(primvar: FoundPrimvar, points: Cage, mode: str, *, bilinear: bool) -> Rider:
+def rider(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bilinear: bool) -> Rider:
     """The cage of a primvar's values beside that of the points. Raises StageError for a wrong count of values,
     UnsupportedError for a mode that USD does not have."""
     if mode not in MODES:
@@ -52,7 +52,7 @@ def rider(primvar: FoundPrimvar, points: Cage, mode: str, *, bilinear: bool) -> 
         element = corners.get(kind, np.arange(len(points.indices)))
         own = _face_varying(points, primvar.indices[element], primvar.values, mode)
     linear = bilinear or kind in ("varying", "constant", "uniform") or (kind == "faceVarying" and mode == "all")
-    return Rider(name=primvar.name, cage=own, linear=linear)
+    return Rider(name=primvar.name, cage=own, scheme=scheme, linear=linear)
 
 
 def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:

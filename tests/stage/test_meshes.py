@@ -182,7 +182,7 @@ def test_numbers_that_are_no_mesh(saying):
 @pytest.mark.parametrize(
     ("scheme", "attributes", "saying"),
     [
-        ("loop", {}, "subdivision scheme 'loop'"),
+        ("loop", {}, "subdivision scheme loop and a face of 4 corners; triangulate it"),
         ("catmullClark", {"interpolateBoundary": "none"}, "interpolateBoundary"),
         (
             "catmullClark",

@@ -6,7 +6,8 @@ import trimesh
 from pxr import Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
-from spin_usd.stage import subdivide
+from spin_usd.stage import cage as cages
+from spin_usd.stage import catmull_clark
 from spin_usd.stage.meshes import read_mesh
 
 ROUNDING = 1e-12
@@ -20,12 +21,12 @@ CUBE_EDGES = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).co
 
 
 def cage(points, counts, indices, creases=None, corners=None):
-    return subdivide.cage(points, counts, indices, creases or {}, np.zeros(len(points)) if corners is None else corners)
+    return cages.cage(points, counts, indices, creases or {}, np.zeros(len(points)) if corners is None else corners)
 
 
 def refined(c, levels):
     for _ in range(levels):
-        c = subdivide.refine(c)
+        c = catmull_clark.refine(c)
     return c
 
 
@@ -49,7 +50,7 @@ def bspline(points, n, u, v):
 def test_inside_a_grid_the_limit_is_the_bicubic_b_spline():
     points, counts, indices = grid(6)
     c = refined(cage(points, counts, indices), 2)
-    limit = subdivide.limit(c)
+    limit = catmull_clark.limit(c)
 
     inside = (limit[:, :2] >= 1.5).all(1) & (limit[:, :2] <= 4.5).all(1)
     assert inside.sum() > 100
@@ -58,11 +59,11 @@ def test_inside_a_grid_the_limit_is_the_bicubic_b_spline():
 
 
 def test_the_limit_does_not_depend_on_the_level_it_is_taken_from():
-    ring = dict.fromkeys([(0, 1), (1, 3), (2, 3), (0, 2)], subdivide.INFINITE)
+    ring = dict.fromkeys([(0, 1), (1, 3), (2, 3), (0, 2)], cages.INFINITE)
     for creases in ({}, ring):
         once, thrice = refined(cage(*CUBE, creases), 1), refined(cage(*CUBE, creases), 3)
         # Points keep their numbers from level to level: the first of the third level are those of the first.
-        a, b = subdivide.limit(once), subdivide.limit(thrice)[: len(once.points)]
+        a, b = catmull_clark.limit(once), catmull_clark.limit(thrice)[: len(once.points)]
         np.testing.assert_allclose(a, b, atol=ROUNDING)
 
 
@@ -70,23 +71,23 @@ def test_affine_invariance():
     rng = np.random.default_rng(3)
     linear, shift = rng.normal(size=(3, 3)), rng.normal(size=3)
     points, counts, indices = CUBE
-    a = subdivide.limit(refined(cage(points, counts, indices), 2)) @ linear + shift
-    b = subdivide.limit(refined(cage(points @ linear + shift, counts, indices), 2))
+    a = catmull_clark.limit(refined(cage(points, counts, indices), 2)) @ linear + shift
+    b = catmull_clark.limit(refined(cage(points @ linear + shift, counts, indices), 2))
     np.testing.assert_allclose(a, b, atol=ROUNDING)
 
 
 def test_a_cubes_corner_goes_where_the_valence_rule_says():
     """(n^2 v + 4 sum of neighbours + sum of the quads' far corners) / (n (n + 5)) with n = 3 on the first level."""
-    points = subdivide.limit(refined(cage(*CUBE), 1))
+    points = catmull_clark.limit(refined(cage(*CUBE), 1))
     # First level: corner 5/9 (1, 1, 1); neighbours (3/4, 3/4, 0) and so on; far corners (1, 0, 0) and so on.
     expected = (9 * 5 / 9 + 4 * 2 * 3 / 4 + 1) / 24
     np.testing.assert_allclose(abs(points[:8]), np.full((8, 3), expected), atol=ROUNDING)
 
 
 def test_everything_sharp_keeps_the_shape():
-    creases = dict.fromkeys(CUBE_EDGES, subdivide.INFINITE)
+    creases = dict.fromkeys(CUBE_EDGES, cages.INFINITE)
     c = refined(cage(*CUBE, creases), 2)
-    mesh = trimesh.Trimesh(subdivide.limit(c), c.indices.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
+    mesh = trimesh.Trimesh(catmull_clark.limit(c), c.indices.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(8)
 
@@ -96,22 +97,22 @@ def test_a_sharpness_of_one_lasts_one_step():
     once = refined(cage(*CUBE, creases), 1)
     assert not once.edge_sharpness.any()
     np.testing.assert_allclose(abs(once.points).max(1), 1)  # after one sharp step it is still the cube
-    smooth = subdivide.limit(refined(cage(once.points, once.counts, once.indices), 1))
-    np.testing.assert_allclose(subdivide.limit(refined(cage(*CUBE, creases), 2)), smooth, atol=ROUNDING)
+    smooth = catmull_clark.limit(refined(cage(once.points, once.counts, once.indices), 1))
+    np.testing.assert_allclose(catmull_clark.limit(refined(cage(*CUBE, creases), 2)), smooth, atol=ROUNDING)
 
 
 def test_a_sharpness_of_two_lasts_two_steps():
     once = refined(cage(*CUBE, dict.fromkeys(CUBE_EDGES, 2.0)), 1)
     assert set(once.edge_sharpness) == {0.0, 1.0}
-    twice = subdivide.refine(once)
+    twice = catmull_clark.refine(once)
     assert not twice.edge_sharpness.any()
     np.testing.assert_allclose(abs(twice.points).max(1), 1)
 
 
 def test_a_boundary_is_a_cubic_b_spline_curve_and_its_corners_stay():
     points, counts, indices = grid(4)
-    corners = subdivide.lonely_corners(counts, indices, len(points))
-    limit = subdivide.limit(refined(cage(points, counts, indices, corners=corners), 2))
+    corners = cages.lonely_corners(counts, indices, len(points))
+    limit = catmull_clark.limit(refined(cage(points, counts, indices, corners=corners), 2))
     np.testing.assert_allclose(limit[[0, 4, 20, 24]], points[[0, 4, 20, 24]])
     side = points[:5]
     np.testing.assert_allclose(limit[2], (side[1] + 4 * side[2] + side[3]) / 6, atol=ROUNDING)
@@ -123,7 +124,7 @@ def test_any_polygon_gives_quadrangles_and_a_closed_surface():
     counts, indices = np.array([len(f) for f in faces]), np.concatenate(faces)
     c = refined(cage(prism, counts, indices), 2)
     assert (np.bincount(c.source) == counts * 4).all()
-    mesh = trimesh.Trimesh(subdivide.limit(c), c.indices.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
+    mesh = trimesh.Trimesh(catmull_clark.limit(c), c.indices.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
     assert mesh.is_watertight
     assert 0 < mesh.volume < trimesh.convex.convex_hull(prism).volume
 
