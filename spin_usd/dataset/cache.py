@@ -56,14 +56,14 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
-    """The cache in the folder `root`, for results of the software with these `versions` (`versions_digest`)."""
+    """The cache in the folder `root`, for results of the software with these `versions`, names and numbers."""
 
     root: Path
-    versions: str
+    versions: Mapping[str, str]
 
     def find(self, kind: str, key: str) -> Entry | None:
         """The file of that kind and key, every byte verified; damaged ones are removed."""
-        for entry in _entries_in(self.root / kind / key[:2], kind, f"{key}.{self.versions}."):
+        for entry in _entries_in(self.root / kind / key[:2], kind, f"{key}.{made_by(self.versions, kind)}."):
             if entry.whole:
                 return entry
             with suppress(OSError):
@@ -72,18 +72,20 @@ class Cache:
 
     def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> Entry:
         """The file that `write` fills, kept from now on. Raises as write_atomically does."""
-        purpose = Purpose(kind=kind, key=key, versions=self.versions)
+        purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
 
         def place(sha256: str) -> Path:
-            return self.root / kind / key[:2] / f"{key}.{self.versions}.{sha256}{suffix}"
+            return self.root / kind / key[:2] / f"{key}.{purpose.versions}.{sha256}{suffix}"
 
         sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, place=place)
         return Entry(purpose=purpose, sha256=sha256, path=place(sha256))
 
 
-def versions_digest(versions: Mapping[str, str]) -> str:
-    """What stands in the names of files that software of these versions made."""
-    return digest(dict(versions))[:VERSION_DIGITS]
+def made_by(versions: Mapping[str, str], kind: str) -> str:
+    """What stands in the names of files of that `kind` that software of these versions made: of labels also how they
+    are written, for the same surface in other channels is another file."""
+    written = [LABELS[kind].channels.header(kind)] if kind in LABELS else []
+    return digest(dict(versions), *written)[:VERSION_DIGITS]
 
 
 def entries(store: Store) -> Iterator[Entry]:
@@ -104,11 +106,9 @@ def held_keys(store: Store) -> dict[str, set[str]]:
 def uses(record: Mapping[str, Any]) -> set[Purpose]:
     """What a picture with this `record` (record-1) was, or could have been, made from."""
     provenance, kinds = record["provenance"], set(record["files"])
-    versions, keys = versions_digest(provenance["versions"]), provenance["keys"]
-    used = {Purpose(kind=kind, key=keys["geometry"], versions=versions) for kind in kinds & set(LABELS)}
-    if kinds & {IMAGE, RADIANCE}:
-        used.add(Purpose(kind=RENDERS, key=keys["radiance"], versions=versions))
-    return used
+    of = dict.fromkeys(kinds & set(LABELS), "geometry") | ({RENDERS: "radiance"} if kinds & {IMAGE, RADIANCE} else {})
+    keys, versions = provenance["keys"], provenance["versions"]
+    return {Purpose(kind=kind, key=keys[of[kind]], versions=made_by(versions, kind)) for kind in of}
 
 
 def used(store: Store) -> set[Purpose]:

@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from typing import Any
 
-from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
 from spin_usd.labels.label import LABELS
 
 MEANINGS = {
-    IMAGE: "what the sensor wrote",
-    RADIANCE: "the target's linear radiance R, G, B, W/m2/sr, and the share of the pixel it covers, A; float32",
-    **{name: label.meaning for name, label in LABELS.items()},
+    IMAGE: IMAGE_MEANING,
+    RADIANCE: RADIANCE_CHANNELS.meaning,
+    **{name: label.channels.meaning for name, label in LABELS.items()},
 }
 
 

@@ -1,7 +1,7 @@
 """One scene to the arrays of one picture: the sentences that the other packages are the words of."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,18 +12,34 @@ from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
 from spin_usd.render.reduced import enlarged, reduced
 from spin_usd.render.renderer import Renderer
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.light_groups import UnitLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.surface import visible_surface
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import metered
 
 IMAGE = "image"
 RADIANCE = "radiance"
-RADIANCE_CHANNELS = ("R", "G", "B", "A")
-IMAGE_CHANNELS = {"mono": ("Y",), "rgb": ("R", "G", "B")}
+COLOURS = {"R": "red", "G": "green", "B": "blue"}
+RADIANCE_CHANNELS = Channels(
+    meaning="the target's linear radiance R, G, B, W/m2/sr, and the share of the pixel it covers, A; float32",
+    dtype="float32",
+    holds={**COLOURS, "A": "coverage"},
+    unit="W/m2/sr",
+    encoding="linear",
+)
+IMAGE_CHANNELS = {"mono": {"Y": "grey"}, "rgb": COLOURS}
+LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
+    IMAGE: tuple(IMAGE_CHANNELS.values()),
+    RADIANCE: (RADIANCE_CHANNELS.holds,),
+    **{name: (label.channels.holds,) for name, label in LABELS.items()},
+}
+"""What the channels of each kind of file can be."""
+IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
 KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAUTY_PASS = "label pass", "beauty pass"
 PASSES = (LABEL_PASS, BEAUTY_PASS)  # the kinds of work that a renderer does
@@ -44,8 +60,8 @@ class Stopwatch:
         self.seconds[work] = self.seconds.get(work, 0.0) + self.clock() - start
 
 
-Made = tuple[str, NDArray[Any], tuple[str, ...]]
-"""Kind of file, array of the whole frame, and channel names."""
+Made = tuple[str, NDArray[Any], Channels]
+"""Kind of file, array of the whole frame, and what its channels are."""
 
 
 def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch) -> Iterator[Made]:
@@ -89,9 +105,20 @@ def make_image(
             image = develop(scene, radiance, behind, seed=seed)
             if scene.sensor.auto_exposure is not None:
                 notes["auto_exposure"] = metered(scene.sensor, radiance)
-        yield IMAGE, image, IMAGE_CHANNELS[scene.sensor.channels]
+        yield IMAGE, image, image_channels(scene.sensor)
     if RADIANCE in kinds:
         yield RADIANCE, _full_frame(radiance, scene.camera.frame.shape), RADIANCE_CHANNELS
+
+
+def image_channels(sensor: Sensor) -> Channels:
+    """Those of the image that `sensor` writes."""
+    return Channels(
+        meaning=IMAGE_MEANING,
+        dtype=f"uint{sensor.bit_depth}",
+        holds=IMAGE_CHANNELS[sensor.channels],
+        encoding=sensor.encoding,
+        gamma=sensor.gamma if sensor.encoding == "gamma" else None,
+    )
 
 
 def _full_frame(radiance: Radiance, shape: tuple[int, int]) -> NDArray[np.float32]:

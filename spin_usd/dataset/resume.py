@@ -7,7 +7,7 @@ from os.path import isfile
 from typing import Any
 
 from spin_usd.dataset.job import PlannedPicture
-from spin_usd.dataset.picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.picture import IMAGE, KINDS, LAYOUTS, RADIANCE
 from spin_usd.dataset.store import Store, write_json
 from spin_usd.dataset.supervise import Task
 
@@ -21,7 +21,8 @@ class Wanted:
 
 
 def remaining(store: Store, picture: PlannedPicture, wanted: Wanted, stage: Mapping[str, Any]) -> Task | None:
-    """The task of making the picture, or None when its record has the same keys and all files are there.
+    """The task of making the picture, or None when its record has the same keys and all files are there, in the
+    channels that they are written in today.
 
     A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
     state of the stage, has its record say that `stage` (the record's own block) makes it too.
@@ -29,7 +30,7 @@ def remaining(store: Store, picture: PlannedPicture, wanted: Wanted, stage: Mapp
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     kinds = tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
-    if not (had and _same_content(record, picture, had) and _complete(store, had, wanted)):
+    if not _is_finished(store, record, had, picture, wanted):
         return Task(picture=picture, kinds=kinds)
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
@@ -42,7 +43,16 @@ def is_finished(store: Store, picture: PlannedPicture, wanted: Wanted) -> bool:
     """Whether `remaining` would give no task; writes nothing."""
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
-    return bool(had) and _same_content(record, picture, had) and _complete(store, had, wanted)
+    return _is_finished(store, record, had, picture, wanted)
+
+
+def _is_finished(
+    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: Wanted
+) -> bool:
+    """Whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
+    return (
+        bool(had) and _same_content(record, picture, had) and _same_channels(record) and _complete(store, had, wanted)
+    )
 
 
 def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
@@ -73,6 +83,11 @@ def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mappi
         return all(keys[key] == picture.keys[key] for key in decisive)
     except (KeyError, TypeError):
         return False
+
+
+def _same_channels(record: Mapping[str, Any]) -> bool:
+    """Whether the files are in the channels that they would be written in today."""
+    return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
 
 
 def _complete(store: Store, had: Mapping[str, str], wanted: Wanted) -> bool:

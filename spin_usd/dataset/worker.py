@@ -1,6 +1,6 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -10,7 +10,7 @@ from typing import Any
 import psutil
 from numpy.typing import NDArray
 
-from spin_usd.dataset.cache import RENDERS, Cache, Entry, versions_digest
+from spin_usd.dataset.cache import RENDERS, Cache, Entry
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_image, make_labels, render_in
 from spin_usd.dataset.plan import stage_provenance
@@ -24,6 +24,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.keys import KeyMaker, picture_seed, render_seed
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
@@ -43,7 +44,7 @@ class Worker:
         self.store = Store(root=Path(self.job.root))
         self.renderer = open_renderer(self.job.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
-        self.cache = Cache(root=self.store.cache, versions=versions_digest(self.versions))
+        self.cache = Cache(root=self.store.cache, versions=self.versions)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.job.settings)
 
@@ -70,10 +71,10 @@ class Worker:
         memory = psutil.Process().memory_info().rss
         return {"seconds": watch.seconds, "memory": memory, "passes": making.passes}
 
-    def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, str]]:
+    def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
-        writing: dict[str, Future[dict[str, str]]] = {}
+        writing: dict[str, Future[dict[str, Any]]] = {}
         try:
             with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
                 self._labels(making, writers, writing)
@@ -87,7 +88,7 @@ class Worker:
                     (self.store.root / written.result()["path"]).unlink(missing_ok=True)
             raise
 
-    def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, str]]]) -> None:
+    def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
         """The labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in making.kinds]
         key = making.keys["geometry"]
@@ -106,7 +107,7 @@ class Worker:
         self,
         making: "_Making",
         writers: Executor,
-        writing: dict[str, Future[dict[str, str]]],
+        writing: dict[str, Future[dict[str, Any]]],
         *,
         keep_render: bool,
     ) -> Future[Any]:
@@ -134,24 +135,22 @@ class Worker:
         entry = self.cache.find(RENDERS, key)
         return read_render(entry.path, scene.picture_region, groups=groups) if entry else None
 
-    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: tuple[str, ...]) -> dict[str, str]:
+    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one file; returns its entry in the record."""
         path = self._path(scene, kind)
-        digest = write_atomically(path, partial(write_image, array=array, channels=channels))
-        return {"path": self.store.relative(path), "sha256": digest}
+        digest = write_atomically(path, _writing(kind, array, channels))
+        return {"path": self.store.relative(path), "sha256": digest, **channels.described}
 
-    def _label(
-        self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: tuple[str, ...]
-    ) -> dict[str, str]:
+    def _label(self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one label into the cache and link it; returns its entry in the record."""
-        write = partial(write_image, array=array, channels=channels)
-        return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, write))
+        return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, _writing(kind, array, channels)))
 
-    def _link(self, scene: Scene, cached: Entry) -> dict[str, str]:
+    def _link(self, scene: Scene, cached: Entry) -> dict[str, Any]:
         """Link one label; returns its entry in the record."""
-        path = self._path(scene, cached.purpose.kind)
+        kind = cached.purpose.kind
+        path = self._path(scene, kind)
         link_atomically(path, cached.path)
-        return {"path": self.store.relative(path), "sha256": cached.sha256}
+        return {"path": self.store.relative(path), "sha256": cached.sha256, **LABELS[kind].channels.described}
 
     def _path(self, scene: Scene, kind: str) -> Path:
         suffix = suffix_of(kind, self.job.image_suffix)
@@ -186,6 +185,11 @@ class _Making:
     watch: Stopwatch
     passes: dict[str, str] = field(default_factory=dict)
     notes: dict[str, float] = field(default_factory=dict)
+
+
+def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
+    """What writes a file of that `kind`."""
+    return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
 
 
 def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:

@@ -5,6 +5,7 @@ constants are used); EXR carries the time of writing (set to a constant); `write
 a full disk (each file is decoded again and compared), and for JPEG the process ends there (Pillow writes those).
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,26 +34,31 @@ oiio.attribute("threads", 1)  # a worker has one processor
 oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 is none
 
 
-def write_image(path: Path, array: Image, *, channels: tuple[str, ...]) -> None:
+def write_image(
+    path: Path, array: Image, *, channels: tuple[str, ...], header: Mapping[str, str] | None = None
+) -> None:
     """Write `array`, (H, W) or (H, W, C), with one name for each channel, and decode it again.
 
-    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy). Only .exr keeps the names; the others have 1 or 3
-    channels. Raises UnsupportedError for another kind, OutputError when the file did not come out whole.
+    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy). Only .exr keeps the names, and `header`: attributes by
+    name, such as "spin:unit"; the others have 1 or 3 channels. Raises UnsupportedError for another kind, OutputError
+    when the file did not come out whole.
     """
     pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
     _check_kind(path, pixels, channels)
     if path.suffix == ".jpg":
         _write_jpeg(path, pixels)
     else:
-        _write(path, pixels, channels)
+        _write(path, pixels, channels, header or {})
     _check_written(path, pixels, channels)
 
 
-def _write(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
+def _write(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping[str, str]) -> None:
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], TYPES[pixels.dtype.name])
+    attributes = {**ATTRIBUTES[path.suffix], **CONSTANTS}
     if path.suffix == ".exr":
         spec.channelnames = channels
-    for name, value in {**ATTRIBUTES[path.suffix], **CONSTANTS}.items():
+        attributes |= header
+    for name, value in attributes.items():
         spec.attribute(name, value)
     output = oiio.ImageOutput.create(str(path))
     if output is None or not output.open(str(path), spec):

@@ -9,19 +9,23 @@ from numpy.typing import NDArray
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
 from spin_usd.labels.segmentation import segmentation
+from spin_usd.scene.channels import Channels
 from spin_usd.scene.surface import Surface
 
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
     """A kind of ground truth of the whole frame. `make(surface, (H, W))` gives (H, W), or (H, W, C) when there are
-    several `channels`; `suffix` is its image file's extension; `meaning` says what its numbers are."""
+    several `channels`; `suffix` is its image file's extension.
+
+    Channels are called Y, or R, G and B, whatever they hold: OpenCV's reader of EXR knows no others and gives zeros for
+    them, without a word.
+    """
 
     name: str
     make: Callable[[Surface, tuple[int, int]], NDArray[Any]]
-    channels: tuple[str, ...]
+    channels: Channels
     suffix: str
-    meaning: str
 
 
 LABELS = {
@@ -30,23 +34,33 @@ LABELS = {
         Label(
             name="depth",
             make=depth,
-            channels=("Z",),
+            channels=Channels(
+                meaning="planar z in the camera's frame, metres: one float32 channel, Y; 0 = nothing",
+                dtype="float32",
+                holds={"Y": "z"},
+                unit="m",
+                frame="cam",
+            ),
             suffix=".exr",
-            meaning="planar z in the camera's frame, metres, float32; 0 = nothing",
         ),
         Label(
             name="segmentation",
             make=segmentation,
-            channels=("Y",),
+            channels=Channels(meaning="part id, 16-bit; 0 = nothing", dtype="uint16", holds={"Y": "part id"}),
             suffix=".png",
-            meaning="part id, 16-bit; 0 = nothing",
         ),
         Label(
             name="dense_pose",
             make=dense_pose,
-            channels=("X", "Y", "Z"),
+            channels=Channels(
+                meaning="the surface point in the target's body frame, x, y, z in metres: float32 channels R, G, B; "
+                "0 = nothing",
+                dtype="float32",
+                holds={"R": "x", "G": "y", "B": "z"},
+                unit="m",
+                frame="body",
+            ),
             suffix=".exr",
-            meaning="the surface point in the target's body frame, metres, float32; 0 = nothing",
         ),
     )
 }

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, UsdUtils
+from pxr import Sdf, Tf
 
 from spin_usd.errors import StageError
 from spin_usd.stage.layer import reason
+from spin_usd.stage.named_assets import named_assets, opened_assets
 
 LAYERS = (".usd", ".usda", ".usdc")
 EXTENSIONS = (*LAYERS, ".usdz")
@@ -88,7 +89,7 @@ def _check_file(file: Path) -> None:
 
 
 def _named_by(file: Path) -> list[str]:
-    """Every asset path authored in a layer; none for other files, and for packages, which hold their own files."""
+    """Every asset path that a layer opens; none for other files, and for packages, which hold their own files."""
     suffix = file.suffix.lower()
     if suffix not in EXTENSIONS:
         return []
@@ -101,7 +102,8 @@ def _named_by(file: Path) -> list[str]:
         if layer.timeCodesPerSecond <= 0:  # USD lists the time samples of such a stage for ever
             found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
             raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
-        return [name for kind in UsdUtils.ExtractExternalReferences(str(file)) for name in kind]
+        names = named_assets(str(file))
+        return names if all((file.parent / name).is_file() for name in names) else opened_assets(str(file), names)
     except Tf.ErrorException as error:
         raise parse_failure(error, file) from None
 
@@ -127,10 +129,11 @@ def _check_package(file: Path) -> None:
     for name in package.GetFileNames() if package else []:
         if Path(name).suffix.lower() not in LAYERS:
             continue
-        for named in (n for kind in UsdUtils.ExtractExternalReferences(f"{file}[{name}]") for n in kind):
-            if os.path.isabs(named) or SCHEME.match(named) or ".." in Path(named).parts:
-                do = "name only files within the package"
-                raise StageError(f"refers to @{named}@, outside its package", where=f"{file}[{name}]", do=do)
+        layer = f"{file}[{name}]"
+        outside = [n for n in named_assets(layer) if os.path.isabs(n) or SCHEME.match(n) or ".." in Path(n).parts]
+        for named in opened_assets(layer, outside) if outside else []:
+            do = "name only files within the package"
+            raise StageError(f"refers to @{named}@, outside its package", where=layer, do=do)
 
 
 def _locate(named: str, layer: Path, folder: Path) -> list[Path]:

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Iterator
 
-from pxr import Ar, Sdf, Usd, UsdUtils
+from pxr import Ar, Sdf, Usd
 
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
+from spin_usd.stage.named_assets import named_assets, opened_assets
 
 ALWAYS = ("upAxis", "metersPerUnit")
 OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
@@ -53,8 +54,9 @@ def _time(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
 
 def _paths(layer: Sdf.Layer) -> Iterator[Finding]:
     """That they stay in the stage's folder is sure: a stage where one leaves it is not opened."""
-    for path in sorted({text for kind in UsdUtils.ExtractExternalReferences(layer.realPath) for text in kind}):
-        if not path.startswith(("./", "../")):
+    loose = sorted({path for path in named_assets(layer.realPath) if not path.startswith(("./", "../"))})
+    if loose:
+        for path in opened_assets(layer.realPath, loose):
             yield Finding(
                 code="path-not-anchored",
                 where=layer.identifier,

@@ -8,6 +8,7 @@ from pxr import Ar, Usd, UsdUtils
 from spin_usd.arrays import digest
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.assets import udim_files
+from spin_usd.stage.flattened import flattened_text
 
 AUGMENTATION = "augmentation"
 
@@ -25,7 +26,7 @@ def stage_hash(stage: Usd.Stage) -> str:
     """
     flat = stage.Flatten(addSourceFileComment=False)
     UsdUtils.ModifyAssetPaths(flat, lambda path: f"sha256:{asset_sha256(path)}" if path else path)
-    return digest([selected_variant(stage), flat.ExportToString()])
+    return digest([selected_variant(stage), flattened_text(flat)])
 
 
 def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:

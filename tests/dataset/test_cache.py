@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import TEMPORARY, Store
 from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.labels.label import LABELS
 from spin_usd.scene.effort import Effort
 
 VARIANTS = ("nominal", "dim", "starry", "matt", "wide", "noisy")
@@ -296,9 +298,20 @@ def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd)
 def test_a_file_of_other_software_is_not_served(whole):
     entry = next(entries(Store(root=whole)))
     purpose = entry.purpose
-    own, other = (Cache(root=whole / "cache", versions=versions) for versions in (purpose.versions, "0" * 8))
+    versions = next(iter(records(whole).values()))["provenance"]["versions"]
+    own, other = (Cache(root=whole / "cache", versions=found) for found in (versions, versions | {"spin_usd": "0"}))
     assert own.find(purpose.kind, purpose.key) == entry
     assert other.find(purpose.kind, purpose.key) is None
+
+
+def test_a_label_in_other_channels_is_not_served(whole, monkeypatch):
+    entry = next(entry for entry in entries(Store(root=whole)) if entry.purpose.kind == "depth")
+    versions = next(iter(records(whole).values()))["provenance"]["versions"]
+    cache = Cache(root=whole / "cache", versions=versions)
+    assert cache.find("depth", entry.purpose.key) == entry
+    depth = LABELS["depth"]
+    monkeypatch.setitem(LABELS, "depth", replace(depth, channels=replace(depth.channels, holds={"Z": "z"})))
+    assert cache.find("depth", entry.purpose.key) is None
 
 
 def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd):

@@ -133,6 +133,18 @@ def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
     assert digests(dataset) == before
 
 
+def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dataset):
+    before = digests(dataset)
+    path = dataset / "records" / "nominal" / "img000001.json"
+    record = json.loads(path.read_text())
+    record["files"]["depth"]["channels"] = {"Z": "z"}
+    path.write_text(json.dumps(record))
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (1, 3)
+    assert read_json(path, "record-1")["files"]["depth"]["channels"] == {"Y": "z"}
+    assert digests(dataset) == before
+
+
 def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset):
     before = digests(dataset)
     assert make(small_stage, dataset, frames="0:2", effort=Effort(samples=SAMPLES + 1)).made == 2

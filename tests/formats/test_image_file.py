@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as hnp
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.labels.label import LABELS
 
 RGB, XYZ, GREY, Z = ("R", "G", "B"), ("X", "Y", "Z"), ("Y",), ("Z",)
 SPECIAL = [0.0, -0.0, 1e-45, -1e38, np.inf, -np.inf, np.nan, 1e7 + 1, 1 / 3]
@@ -73,6 +74,16 @@ def test_exr_is_what_its_header_says(tmp_path):
     assert tuple(spec.channelnames) == XYZ
     assert spec.format == oiio.FLOAT
     assert spec.get_string_attribute("compression") == "zip"
+
+
+def test_the_header_of_an_exr_says_what_its_numbers_are(tmp_path):
+    channels = LABELS["dense_pose"].channels
+    array = np.random.default_rng(0).normal(size=(5, 4, 3)).astype(np.float32)
+    write_image(tmp_path / "a.exr", array, channels=channels.names, header=channels.header("dense_pose"))
+    spec = oiio.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    said = {"spin:kind": "dense_pose", "spin:unit": "m", "spin:frame": "body", "ImageDescription": channels.meaning}
+    said |= {"spin:channel:R": "x", "spin:channel:G": "y", "spin:channel:B": "z"}
+    assert {name: spec.get_string_attribute(name) for name in said} == said
 
 
 def test_channels_keep_their_names_in_any_order(tmp_path):

@@ -29,9 +29,9 @@ def test_shapes_and_types_are_the_contracts(labelled):
     s, _, labels = labelled
     kinds = {"depth": np.float32, "segmentation": np.uint16, "dense_pose": np.float32}
     for name, label in LABELS.items():
-        channels = () if len(label.channels) == 1 else (len(label.channels),)
+        channels = () if len(label.channels.names) == 1 else (len(label.channels.names),)
         assert labels[name].shape == (*s.camera.frame.shape, *channels)
-        assert labels[name].dtype == kinds[name]
+        assert labels[name].dtype == np.dtype(label.channels.dtype) == kinds[name]
 
 
 def test_all_cover_the_same_pixels(labelled):

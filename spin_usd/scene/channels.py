@@ -1,0 +1,41 @@
+"""What the channels of an image file hold, so that its reader need not be told."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channels:
+    """The numbers of an image file.
+
+    meaning: a phrase that says all · dtype: their type, as numpy names it · holds: what each channel holds, by its name
+    in the file, in order · unit: of the numbers, "" where they have none · frame: the axes of coordinates, "cam" or
+    "body", "" where there are none · encoding: the transfer curve of light to them, as Sensor has it, "" for a label ·
+    gamma: that of the encoding "gamma".
+    """
+
+    meaning: str
+    dtype: str
+    holds: Mapping[str, str]
+    unit: str = ""
+    frame: str = ""
+    encoding: str = ""
+    gamma: float | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The channels' names in the file."""
+        return tuple(self.holds)
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """What a record says of them, as JSON; what there is none of is left out."""
+        rest = {"unit": self.unit, "frame": self.frame, "encoding": self.encoding, "gamma": self.gamma}
+        return {"dtype": self.dtype, "channels": dict(self.holds), **{name: it for name, it in rest.items() if it}}
+
+    def header(self, kind: str) -> dict[str, str]:
+        """The same as attributes of the header of a file of that `kind`."""
+        whole = {"kind": kind, "unit": self.unit, "frame": self.frame, "encoding": self.encoding}
+        each = {f"spin:channel:{name}": it for name, it in self.holds.items()}
+        return {"ImageDescription": self.meaning} | {f"spin:{name}": it for name, it in whole.items() if it} | each
