@@ -36,6 +36,11 @@ def read_materials(
 
 
 def _names(folder: Path, argument: str) -> list[str]:
-    """The libraries that one mtllib names: several, or one with blanks in its name, which is then there."""
-    whole = file_within(folder, folder, argument)
-    return [argument] if whole is not None and whole.is_file() else argument.split() or [argument]
+    """The libraries that one mtllib names: one, which may have blanks in its name, or several where they are there."""
+    words = argument.split()
+    return words if not _is_there(folder, argument) and any(_is_there(folder, word) for word in words) else [argument]
+
+
+def _is_there(folder: Path, named: str) -> bool:
+    file = file_within(folder, folder, named)
+    return file is not None and file.is_file()
