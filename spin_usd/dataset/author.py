@@ -10,6 +10,7 @@ from typing import Any
 from spin_usd.arrays import Float
 from spin_usd.dataset.additions import Additions, read_additions
 from spin_usd.dataset.augment import augment_stage
+from spin_usd.dataset.author_size import check_written
 from spin_usd.dataset.example import open_example
 from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shots
 from spin_usd.dataset.new_folder import new_folder
@@ -160,6 +161,8 @@ def _author(
             preset=settings,
             rigs=rigs,
         )
+        selected = settings.chosen(asset.variants) if settings else {}
+        notes += check_written(folder / ROOT, target_file, asset, choices.units_per_metre, selected)
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
         if choices.augment is not None:

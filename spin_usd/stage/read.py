@@ -132,6 +132,11 @@ class StageReader:
             shutter=read_shutter(opening, self.pose_at, self._camera_prim.GetPath()),
         )
 
+    def target_at(self, time_code: float) -> Target:
+        """The target alone at a time code, metres."""
+        time = Usd.TimeCode(time_code)
+        return self._target_at(time, self._body_at(time, UsdGeom.XformCache(time))[1])
+
     def pose_at(self, time_code: float) -> Transform:
         """T_cam_body at a time code."""
         time = Usd.TimeCode(time_code)

@@ -1,0 +1,67 @@
+"""What `author` wrote, composed again and in metres, beside what another reader finds in the model's own file."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError, StageError, UnsupportedError
+from spin_usd.formats.mesh_bounds import mesh_bounds
+from spin_usd.formats.mesh_file import READERS
+from spin_usd.scene.source_bounds import SourceBounds
+from spin_usd.scene.target import Target
+from spin_usd.stage.read import StageReader
+from spin_usd.stage.source_bounds import usd_bounds
+from spin_usd.stage.usd_target import TargetAsset
+
+
+def check_written(
+    root: Path, file: Path, asset: TargetAsset, units_per_metre: float | None, selections: Mapping[str, str]
+) -> tuple[str, ...]:
+    """Notes on the target that the stage at `root` has from the model `file`, with the variants `selections`.
+
+    Raises InputError when its size is another than the file's.
+    """
+    try:
+        reader = StageReader(root)
+        time_code = reader.frames[0].time_code
+        target = reader.target_at(time_code)
+    except (StageError, UnsupportedError) as error:
+        reason = str(error).replace(f"{root.parent}/", "")
+        return (f"the target's size could not be compared with its file's, for it cannot be rendered: {reason}",)
+    if file.suffix.lower() in READERS:
+        source = mesh_bounds(file, units_per_metre)
+    else:
+        metres = asset.metres_per_unit
+        source = usd_bounds(file, asset.prim, metres_per_unit=metres, selections=selections, time_code=time_code)
+    if source is None:
+        return ("the target's size could not be compared with its file's: no other reader opens it", *_unseen(target))
+    _refuse_another_size(file, _box(target), source)
+    return _unseen(target)
+
+
+def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> None:
+    if source.agree_with(written):
+        return
+    found = f"is {_size(source.whole)} in its own file, but {_size(written)} in the stage, which was not kept"
+    raise InputError(found, where=file, do="this is a defect of spin_usd: report it with the file")
+
+
+def _box(target: Target) -> Float:
+    used = target.mesh.points[np.unique(target.mesh.faces)]
+    return np.stack([used.min(0), used.max(0)])
+
+
+def _size(box: Float) -> str:
+    """The box's edges, and where it lies, so that two of one size differ."""
+    edges = " x ".join(f"{edge:.6g}" for edge in box[1] - box[0])
+    return f"{edges} m around ({', '.join(f'{x:.6g}' for x in box.mean(0))})"
+
+
+def _unseen(target: Target) -> tuple[str, ...]:
+    """A note where nothing of the target can be seen, though all of it has labels."""
+    used = {target.materials[index] for index in np.unique(target.mesh.face_material)}
+    if not all(material.opacity == 0 for material in used):
+        return ()
+    return ("every material of the target has opacity 0: no picture will show it, though labels will",)

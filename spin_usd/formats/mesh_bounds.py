@@ -1,0 +1,35 @@
+"""The box of a mesh file's faces, read by trimesh: an authority apart from our own readers."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from spin_usd.arrays import Float
+from spin_usd.scene.source_bounds import SourceBounds
+
+
+def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
+    """The model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
+    try:
+        scene = trimesh.load_scene(path, process=False)
+        corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
+    # A parser of others' files raises whatever it stumbles over.
+    except Exception:
+        return None
+    points = np.concatenate([np.zeros((0, 3)), *corners]) / (units_per_metre or 1.0)
+    if not len(points) or not np.isfinite(points).all():
+        return None
+    box = np.stack([points.min(0), points.max(0)])
+    return SourceBounds(whole=box, polygons=box, exact=True)
+
+
+def _corners(scene: trimesh.Scene, node: str) -> Float:
+    """(N, 3) corners of the triangles with an area that `node` places, in the file's axes."""
+    transform, name = scene.graph[node]
+    mesh = scene.geometry[name]
+    if not isinstance(mesh, trimesh.Trimesh):
+        return np.zeros((0, 3))
+    triangles = np.asarray(trimesh.transform_points(mesh.vertices, transform))[mesh.faces]
+    areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+    return np.asarray(triangles[areas > 0].reshape(-1, 3))

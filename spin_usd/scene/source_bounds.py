@@ -1,0 +1,41 @@
+"""How large a model is according to a reader that is not ours, to compare with what was written of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spin_usd.arrays import Float
+
+ROUNDING = 1e-5  # of the largest coordinate: points and transforms in float32, a hundred times over
+LOOSENESS = 3.0
+"""How far two boxes' diagonals may be apart where one is no tight box: a box turned in space has a box of its own, each
+of whose edges is at most the first one's diagonal (sqrt 3), that of a diagonal rod is sqrt 3 longer than the rod, and a
+subdivided cage, a displaced or a posed surface stays well within both together."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SourceBounds:
+    """Boxes (2, 3), metres, in body axes: `polygons` holds the model's plain polygons exactly, None where it has none;
+    `whole` holds everything, and is tight only where `exact`, that is, where nothing but plain polygons is there."""
+
+    whole: Float
+    polygons: Float | None
+    exact: bool
+
+    def agree_with(self, written: Float) -> bool:
+        """Whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""
+        within = ROUNDING * max(float(np.abs(self.whole).max()), float(np.ptp(self.whole, axis=0).max()))
+        if self.polygons is not None and not _holds(written, self.polygons, within):
+            return False
+        if self.exact:
+            return _holds(self.whole, written, within)
+        ratio = _diagonal(written) / max(_diagonal(self.whole), np.finfo(float).tiny)
+        return 1 / LOOSENESS <= ratio <= LOOSENESS
+
+
+def _holds(outer: Float, inner: Float, within: float) -> bool:
+    return bool((outer[0] <= inner[0] + within).all() and (outer[1] >= inner[1] - within).all())
+
+
+def _diagonal(box: Float) -> float:
+    return float(np.linalg.norm(box[1] - box[0]))
