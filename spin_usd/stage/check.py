@@ -20,6 +20,7 @@ from spin_usd.stage.compose import open_for_check
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
 LEFT_OUT = "UsdzValidators"
+COMPOSITION = "CompositionErrorTest"
 
 RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
     layer_findings,
@@ -63,7 +64,10 @@ def check_stage(
 
 
 def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """What UsdValidation's own validators say, without those for usdz packages."""
+    """What UsdValidation's own validators say, without those for usdz packages.
+
+    Of what does not compose a picture lacks something; the rest is form, and what renders right is a warning at most.
+    """
     validators = [
         validator
         for validator in UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
@@ -72,12 +76,11 @@ def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
     for error in UsdValidation.ValidationContext(validators).Validate(stage):
         if error.GetType() == UsdValidation.ValidationErrorType.Info:
             continue
-        is_error = error.GetType() == UsdValidation.ValidationErrorType.Error
         yield Finding(
             code=str(error.GetIdentifier()),
             where=_site(error, stage),
             message=" ".join(error.GetMessage().split()),
-            severity=ERROR if is_error else WARNING,
+            severity=ERROR if COMPOSITION in str(error.GetIdentifier()) else WARNING,
         )
 
 

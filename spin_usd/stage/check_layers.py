@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 from pxr import Ar, Sdf, Usd
 
-from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage import schema
 from spin_usd.stage.named_assets import named_assets, opened_assets
 
@@ -20,8 +20,10 @@ def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
         if not (layer.anonymous or packed):
             yield from _metadata(layer, root)
             yield from _paths(layer)
+    prim = stage.GetDefaultPrim()
+    named = bool(prim and prim.HasAPI(schema.CAPTURE_API))
     for layer in stage.GetLayerStack(includeSessionLayers=False):
-        yield from _time(layer, root)
+        yield from _time(layer, root, named)
     yield from _units(stage)
 
 
@@ -41,14 +43,16 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
         )
 
 
-def _time(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
-    """In the stage's own layers a time code is a picture; what comes by reference keeps its own clock."""
+def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
+    """In the stage's own layers a time code is a picture where the stage `named` its pictures so; what comes by
+    reference keeps its own clock."""
     if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
         yield Finding(
             code="layer-time",
             where=layer.identifier,
             message=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
             f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples",
+            severity=ERROR if named else WARNING,
         )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import suppress
 
+import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.errors import SpinError
@@ -15,6 +16,7 @@ from spin_usd.stage.root_metadata import root_number
 from spin_usd.stage.xforms import NORM_TOLERANCE, orient_norm_error
 
 ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: what it turns no label can show
+SEEN_RAD = 1e-6  # 0.003 px of SPEED+'s camera
 FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32
 
 
@@ -34,11 +36,12 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """The target's time samples are rigid motions in double precision."""
+    """The target's time samples are rigid motions, as precise as the pictures show them."""
+    camera = _taken(stage)
     for target in stage.Traverse():
         if target.HasAPI(schema.TARGET_API):
             for op in UsdGeom.Xformable(target).GetOrderedXformOps():
-                yield from _op_findings(op.GetAttr(), str(target.GetPath()))
+                yield from _op_findings(op, target, camera)
 
 
 def norm_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -81,15 +84,31 @@ def _taken(stage: Usd.Stage) -> Usd.Prim | None:
     return None
 
 
-def _op_findings(attribute: Usd.Attribute, where: str) -> Iterator[Finding]:
-    count = attribute.GetNumTimeSamples()
-    name, kind = attribute.GetName(), attribute.GetTypeName()
+def _op_findings(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> Iterator[Finding]:
+    where, count = str(target.GetPath()), op.GetNumTimeSamples()
+    name, kind = op.GetName(), op.GetTypeName()
     if kind == Sdf.ValueTypeNames.Matrix4d and count > 1:
         message = f"{name} has {count} matrices, which shear between time samples: use translate and orient"
         yield Finding(code="pose-matrix", where=where, message=message, severity=WARNING)
-    if kind not in (Sdf.ValueTypeNames.Double3, Sdf.ValueTypeNames.Quatd, Sdf.ValueTypeNames.Matrix4d):
+    if _rounds(op, target, camera):
         message = f"{name} is {kind}, which rounds the pose: use double3 and quatd"
         yield Finding(code="pose-precision", where=where, message=message, severity=WARNING)
+
+
+def _rounds(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> bool:
+    """Whether the operation's type moves the target by more than a camera could tell. Single precision turns it by
+    1e-7 rad, and hurts only where a way is much longer than the distance from the camera."""
+    if op.GetPrecision() != UsdGeom.XformOp.PrecisionFloat:
+        return bool(op.GetPrecision() == UsdGeom.XformOp.PrecisionHalf)
+    if op.GetOpType() != UsdGeom.XformOp.TypeTranslate or not camera:
+        return False
+    for time in [Usd.TimeCode(t) for t in op.GetTimeSamples()] or [Usd.TimeCode.Default()]:
+        step = np.spacing(np.abs(np.array(op.Get(time), np.float32)).max())
+        world = UsdGeom.XformCache(time)
+        here, there = (world.GetLocalToWorldTransform(prim).ExtractTranslation() for prim in (camera, target))
+        if step > SEEN_RAD * (there - here).GetLength():
+            return True
+    return False
 
 
 def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:

@@ -6,6 +6,7 @@ from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage import schema
+from spin_usd.stage.drawn import ancestors
 
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
 
@@ -19,6 +20,7 @@ def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
                 code="kind-broken",
                 where=str(prim.GetPath()),
                 message=f"has kind {kind}, but not every ancestor is a group or an assembly: USD does not see a model",
+                severity=WARNING,
             )
 
 
@@ -39,13 +41,13 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
     """Lights author what decides their power. A dome's fallbacks are plain; a distant light's intensity, 50,000, is
-    not of the Sun, and never meant."""
+    not of the Sun, and never meant; but one that came with a target is its author's."""
     for prim in stage.Traverse():
         if not prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
             continue
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
         if missing:
-            wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing
+            wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing and not _of_target(prim)
             message = f"the light does not author {' and '.join(missing)}"
             severity = ERROR if wrong else WARNING
             yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
@@ -61,6 +63,10 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
         ):
             message = "has no extent: viewers must read all its points to frame it"
             yield Finding(code="extent-none", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
+def _of_target(prim: Usd.Prim) -> bool:
+    return any(above.HasAPI(schema.TARGET_API) for above in ancestors(prim))
 
 
 def _is_surface(prim: Usd.Prim) -> bool:

@@ -11,6 +11,7 @@ from itertools import combinations
 from pxr import Sdf, Usd
 
 from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.stage import schema
 from spin_usd.stage.check_pictures import camera_findings
 from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import MAX_VARIANTS
@@ -34,17 +35,32 @@ def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
     _deselect(trial.GetDefaultPrim(), AUGMENTATION)
     seen = _Seen(trial)
     for path in paths:
-        yield from _selected(trial.GetPrimAtPath(path))
-        said: dict[str, Statements] = {}
-        for name in trial.GetPrimAtPath(path).GetVariantSets().GetNames():
-            said[name] = {}
-            for variant in trial.GetPrimAtPath(path).GetVariantSet(name).GetVariantNames()[:MAX_VARIANTS]:
-                trial.GetPrimAtPath(path).GetVariantSet(name).SetVariantSelection(variant)
-                tried = Selection(owner=path, name=name, variant=variant)
-                yield from _VariantOpinions(tried, said[name]).findings(trial.GetPrimAtPath(path))
-                yield from seen.anew(tried)
-            _deselect(trial.GetPrimAtPath(path), name)
-        yield from _fights({name: said[name] for name in said if name != AUGMENTATION})
+        found = _variants_of(trial, path, seen)
+        yield from found if _holds_pictures(trial, path) else (replace(finding, severity=WARNING) for finding in found)
+
+
+def _holds_pictures(stage: Usd.Stage, path: Sdf.Path) -> bool:
+    """Whether the variants of the prim at `path` are what renders select. Those of an asset are its author's, and what
+    they leave undone is only told."""
+    prim = stage.GetPrimAtPath(path)
+    return prim == stage.GetDefaultPrim() and bool(
+        prim.HasAPI(schema.CAPTURE_API) or AUGMENTATION in prim.GetVariantSets().GetNames()
+    )
+
+
+def _variants_of(trial: Usd.Stage, path: Sdf.Path, seen: "_Seen") -> Iterator[Finding]:
+    """Selects every variant of the prim's sets in turn."""
+    yield from _selected(trial.GetPrimAtPath(path))
+    said: dict[str, Statements] = {}
+    for name in trial.GetPrimAtPath(path).GetVariantSets().GetNames():
+        said[name] = {}
+        for variant in trial.GetPrimAtPath(path).GetVariantSet(name).GetVariantNames()[:MAX_VARIANTS]:
+            trial.GetPrimAtPath(path).GetVariantSet(name).SetVariantSelection(variant)
+            tried = Selection(owner=path, name=name, variant=variant)
+            yield from _VariantOpinions(tried, said[name]).findings(trial.GetPrimAtPath(path))
+            yield from seen.anew(tried)
+        _deselect(trial.GetPrimAtPath(path), name)
+    yield from _fights({name: said[name] for name in said if name != AUGMENTATION})
 
 
 def _deselect(prim: Usd.Prim, name: str) -> None:

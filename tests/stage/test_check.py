@@ -112,11 +112,11 @@ def text(relative: str, old: str, new: str) -> Callable[[Path], None]:
     return apply
 
 
-def float_orient(stage: Usd.Stage) -> None:
+def half_orient(stage: Usd.Stage) -> None:
     spec = stage.GetRootLayer().GetAttributeAtPath("/World/Target.xformOp:orient")
     spec.owner.RemoveProperty(spec)
     prim = stage.GetPrimAtPath("/World/Target")
-    prim.CreateAttribute("xformOp:orient", Sdf.ValueTypeNames.Quatf, custom=False).Set(Gf.Quatf(1), 0.0)
+    prim.CreateAttribute("xformOp:orient", Sdf.ValueTypeNames.Quath, custom=False).Set(Gf.Quath(1), 0.0)
 
 
 def matrices(stage: Usd.Stage) -> None:
@@ -207,7 +207,7 @@ BREAKS = {
     "two targets": (text(ROOT, '["SpinCaptureAPI"', '["SpinTargetAPI", "SpinCaptureAPI"'), "scene"),
     "nan": (edit(POSE, attribute("/World/Target.xformOp:translate", Gf.Vec3d(np.nan), 1.0)), "scene"),
     "quaternion": (edit(POSE, attribute("/World/Target.xformOp:orient", Gf.Quatd(2), 1.0)), "scene"),
-    "single precision": (edit(POSE, float_orient), "pose-precision"),
+    "half precision": (edit(POSE, half_orient), "pose-precision"),
     "matrices": (edit(POSE, matrices), "pose-matrix"),
     "aperture": (edit(CAMERA, attribute("/Camera.horizontalAperture", 0.2)), "lens-derived"),
     "interchange": (edit(CAMERA, attribute("/Camera.omni:lensdistortion:opencvPinhole:k1", 0.0)), "lens-derived"),
