@@ -7,7 +7,7 @@ from spin_usd.arrays import Float
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.target import Target
-from spin_usd.scene.texture import OUTPUTS, Color, Coordinates, Primvar, Texture
+from spin_usd.scene.texture import OUTPUTS, Color, Coordinates, Image, Primvar, Texture, Tiles
 
 CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerate(OUTPUTS[1:])}}
 
@@ -68,21 +68,37 @@ def placed(coordinates: Coordinates, st: Float) -> Float:
 
 def look_up(texture: Texture, st: Float) -> Float:
     """(N, 1 or 3) of the texture at `st` (N, 2), already placed: bilinear between the centres of its texels."""
-    pixels = texture.image.pixels
-    height, width = pixels.shape[:2]
+    image = texture.image
+    found = _texels(image, texture.wrap, st) if isinstance(image, Image) else _tile_texels(image, st)
+    scaled = found * np.array(texture.scale) + np.array(texture.bias)
+    return np.asarray(scaled[:, CHANNELS[texture.output]])
+
+
+def _tile_texels(tiles: Tiles, st: Float) -> Float:
+    """(N, 4) of the tiles at `st` (N, 2). On the edge between two, the right or upper one counts."""
+    result = np.zeros((len(st), 4))
+    for corner, image in tiles.images:
+        on = np.flatnonzero(((st >= corner) & (st <= np.add(corner, 1))).all(1))
+        result[on] = _texels(image, ("clamp", "clamp"), st[on] - corner)
+    return result
+
+
+def _texels(image: Image, wrap: tuple[str, str], st: Float) -> Float:
+    """(N, 4) of one image at `st` (N, 2)."""
+    pixels = image.pixels
+    height, width = image.size
     x, y = st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5
     x0, y0 = np.floor(x), np.floor(y)
     fx, fy = (x - x0)[:, None], (y - y0)[:, None]
     result = np.zeros((len(st), 4))
     for dy, wy in ((0, 1 - fy), (1, fy)):
-        rows, outside_t = _wrapped(y0 + dy, height, texture.wrap[1])
+        rows, outside_t = _wrapped(y0 + dy, height, wrap[1])
         for dx, wx in ((0, 1 - fx), (1, fx)):
-            columns, outside_s = _wrapped(x0 + dx, width, texture.wrap[0])
+            columns, outside_s = _wrapped(x0 + dx, width, wrap[0])
             texels = pixels[rows, columns].astype(np.float64)
             texels[outside_s | outside_t] = 0
             result += wy * wx * texels
-    scaled = result * np.array(texture.scale) + np.array(texture.bias)
-    return np.asarray(scaled[:, CHANNELS[texture.output]])
+    return result
 
 
 def extremes(texture: Texture) -> Float:

@@ -41,6 +41,11 @@ class Image:
     def key(self) -> str:
         return digest(self.pixels)
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Its rows and columns."""
+        return self.pixels.shape[0], self.pixels.shape[1]
+
     @cached_property
     def extremes(self) -> NDArray[np.float32]:
         """(2, 4) the lowest and the highest number of each channel."""
@@ -52,6 +57,27 @@ class Image:
 
     def __hash__(self) -> int:
         return hash(self.key)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tiles:
+    """Images side by side, as UDIM has them: each covers the unit square of the coordinates whose lower left corner is
+    its (column, row), in ascending order of rows, then columns. Where there is none, all numbers are 0."""
+
+    name: str = field(compare=False, metadata=NAME)
+    images: tuple[tuple[tuple[int, int], Image], ...]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The most rows and the most columns of any of them."""
+        rows, columns = zip(*(image.size for _, image in self.images), strict=True)
+        return max(rows), max(columns)
+
+    @cached_property
+    def extremes(self) -> NDArray[np.float32]:
+        """(2, 4) the lowest and the highest number of each channel, the 0 between the tiles included."""
+        found = np.stack([*(image.extremes for _, image in self.images), np.zeros((2, 4), np.float32)])
+        return frozen(np.stack([found[:, 0].min(0), found[:, 1].max(0)]), np.float32)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,15 +94,20 @@ class Coordinates:
 @dataclass(frozen=True, kw_only=True)
 class Texture:
     """A UsdUVTexture's output: one of OUTPUTS of `image` looked up bilinearly at `coordinates`, times `scale` plus
-    `bias` (RGBA). `wrap`: of s and t, each one of WRAPS."""
+    `bias` (RGBA). `wrap`: of s and t, each one of WRAPS; tiles are all clamped to their own edges."""
 
     path: str = field(compare=False, metadata=NAME)
-    image: Image
+    image: Image | Tiles
     output: str = "rgb"
     coordinates: Coordinates = Coordinates()
     wrap: tuple[str, str] = ("repeat", "repeat")
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def images(self) -> tuple[Image, ...]:
+        """The one that it looks up, or all its tiles."""
+        return (self.image,) if isinstance(self.image, Image) else tuple(image for _, image in self.image.images)
 
 
 @dataclass(frozen=True, kw_only=True)

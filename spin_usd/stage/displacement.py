@@ -38,7 +38,7 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
     measure = np.zeros((len(triangles.corners), 3, 2))
     for number, amount in enumerate(amounts):
         if isinstance(amount, Texture):
-            height, width = amount.image.pixels.shape[:2]
+            height, width = amount.image.size
             measure[of == number] = _coordinates(amount, triangles)[of == number] * [width, height]
     triangles, parent = tessellated(triangles, measure, LONGEST, where)
     of = of[parent]

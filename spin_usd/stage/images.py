@@ -18,7 +18,8 @@ from pxr import Ar, Sdf, Usd
 
 from spin_usd.errors import SpinError, StageError, UnsupportedError
 from spin_usd.scene import srgb
-from spin_usd.scene.texture import Image
+from spin_usd.scene.texture import Image, Tiles
+from spin_usd.stage.tiles import is_tiled, tiles_of
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
 COLOR_SPACES = ("auto", "raw", "sRGB")
@@ -66,11 +67,19 @@ class Images:
             raise StageError(found, where=prim.GetPath(), do="make them smaller")
         return self.decoded[key]
 
+    def read_tiles(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Tiles:
+        """The set of tiles that `asset`, a resolved value of `prim`, names. Raises as `read`, with each tile's file."""
+        tiles = [(corner, self.read(tile, color_space, prim).image) for corner, tile in tiles_of(asset)]
+        if not tiles:
+            found = f"its image @{asset.path}@ has no tile"
+            raise StageError(found, where=prim.GetPath(), do="put tiles such as 1001 where the layer looks")
+        return Tiles(name=Path(asset.path).name, images=tuple(tiles))
+
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:
     """The resolved path. What USD resolves must still lie in the stage's own folder, whatever led there."""
     path, where = asset.resolvedPath, prim.GetPath()
-    if "<UDIM>" in asset.path:
+    if is_tiled(asset):
         raise UnsupportedError(f"its image @{asset.path}@ is a set of tiles", where=where, do="use one image")
     if not path:
         raise StageError(f"its image @{asset.path}@ does not exist", where=where, do="put it where the layer looks")

@@ -8,6 +8,7 @@ from pxr import Usd, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.tiles import resolved_tiles
 
 LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
 
@@ -56,7 +57,7 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     space = str(source.GetColorSpace()) if source.HasColorSpace() else ""
     if space not in LINEAR:
         raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
-    return source.Get(time)
+    return resolved_tiles(source, source.Get(time))
 
 
 def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:

@@ -10,9 +10,10 @@ import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.texture import Coordinates, Texture
+from spin_usd.scene.texture import Coordinates, Image, Texture, Tiles
 from spin_usd.stage.images import COLOR_SPACES, Images
 from spin_usd.stage.shaders import Output, input_path, read_constant, read_input, read_numbers, read_token
+from spin_usd.stage.tiles import is_tiled
 
 READERS = {
     "UsdPrimvarReader_float": 1,
@@ -69,18 +70,26 @@ class Nodes:
         if asset is None or not asset.path:
             fallback = read_numbers(shader, "fallback", time, (0, 0, 0, 1))
             return tuple(float(v) for v in fallback[CHANNELS[output.name]])
-        decoded = self.images.read(asset, self._color_space(shader), shader.GetPrim())
-        wraps = [read_token(shader, name, time, WRAPS, "useMetadata") for name in ("wrapS", "wrapT")]
-        s, t = (own if wrap == "useMetadata" else wrap for wrap, own in zip(wraps, decoded.wrap, strict=True))
+        image, wrap = self._image(shader, asset)
         return Texture(
             path=str(shader.GetPath()),
-            image=decoded.image,
+            image=image,
             output=output.name,
             coordinates=self._coordinates(shader, "st"),
-            wrap=(s, t),
+            wrap=wrap,
             scale=_rgba(read_numbers(shader, "scale", time, (1, 1, 1, 1))),
             bias=_rgba(read_numbers(shader, "bias", time, (0, 0, 0, 0))),
         )
+
+    def _image(self, shader: UsdShade.Shader, asset: Sdf.AssetPath) -> tuple[Image | Tiles, tuple[str, str]]:
+        """What the node looks up, and how it goes on beyond it."""
+        space = self._color_space(shader)
+        wraps = [read_token(shader, name, self.time, WRAPS, "useMetadata") for name in ("wrapS", "wrapT")]
+        if is_tiled(asset):
+            return self.images.read_tiles(asset, space, shader.GetPrim()), ("clamp", "clamp")
+        decoded = self.images.read(asset, space, shader.GetPrim())
+        s, t = (own if wrap == "useMetadata" else wrap for wrap, own in zip(wraps, decoded.wrap, strict=True))
+        return decoded.image, (s, t)
 
     def _color_space(self, shader: UsdShade.Shader) -> str:
         """sourceColorSpace; isSRGB, which said the same before it, must not say anything else."""

@@ -18,7 +18,7 @@ from spin_usd.scene.light import DistantLight
 from spin_usd.scene.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.surface import visible_surface, weights_at
-from spin_usd.scene.texture import IDENTITY, OUTPUTS, WRAPS, Coordinates, Image, Primvar, Texture
+from spin_usd.scene.texture import IDENTITY, OUTPUTS, WRAPS, Coordinates, Image, Primvar, Texture, Tiles
 
 TEXEL = 1e-4  # of the image's range: float32 coordinates of a ray that misses its pixel's centre by 1e-4 px
 RADIOMETRY = 1e-4  # relative; float32 light transport
@@ -87,6 +87,15 @@ def test_textures_are_what_lookup_says(shows, make_scene, square, wrap):
     scene = make_scene(*square, camera=CAMERA, primvars={"st": textured(square)})
     for output, matrix in (("rgb", IDENTITY), ("rgb", MATRIX), ("a", MATRIX)):
         shows(scene, Texture(path="/t", image=IMAGE, output=output, wrap=wrap, coordinates=Coordinates(matrix=matrix)))
+
+
+@pytest.mark.parametrize("output", ["rgb", "g", "a"])
+def test_tiles_are_what_lookup_says(shows, make_scene, square, output):
+    """Three tiles of two sizes, and nothing where there is a gap."""
+    scene = make_scene(*square, camera=CAMERA, primvars={"st": textured(square)})
+    other = Image(name="other", pixels=RNG.random((4, 3, 4), np.float32))
+    tiles = Tiles(name="t", images=(((0, 0), IMAGE), ((1, 0), other), ((1, 1), IMAGE)))
+    shows(scene, Texture(path="/t", image=tiles, output=output, scale=(0.5, 0.6, 0.7, 0.8), bias=(0.1, 0.2, 0.1, 0.2)))
 
 
 @pytest.mark.parametrize("output", OUTPUTS)

@@ -9,7 +9,7 @@ from scenes import target
 
 from spin_usd.scene.lookup import is_there, look_up, material_values, placed, values_at
 from spin_usd.scene.material import Material
-from spin_usd.scene.texture import WRAPS, Coordinates, Image, Primvar, Texture
+from spin_usd.scene.texture import WRAPS, Coordinates, Image, Primvar, Texture, Tiles
 
 REMAP = 1 / 32  # OpenCV looks up at 1/32 of a texel: the largest step of a value between neighbours, times that
 EXACT = 1e-12
@@ -71,6 +71,36 @@ def test_scale_and_bias_come_last_and_each_output_is_its_channel():
 def test_coordinates_follow_their_matrix():
     where = Coordinates(matrix=(0.0, -2.0, 0.25, 1.0, 3.0, -1.0))
     assert np.allclose(placed(where, np.array([[0.5, 0.125]])), [[0.0, -0.125]], atol=EXACT)
+
+
+def test_each_tile_is_an_image_clamped_to_its_own_square():
+    other = Image(name="o", pixels=RNG.random((3, 2, 4), np.float32))
+    images = (((0, 0), IMAGE), ((1, 0), other), ((0, 2), IMAGE))
+    tiled = Texture(path="/t", image=Tiles(name="t", images=images))
+    found = look_up(tiled, ST)
+    wanted = np.zeros((len(ST), 3))
+    for corner, image in images:
+        inside = (np.floor(ST) == corner).all(1)
+        assert inside.sum() > 5
+        wanted[inside] = look_up(Texture(path="/t", image=image, wrap=("clamp", "clamp")), ST[inside] - corner)
+    np.testing.assert_array_equal(found, wanted)
+    low, high = tiled.image.extremes
+    assert (found.min(0) >= low[:3]).all()
+    assert (found.max(0) <= high[:3]).all()
+
+
+def test_an_edge_belongs_to_the_tile_beside_it_if_there_is_one():
+    other = Image(name="o", pixels=RNG.random((3, 2, 4), np.float32))
+    corners = np.array([[1.0, 0.5], [2.0, 0.5], [0.5, 1.0]])
+    tiled = look_up(Texture(path="/t", image=Tiles(name="t", images=(((0, 0), IMAGE), ((1, 0), other)))), corners)
+    clamped = {"wrap": ("clamp", "clamp")}
+    np.testing.assert_array_equal(
+        tiled[0], look_up(Texture(path="/t", image=other, **clamped), np.array([[0.0, 0.5]]))[0]
+    )
+    np.testing.assert_array_equal(
+        tiled[1], look_up(Texture(path="/t", image=other, **clamped), np.array([[1.0, 0.5]]))[0]
+    )
+    np.testing.assert_array_equal(tiled[2], look_up(texture(**clamped), np.array([[0.5, 1.0]]))[0])
 
 
 POINTS, FACES = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]]), np.array([[0, 1, 2], [1, 3, 2]])

@@ -4,11 +4,15 @@ import re
 
 import numpy as np
 import pytest
+from pxr import Sdf, Usd, UsdShade, UsdUtils
 
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Primvar, Texture
+from spin_usd.stage.images import Images
 from spin_usd.stage.read import StageReader
+from spin_usd.stage.shaders import read_constant
+from spin_usd.stage.usd_target import copy_usd_target
 from tests.stage.pictures import png
 
 FLOAT32 = 1e-6
@@ -322,3 +326,59 @@ def test_a_texel_decides_the_hash_and_the_look_but_not_the_geometry(read_target,
     assert after.materials[0].key != before.materials[0].key
     assert after.mesh.key == before.mesh.key
     assert after.mesh.shading_key == before.mesh.shading_key
+
+
+TILED = "asset inputs:file = @./tiles/a.<UDIM>.png@"
+
+
+@pytest.fixture
+def tiled(make_stage, tmp_path):
+    """The path of a stage whose square spans 2 x 2 tiles, of which there are 1001 (as a.png) and 1012 (turned)."""
+    (tmp_path / "tiles").mkdir()
+    (tmp_path / "tiles/a.1001.png").write_bytes(png(PIXELS, color=6))
+    (tmp_path / "tiles/a.1012.png").write_bytes(png(PIXELS[::-1], color=6))
+    wide = ST.replace("(0, 0), (1, 0), (1, 1), (0, 1)", "(0, 0), (2, 0), (2, 2), (0, 2)")
+    text = STAGE.format(inputs=RGB, primvars=wide, st="Reader", texture="", interface="", reader="", nodes="")
+    return make_stage(text.replace("asset inputs:file = @./a.png@", TILED))
+
+
+def test_tiles_lie_where_their_numbers_say(tiled):
+    reader = StageReader(tiled)
+    target = reader.scene(reader.frames[0]).target
+    points = [(0.125, 0.375), (0.375, 0.375), (0.625, 0.875), (0.875, 0.875), (0.75, 0.25), (0.25, 0.75)]
+    found = shown(target, target.materials[0].diffuse_color, points)
+    red, green, blue, white, nothing = [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [0, 0, 0]
+    np.testing.assert_allclose(found, [red, green, blue, white, nothing, nothing], atol=FLOAT32)
+    assert {"tiles/a.1001.png", "tiles/a.1012.png"} <= set(reader.used_files)
+
+
+def test_a_changed_tile_is_another_stage(tiled, tmp_path):
+    before = StageReader(tiled).stage_hash
+    (tmp_path / "tiles/a.1012.png").write_bytes(png(PIXELS, color=6))
+    assert StageReader(tiled).stage_hash != before
+
+
+def test_tiles_travel_with_a_model_and_in_a_package(tiled, tmp_path):
+    """The stage in a sub-folder refers to a copy of the one at hand, then to a package of it."""
+    model = Usd.Stage.Open(str(tiled))
+    model.GetPrimAtPath("/World/Target").RemoveAppliedSchema("SpinTargetAPI")
+    model.RemovePrim("/World/Camera")
+    model.Export(str(tmp_path / "model.usda"))
+    assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "model.usda")), str(tmp_path / "model.usdz"))
+    colors = []
+    for number, suffix in enumerate(("usda", "usdz")):
+        asset = copy_usd_target(tmp_path / f"model.{suffix}", tmp_path / "copies" / str(number), "model", None)
+        stage = Usd.Stage.CreateNew(str(tmp_path / f"stage{number}.usda"))
+        stage.DefinePrim("/M").GetReferences().AddReference(str(asset.file))
+        shader = UsdShade.Shader(stage.GetPrimAtPath("/M/Target/Paint/Texture"))
+        tiles = Images().read_tiles(read_constant(shader, "file", Usd.TimeCode(0)), "raw", shader.GetPrim())
+        colors.append([(corner, image.pixels.tolist()) for corner, image in tiles.images])
+    assert colors[0] == colors[1]
+    assert [corner for corner, _ in colors[0]] == [(0, 0), (1, 1)]
+
+
+def test_a_set_without_tiles(tiled, tmp_path):
+    for file in (tmp_path / "tiles").iterdir():
+        file.unlink()
+    with pytest.raises(StageError, match=r"^/World/Target/Paint/Texture: its image @./tiles/a.<UDIM>.png@ has no tile"):
+        StageReader(tiled).scene(StageReader(tiled).frames[0])

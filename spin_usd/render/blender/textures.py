@@ -15,7 +15,7 @@ from spin_usd.arrays import digest
 from spin_usd.render.blender.nodes import Nodes, Value
 from spin_usd.scene.lookup import look_up, placed
 from spin_usd.scene.material import Material
-from spin_usd.scene.texture import IDENTITY, Coordinates, Image, Primvar, Texture
+from spin_usd.scene.texture import IDENTITY, Coordinates, Image, Primvar, Texture, Tiles
 
 BYTES_PER_PIXEL = 16  # four floats
 UNUSED_BYTES = 1 << 29  # of pictures kept for when their surface comes back; Cycles holds as much again
@@ -41,7 +41,9 @@ class ImageLibrary:
 
     def keep(self, materials: Iterable[Material]) -> None:
         """Free the pictures that none of these uses."""
-        self.keep_only({texture.image.key for material in materials for texture in textures_of(material)})
+        self.keep_only(
+            {image.key for material in materials for texture in textures_of(material) for image in texture.images}
+        )
 
     def keep_only(self, keys: Set[str]) -> None:
         """Free the pictures that have none of these keys, once they are many: variants come and go.
@@ -121,19 +123,47 @@ def _channel(nodes: Nodes, color: Any, channel: int) -> Any:
 
 def _texels(nodes: Nodes, images: ImageLibrary, texture: Texture) -> tuple[Any, Any, Any]:
     """Colour and alpha before scale and bias, and the factor of a black border, None where there is none."""
-    key = (texture.image.key, texture.coordinates, texture.wrap)
+    key = (texture.image, texture.coordinates, texture.wrap)
     if key not in nodes.values:
-        height, width = texture.image.pixels.shape[:2]
         st = _place(nodes, texture.coordinates)
-        axes = [_wrapped(nodes, *axis) for axis in zip(st, (width, height), texture.wrap, strict=True)]
-        vector = nodes.add("ShaderNodeCombineXYZ", [place for place, _ in axes]).outputs[0]
-        image = images.upload(texture.image)
-        node = nodes.add("ShaderNodeTexImage", [vector], image=image, interpolation="Linear", extension="REPEAT")
-        factors = [factor for _, factor in axes if factor is not None]
-        inside = nodes.math("MULTIPLY", *factors) if len(factors) == 2 else next(iter(factors), None)
-        nodes.values[key] = node.outputs["Color"], node.outputs["Alpha"], inside
+        if isinstance(texture.image, Tiles):
+            nodes.values[key] = _tiled_texels(nodes, images, texture.image, st)
+        else:
+            nodes.values[key] = _image_texels(nodes, images, texture.image, st, texture.wrap)
     color, alpha, inside = nodes.values[key]
     return color, alpha, inside
+
+
+def _image_texels(
+    nodes: Nodes, images: ImageLibrary, image: Image, st: tuple[Any, Any], wrap: tuple[str, str]
+) -> tuple[Any, Any, Any]:
+    height, width = image.size
+    axes = [_wrapped(nodes, *axis) for axis in zip(st, (width, height), wrap, strict=True)]
+    vector = nodes.add("ShaderNodeCombineXYZ", [place for place, _ in axes]).outputs[0]
+    made = images.upload(image)
+    node = nodes.add("ShaderNodeTexImage", [vector], image=made, interpolation="Linear", extension="REPEAT")
+    factors = [factor for _, factor in axes if factor is not None]
+    inside = nodes.math("MULTIPLY", *factors) if len(factors) == 2 else next(iter(factors), None)
+    return node.outputs["Color"], node.outputs["Alpha"], inside
+
+
+def _tiled_texels(nodes: Nodes, images: ImageLibrary, tiles: Tiles, st: tuple[Any, Any]) -> tuple[Any, Any, Any]:
+    """The sum of all tiles, each of which is 0 but on its own square."""
+    square = [nodes.add("ShaderNodeMath", [place], operation="FLOOR").outputs[0] for place in st]
+    color: Value = (0.0, 0.0, 0.0)
+    alpha: Value = 0.0
+    for corner, image in tiles.images:
+        s, t = (nodes.math("SUBTRACT", place, float(low)) for place, low in zip(st, corner, strict=True))
+        texel, opacity, _ = _image_texels(nodes, images, image, (s, t), ("clamp", "clamp"))
+        on = nodes.math("MULTIPLY", *(_equals(nodes, *pair) for pair in zip(square, corner, strict=True)))
+        color = nodes.vector("MULTIPLY_ADD", texel, on, color)
+        alpha = nodes.math("MULTIPLY_ADD", opacity, on, alpha)
+    return color, alpha, None
+
+
+def _equals(nodes: Nodes, whole: Any, number: int) -> Any:
+    """1 where the socket `whole` gives that whole number, else 0."""
+    return nodes.add("ShaderNodeMath", [whole, float(number), 0.5], operation="COMPARE").outputs[0]
 
 
 def _place(nodes: Nodes, coordinates: Coordinates) -> tuple[Any, Any]:
