@@ -98,6 +98,7 @@ def render(
 ) -> None:
     """Render and label a stage into a dataset."""
     from spin_usd.dataset import render as rendering
+    from spin_usd.dataset.tones import counted_faults
 
     with shown(context.obj["quiet"]) as progress:
         report = rendering.render(
@@ -111,6 +112,8 @@ def render(
         made = f"{report.made} pictures made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
         passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
         print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
+        if text := counted_faults(report.faults, report.made + report.reused):
+            print(f"warning: {text}; spin-usd check {out} names them", file=sys.stderr)
     _exit_if_failed(report.failed)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.dataset.cache import Purpose, uses
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, sha256_of
+from spin_usd.dataset.tones import tone_findings
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
@@ -51,6 +52,7 @@ def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator
     spoilt = [finding for entry in files for finding in _digest(store, entry["path"], entry["sha256"])]
     yield from spoilt
     yield from _provenance(store, record, name, inventory)
+    yield from tone_findings(record, name)
     if not spoilt:
         yield from _labels(store, record, name, len(inventory.description["parts"]))
 

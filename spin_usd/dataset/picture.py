@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,8 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.surface import visible_surface
 from spin_usd.sensor.develop import develop
-from spin_usd.sensor.exposure import metered
+from spin_usd.sensor.exposure import exposure_end, metered
+from spin_usd.sensor.tones import target_tones
 
 IMAGE = "image"
 RADIANCE = "radiance"
@@ -108,6 +110,13 @@ def make_image(
         yield IMAGE, image, image_channels(scene.sensor)
     if RADIANCE in kinds:
         yield RADIANCE, _full_frame(radiance, scene.camera.frame.shape), RADIANCE_CHANNELS
+
+
+def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> dict[str, Any] | None:
+    """What the record says of how bright the target is in the `image` that was made of its `radiance`; None where the
+    target is not seen."""
+    tones, end = target_tones(image, radiance, scene.sensor), exposure_end(scene.sensor, radiance)
+    return None if tones is None else asdict(tones) | ({"exposure_end": end} if end else {})
 
 
 def image_channels(sensor: Sensor) -> Channels:

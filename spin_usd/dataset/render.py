@@ -3,7 +3,7 @@
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -27,6 +27,7 @@ from spin_usd.dataset.resume import Wanted, remaining
 from spin_usd.dataset.schedule import one_core
 from spin_usd.dataset.store import TEMPORARY, Store, write_json
 from spin_usd.dataset.supervise import Task, supervise
+from spin_usd.dataset.tones import WORDS, faults
 from spin_usd.errors import InputError
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.effort import Effort
@@ -78,7 +79,8 @@ class RenderReport:
     """What a run did. `reused`: pictures that were there already; `pruned`: pictures removed, which the stage does not
     have. Of the pictures made, so many took a label pass (`label_passes`) and a render (`renders`) of their own, and so
     many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers;
-    `doubts`: about the choice of the effort."""
+    `doubts`: about the choice of the effort. `faults`: how many pictures, made or there already, have each of those
+    that dataset.tones knows."""
 
     pictures: int
     made: int = 0
@@ -92,6 +94,12 @@ class RenderReport:
     seconds: float = 0.0
     work: dict[str, float] = field(default_factory=dict)
     doubts: list[str] = field(default_factory=list)
+    faults: dict[str, int] = field(default_factory=lambda: dict.fromkeys(WORDS, 0))
+
+    def add(self, faults: Iterable[str]) -> None:
+        """Count those of one more picture."""
+        for fault in faults:
+            self.faults[fault] += 1
 
 
 def plan(request: RenderRequest, *, progress: Progress, explain: bool = False) -> Plan:
@@ -155,7 +163,11 @@ def _render(
     report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
-    tasks = [task for picture in pictures if (task := remaining(store, picture, wanted, stages[picture.variant]))]
+    left = (
+        remaining(store, picture, wanted, stages[picture.variant], finished=lambda record: report.add(faults(record)))
+        for picture in pictures
+    )
+    tasks = [task for task in left if task]
     report.reused = len(pictures) - len(tasks)
     if tasks:
         if not keep_cache:
@@ -210,6 +222,7 @@ class _Listener:
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None:
         self.report.made += 1
+        self.report.add(result["faults"])
         match result["passes"].get("labels"):
             case "made":
                 self.report.label_passes += 1

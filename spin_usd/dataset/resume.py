@@ -1,7 +1,7 @@
 """What is left to make of a picture that an earlier run may have made."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os.path import isfile
 from typing import Any
@@ -20,18 +20,27 @@ class Wanted:
     image_suffix: str
 
 
-def remaining(store: Store, picture: PlannedPicture, wanted: Wanted, stage: Mapping[str, Any]) -> Task | None:
+def remaining(
+    store: Store,
+    picture: PlannedPicture,
+    wanted: Wanted,
+    stage: Mapping[str, Any],
+    *,
+    finished: Callable[[Mapping[str, Any]], None],
+) -> Task | None:
     """The task of making the picture, or None when its record has the same keys and all files are there, in the
     channels that they are written in today.
 
     A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
-    state of the stage, has its record say that `stage` (the record's own block) makes it too.
+    state of the stage, has its record say that `stage` (the record's own block) makes it too; `finished` is told its
+    record.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     kinds = tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
     if not _is_finished(store, record, had, picture, wanted):
         return Task(picture=picture, kinds=kinds)
+    finished(record)
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}

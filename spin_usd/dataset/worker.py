@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from spin_usd.dataset.cache import RENDERS, Cache, Entry
 from spin_usd.dataset.job import Job
-from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, make_image, make_labels, render_in
+from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, image_tones, make_image, make_labels, render_in
 from spin_usd.dataset.plan import stage_provenance
 from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store, link_atomically, write_atomically, write_json
+from spin_usd.dataset.tones import faults
 from spin_usd.dataset.versions import library_versions
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
@@ -52,8 +53,8 @@ class Worker:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
         with `keep_render`. One that fails leaves none of the files that it wrote, but those in the cache.
 
-        Returns the seconds spent by kind of work, the memory now used, and of the "passes" that it needed, "labels" and
-        "render", whether each was "made" now or is "shared" with others.
+        Returns the seconds spent by kind of work, the memory now used, of the "passes" that it needed, "labels" and
+        "render", whether each was "made" now or is "shared" with others, and the picture's "faults" (dataset.tones).
         """
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
@@ -63,13 +64,13 @@ class Worker:
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(making, keep_render=keep_render)
         with watch("files"):
-            record = make_record(reader, scene, self.job, files, self.versions, making.keys, making.notes)
+            record = make_record(reader, making, self.job, files, self.versions)
             write_json(self.store.record(variant, scene.frame.name), record)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
                 (self.store.root / stale).unlink(missing_ok=True)
         memory = psutil.Process().memory_info().rss
-        return {"seconds": watch.seconds, "memory": memory, "passes": making.passes}
+        return {"seconds": watch.seconds, "memory": memory, "passes": making.passes, "faults": faults(record)}
 
     def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
@@ -128,6 +129,8 @@ class Worker:
                 kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
         radiance = rendered.relit(light.gains)
         for kind, array, channels in make_image(scene, radiance, settings, making.kinds, making.watch, making.notes):
+            if kind == IMAGE:
+                making.tones = image_tones(scene, radiance, array)
             writing[kind] = writers.submit(self._write, scene, kind, array, channels)
         return kept
 
@@ -174,10 +177,10 @@ class Worker:
         return self._reader
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class _Making:
     """A picture while it is made: its scene, kinds of file and keys; the time that it takes, which passes were made or
-    shared, and what its record must say of them."""
+    shared, and what its record must say of them and of the target's tones."""
 
     scene: Scene
     kinds: Sequence[str]
@@ -185,6 +188,7 @@ class _Making:
     watch: Stopwatch
     passes: dict[str, str] = field(default_factory=dict)
     notes: dict[str, float] = field(default_factory=dict)
+    tones: dict[str, Any] | None = None
 
 
 def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
@@ -215,15 +219,10 @@ def suffix_of(kind: str, image_suffix: str) -> str:
 
 
 def make_record(
-    reader: StageReader,
-    scene: Scene,
-    job: Job,
-    files: dict[str, Any],
-    versions: dict[str, str],
-    keys: Mapping[str, str],
-    notes: dict[str, float],
+    reader: StageReader, making: _Making, job: Job, files: dict[str, Any], versions: dict[str, str]
 ) -> dict[str, Any]:
-    """The picture's record, by schema record-1. `notes`: what making the picture adds to its provenance."""
+    """The picture's record, by schema record-1."""
+    scene = making.scene
     camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
     return {
         "schema": "record-1",
@@ -240,10 +239,11 @@ def make_record(
             "distortion": list(camera.distortion),
         },
         "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        **({"tones": making.tones} if making.tones else {}),
         "files": files,
         "provenance": {
             "stage": {"root": job.stage, **stage_provenance(reader)},
-            "keys": keys,
+            "keys": making.keys,
             "render": {
                 "renderer": job.settings.renderer,
                 "effort": asdict(job.settings.effort),
@@ -257,6 +257,6 @@ def make_record(
                 "picture": picture_seed(scene, job.settings),
             },
             "versions": versions,
-            **notes,
+            **making.notes,
         },
     }

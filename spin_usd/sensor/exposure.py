@@ -7,24 +7,48 @@ import numpy as np
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 
+SHORTEST, LONGEST = "shortest", "longest"
+
 
 def metered(sensor: Sensor, radiance: Radiance) -> float:
-    """The factor on the exposure time that metering on the target chooses; 1 without auto-exposure or target.
+    """The factor on the exposure time that metering on the target chooses; 1 without auto-exposure or target."""
+    wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
+    return 1.0 if wanted is None else float(np.clip(wanted, low, high))
 
-    Metered is the target's radiance averaged over what it covers, weighed as a panchromatic detector would.
-    """
-    rule = sensor.auto_exposure
-    covered = float(radiance.rgba[..., 3].sum(dtype=np.float64))
-    if rule is None or covered == 0:
-        return 1.0
-    weights = np.array(sensor.quantum_efficiency) * np.array(sensor.panchromatic)
-    light = radiance.rgb.sum((0, 1), dtype=np.float64) @ weights
-    mean = sensor.exposure * float(light) / covered
-    low, high = (2.0**stops for stops in rule.stops)
-    return float(np.clip(rule.level / mean, low, high)) if mean > 0 else high
+
+def exposure_end(sensor: Sensor, radiance: Radiance) -> str | None:
+    """Which end of its range auto-exposure stopped at, "shortest" or "longest", for the target wanted less or more;
+    None where it did not."""
+    wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
+    if wanted is None or low <= wanted <= high:
+        return None
+    return LONGEST if wanted > high else SHORTEST
 
 
 def exposed(sensor: Sensor, radiance: Radiance) -> Sensor:
     """`sensor` with the exposure time that metering chose."""
     factor = metered(sensor, radiance)
     return replace(sensor, exposure=sensor.exposure * factor, time=sensor.time * factor)
+
+
+def _limits(sensor: Sensor) -> tuple[float, float]:
+    """Of the factor on the exposure time."""
+    if sensor.auto_exposure is None:
+        return 1.0, 1.0
+    low, high = sensor.auto_exposure.stops
+    return 2.0**low, 2.0**high
+
+
+def _wanted(sensor: Sensor, radiance: Radiance) -> float | None:
+    """The factor that would bring the target to its level, whatever the limits; None without auto-exposure or target.
+
+    Metered is the target's radiance averaged over what it covers, weighed as a panchromatic detector would.
+    """
+    rule = sensor.auto_exposure
+    covered = float(radiance.rgba[..., 3].sum(dtype=np.float64))
+    if rule is None or covered == 0:
+        return None
+    weights = np.array(sensor.quantum_efficiency) * np.array(sensor.panchromatic)
+    light = radiance.rgb.sum((0, 1), dtype=np.float64) @ weights
+    mean = sensor.exposure * float(light) / covered
+    return rule.level / mean if mean > 0 else np.inf

@@ -8,7 +8,7 @@ import pytest
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import AutoExposure, Sensor
-from spin_usd.sensor.exposure import exposed, metered
+from spin_usd.sensor.exposure import exposed, exposure_end, metered
 
 RULE = AutoExposure(level=0.4, stops=(-10, 10))
 
@@ -58,3 +58,11 @@ def test_it_weighs_colours_as_the_detector_does():
     red.rgba[..., 1:3] = 0
     sensor = Sensor(auto_exposure=RULE, quantum_efficiency=(0.5, 1, 1), panchromatic=(0.6, 0.3, 0.1))
     assert metered(sensor, red) * 10 * 0.5 * 0.6 == pytest.approx(0.4)
+
+
+def test_the_end_that_it_stops_at_is_told():
+    sensor = Sensor(auto_exposure=replace(RULE, stops=(-2, 3)))
+    ends = {value: exposure_end(sensor, radiance([value], np.array([1]))) for value in (1e6, 1.5, 0.4, 0.06, 1e-6, 0)}
+    assert ends == {1e6: "shortest", 1.5: None, 0.4: None, 0.06: None, 1e-6: "longest", 0: "longest"}
+    assert exposure_end(Sensor(), radiance([0], np.array([1]))) is None
+    assert exposure_end(sensor, radiance([0], np.array([0]))) is None
