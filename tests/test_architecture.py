@@ -37,6 +37,8 @@ ONLY_IN = {
     "bpy": ("render/blender",),
     "OpenImageIO": ("formats", "stage/images.py", "render/blender"),
     "trimesh": ("formats",),
+    "plyfile": ("formats",),
+    "DracoPy": ("formats",),
     "embreex": ("render/raycast.py",),
     "cv2": ("labels/preview.py", "sensor"),
     "PIL": ("formats",),

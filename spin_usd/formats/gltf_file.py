@@ -23,6 +23,7 @@ from spin_usd.formats.gltf_materials import (
     primvar,
     read_material,
 )
+from spin_usd.formats.triangle_strips import strip_triangles
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
@@ -175,9 +176,7 @@ def _faces(document: Document, primitive: dict[str, Any], points: int) -> NDArra
         return order.reshape(-1, 3)
     if mode == FAN:
         return np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1)
-    odd = np.arange(max(len(order) - 2, 0)) % 2
-    first = np.arange(len(odd))
-    return np.stack([order[first], order[first + 1 + odd], order[first + 2 - odd]], axis=1)
+    return strip_triangles(order)
 
 
 def _material(model: _Model, primitive: dict[str, Any], sets: frozenset[int], name: str) -> tuple[int, Float | None]:

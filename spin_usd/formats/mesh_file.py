@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.formats.gltf_file import read_gltf
 from spin_usd.formats.obj_file import read_obj
-from spin_usd.formats.trimesh_file import read_with_trimesh
+from spin_usd.formats.ply_file import read_ply
+from spin_usd.formats.stl_file import read_stl
 from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.mesh import MAX_FACES
 
@@ -109,8 +110,8 @@ def _remarks(asset: MeshAsset, path: Path, scale: float) -> list[str]:
 
 READERS: dict[str, Callable[[Path], MeshAsset]] = {
     ".obj": read_obj,
-    ".ply": read_with_trimesh,
-    ".stl": read_with_trimesh,
+    ".ply": read_ply,
+    ".stl": read_stl,
     ".gltf": read_gltf,
     ".glb": read_gltf,
 }

@@ -15,6 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.obj_materials import read_materials
 from spin_usd.formats.text_file import read_text
+from spin_usd.formats.vertex_colors import linear_colors, with_colors
 from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
@@ -39,12 +40,12 @@ def read_obj(path: Path) -> MeshAsset:
     parts: dict[tuple[str, str], _Faces] = {}
     materials: dict[str, int] = {}
     libraries: list[str] = []
-    colored = False
+    colors: list[list[float]] = []
     group, material = ("", ""), -1
     for where, key, rest in _statements(path):
         if key == "v":
             points.append(_vector(rest, where))
-            colored |= len(rest.split()) > 4  # x y z w is a rational curve's, x y z r g b a colour
+            colors.append(_color(rest, where))
         elif key == "vn":
             normals.append(_vector(rest, where))
         elif key == "vt":
@@ -75,9 +76,10 @@ def read_obj(path: Path) -> MeshAsset:
         name=path.stem,
         parts=tuple(_part(faces, xyz, st, directions) for faces in parts.values()),
         materials=found,
-        notes=(*notes, *(["its vertex colours, which the format does not define, are left out"] if colored else [])),
+        notes=notes,
     )
-    return _plain_where_unmapped(asset, list(parts.values()))
+    asset = _plain_where_unmapped(asset, list(parts.values()))
+    return with_colors(asset, _corner_colors(colors, list(parts.values())))
 
 
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
@@ -100,6 +102,23 @@ def _vector(rest: str, where: str) -> list[float]:
     except ValueError:
         raise InputError(f"{rest[:60]!r} is not three numbers", where=where) from None
     return [x, y, z]
+
+
+def _color(rest: str, where: str) -> list[float]:
+    """r, g and b of "x y z r g b", which the format does not define and many write; empty without: "x y z w" is a
+    rational curve's."""
+    fields = rest.split()[3:6]
+    return _vector(" ".join(fields), where) if len(fields) == 3 else []
+
+
+def _corner_colors(colors: list[list[float]], parts: list[_Faces]) -> list[Float | None]:
+    """Linear (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
+    if not any(colors):
+        return [None] * len(parts)
+    brightest = max(max(color) for color in colors if color)
+    white = [255.0 if brightest > 1 else 1.0] * 3
+    linear = linear_colors(np.array([color or white for color in colors]))
+    return [linear[[point for point, _, _ in part.corners]] for part in parts]
 
 
 def _coordinates(rest: str, where: str) -> list[float]:

@@ -1,0 +1,144 @@
+"""PLY, parsed by plyfile: polygons or triangle strips, normals, colours and texture coordinates.
+
+trimesh reads PLY too, but cuts polygons, merges corners, knows no strips and refuses binary files of triangles among
+quads; it serves as the authority in the tests. The format names no properties but a point's; the names are those that
+exporters write. A texture is named by MeshLab's comment `TextureFile`.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from plyfile import PlyData, PlyElement
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError, SpinError
+from spin_usd.formats.texture_file import color_space, texture_beside
+from spin_usd.formats.triangle_strips import strip_triangles
+from spin_usd.formats.vertex_colors import linear_colors, with_colors
+from spin_usd.scene.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.material import Material
+
+ST, TEXTURE = "st", "texturefile "
+INDICES = ("vertex_indices", "vertex_index")
+COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
+NORMALS = (("nx", "ny", "nz"),)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Faces:
+    """indices (C,) of the corners' points, counts (F,) · colors (C, 3) and st (C, 2) where the faces have their own."""
+
+    indices: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    colors: Float | None = None
+    st: Float | None = None
+
+
+def read_ply(path: Path) -> MeshAsset:
+    """The model in the file's own units. Raises InputError that names the file, GeometryError."""
+    try:
+        data = PlyData.read(str(path), mmap=False)
+        faces = _faces(data)
+        points = _columns(data["vertex"], (("x", "y", "z"),))
+        part = None if points is None or not len(faces.counts) else _part(path.stem, points, faces)
+        values = [] if part is None else [_at_corners(data["vertex"], faces, n) for n in (NORMALS, COLORS, COORDINATES)]
+    except SpinError:
+        raise
+    # A parser of damaged files raises whatever it stumbles over.
+    except Exception as error:
+        raise InputError(f"cannot be read as PLY ({error})", where=path) from None
+    if part is None:
+        raise InputError("holds no faces", where=path)
+    normals, colors, st = values
+    st, colors = (st if faces.st is None else faces.st), (faces.colors if colors is None else linear_colors(colors))
+    part = replace(part, normals=normals, primvars={} if st is None else {ST: st})
+    material, notes = _material(path, data, st is not None)
+    if material:
+        part = replace(part, face_material=np.zeros(len(faces.counts), np.int32))
+    asset = MeshAsset(name=path.stem, parts=(part,), materials=(material,) if material else (), notes=notes)
+    return with_colors(asset, [colors])
+
+
+def _part(name: str, points: Float, faces: _Faces) -> MeshPart:
+    return MeshPart(
+        name=name,
+        points=points,
+        face_counts=faces.counts.astype(np.int32),
+        face_indices=faces.indices.astype(np.int32),
+        normals=None,
+        face_material=np.full(len(faces.counts), -1, np.int32),
+    )
+
+
+def _faces(data: PlyData) -> _Faces:
+    """The file's polygons, or the triangles of its strips; polygons of fewer than three corners are none."""
+    if "face" in data and data["face"].count:
+        element = data["face"]
+        lists = _lists(element, INDICES)
+        keep = np.array([len(corners) > 2 for corners in lists])
+        counts = np.array([len(corners) for corners in lists], np.int64)[keep]
+        if not len(counts):
+            return _Faces(indices=counts, counts=counts)
+        colors = _columns(element, COLORS)
+        return _Faces(
+            indices=np.concatenate([lists[i] for i in np.flatnonzero(keep)]).astype(np.int64),
+            counts=counts,
+            colors=None if colors is None else np.repeat(linear_colors(colors)[keep], counts, axis=0),
+            st=_corner_coordinates(element, keep, counts),
+        )
+    strips = [np.asarray(strip) for strip in _lists(data["tristrips"], INDICES)] if "tristrips" in data else []
+    triangles = np.concatenate([np.zeros((0, 3), np.int64), *(strip_triangles(strip) for strip in strips)])
+    return _Faces(indices=triangles.ravel(), counts=np.full(len(triangles), 3, np.int64))
+
+
+def _corner_coordinates(element: PlyElement, keep: NDArray[np.bool_], counts: NDArray[np.int64]) -> Float | None:
+    """(C, 2) of the property texcoord, u and v of each corner after another, as MeshLab writes it; None without it."""
+    if "texcoord" not in _names(element):
+        return None
+    lists = [np.asarray(values, np.float64) for values, kept in zip(element["texcoord"], keep, strict=True) if kept]
+    whole = all(len(values) == 2 * count for values, count in zip(lists, counts, strict=True))
+    return np.concatenate(lists).reshape(-1, 2) if whole else None
+
+
+def _at_corners(vertices: PlyElement, faces: _Faces, choices: tuple[tuple[str, ...], ...]) -> Float | None:
+    values = _columns(vertices, choices)
+    return None if values is None else values[faces.indices]
+
+
+def _columns(element: PlyElement, choices: tuple[tuple[str, ...], ...]) -> Float | None:
+    """(N, C) of the first of `choices` whose properties the element all has, of whole colours the share of 255."""
+    for names in choices:
+        if set(names) <= _names(element):
+            columns = [np.asarray(element[name]) for name in names]
+            whole = choices is COLORS and columns[0].dtype.kind in "iu"
+            return np.stack(columns, axis=1).astype(np.float64) / (np.iinfo(columns[0].dtype).max if whole else 1)
+    return None
+
+
+def _lists(element: PlyElement, names: tuple[str, ...]) -> NDArray[Any]:
+    """The lists (N,) of whichever of `names` the element has."""
+    name = next(name for name in names if name in _names(element))
+    return np.asarray(element[name])
+
+
+def _names(element: PlyElement) -> set[str]:
+    return {prop.name for prop in element.properties}
+
+
+def _material(path: Path, data: PlyData, mapped: bool) -> tuple[ModelMaterial | None, tuple[str, ...]]:
+    """The material that shows the file's first texture, and notes."""
+    comments = [str(comment) for comment in (*data.comments, *data.obj_info)]
+    named = [comment[len(TEXTURE) :].strip() for comment in comments if comment.lower().startswith(TEXTURE)]
+    if not named or not mapped:
+        return None, ("its texture coordinates are kept as the primvar st, and it names no image",) if mapped else ()
+    notes = [f"of its {len(named)} textures only the first, {named[0]!r}, is carried over"] if len(named) > 1 else []
+    try:
+        file = texture_beside(path, named[0], path.parent)
+    except InputError as error:
+        return None, (*notes, error.found)
+    image = ImageMap(file=file, color_space=color_space(file))
+    return ModelMaterial(constants=Material(path="texture"), images={"diffuseColor": image}), tuple(notes)

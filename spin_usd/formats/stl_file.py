@@ -1,0 +1,43 @@
+"""STL, parsed by trimesh: the file's points, faces and normals. Nothing is merged, smoothed or computed."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from spin_usd.errors import InputError
+from spin_usd.scene.asset import MeshAsset, MeshPart
+
+
+def read_stl(path: Path) -> MeshAsset:
+    """The model in the file's own units. Raises InputError that names the file."""
+    parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in _meshes(path))
+    if not parts:
+        raise InputError("holds no faces", where=path)
+    return MeshAsset(name=path.stem, parts=parts)
+
+
+def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
+    """(name, mesh) of each: an STL of text may hold several solids."""
+    try:
+        scene = trimesh.load_scene(path, process=False)
+    # A parser of damaged files raises whatever it stumbles over.
+    except Exception as error:
+        raise InputError(f"cannot be read as STL ({error})", where=path) from None
+    meshes = [(str(name), mesh) for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)]
+    return [(name, mesh) for name, mesh in meshes if len(mesh.faces)]
+
+
+def _part(name: str, mesh: trimesh.Trimesh) -> MeshPart:
+    corners = np.asarray(mesh.faces, np.int64).ravel()
+    normals = None
+    if "vertex_normals" in mesh._cache.cache:  # trimesh keeps the file's own there; else it would compute some
+        normals = np.asarray(mesh.vertex_normals, np.float64)[corners]
+    return MeshPart(
+        name=name,
+        points=np.asarray(mesh.vertices, np.float64),
+        face_counts=np.full(len(mesh.faces), 3, np.int32),
+        face_indices=corners.astype(np.int32),
+        normals=normals,
+        face_material=np.full(len(mesh.faces), -1, np.int32),
+    )
