@@ -7,9 +7,11 @@ them.
 import base64
 import json
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from urllib.parse import unquote
 
@@ -42,9 +44,16 @@ class Document:
         found: list[dict[str, Any]] = self.json.get(name, [])
         return found
 
-    def values(self, index: int) -> NDArray[Any]:
-        """(count, width) of an accessor: float64 for floats and normalised integers, else its own integers."""
+    def values(self, index: int, decoded: Mapping[int, NDArray[Any]] = MappingProxyType({})) -> NDArray[Any]:
+        """(count, width) of an accessor, or of what `decoded` has in its place: float64 for floats and normalised
+        integers, else its own integers."""
         accessor = at(self.entries("accessors"), index)
+        values = decoded[index] if index in decoded else self._stored(index, accessor)
+        if values.dtype.kind == "f":
+            return values.astype(np.float64)
+        return _normalised(values) if accessor.get("normalized") else values
+
+    def _stored(self, index: int, accessor: dict[str, Any]) -> NDArray[Any]:
         kind, count = np.dtype(TYPES[accessor["componentType"]]).newbyteorder("<"), accessor["count"]
         width = WIDTHS[accessor["type"]]
         if not 0 < count <= MAX_ELEMENTS:
@@ -57,9 +66,7 @@ class Document:
             values[self._sparse(sparse["indices"], sparse["count"], 1)[:, 0]] = self._sparse(
                 sparse["values"] | {"componentType": accessor["componentType"]}, sparse["count"], width
             )
-        if kind.kind == "f":
-            return values.astype(np.float64)
-        return _normalised(values) if accessor.get("normalized") else values
+        return values
 
     def image(self, index: int) -> ImageFile:
         """An image, from its file beside this one, its data URI or its part of a buffer. InputError says why not."""
@@ -75,12 +82,13 @@ class Document:
         entry = at(self.entries("images"), index)
         name = str(entry.get("name") or f"{self.path.stem}_{index}")
         if "bufferView" in entry:
-            return texture_of(name, self._view(entry["bufferView"]))
+            return texture_of(name, self.view(entry["bufferView"]))
         if (data := _data_uri(entry["uri"])) is not None:
             return texture_of(name, data)
         return texture_beside(self.path, unquote(entry["uri"]), self.path.parent)
 
-    def _view(self, index: int) -> bytes:
+    def view(self, index: int) -> bytes:
+        """The bytes of a buffer view."""
         view = at(self.entries("bufferViews"), index)
         start, length = view.get("byteOffset", 0), view["byteLength"]
         data: bytes = self._buffers[view["buffer"]]
@@ -89,7 +97,7 @@ class Document:
         return data[start : start + length]
 
     def _strided(self, view: int, offset: int, kind: np.dtype[Any], count: int, width: int) -> NDArray[Any]:
-        data, item = self._view(view), kind.itemsize * width
+        data, item = self.view(view), kind.itemsize * width
         stride = self.entries("bufferViews")[view].get("byteStride", item)
         if offset < 0 or stride < item or offset + (count - 1) * stride + item > len(data):
             raise ValueError(f"an accessor reaches beyond buffer view {view}")
@@ -101,10 +109,12 @@ class Document:
 
     @cached_property
     def _buffers(self) -> list[bytes]:
-        return [self._buffer(entry) for entry in self.entries("buffers")]
+        return [self._buffer(entry, index) for index, entry in enumerate(self.entries("buffers"))]
 
-    def _buffer(self, entry: dict[str, Any]) -> bytes:
+    def _buffer(self, entry: dict[str, Any], index: int) -> bytes:
         if "uri" not in entry:
+            if index:  # the GLB's own is the first; others are placeholders of what is compressed elsewhere
+                raise ValueError(f"buffer {index} has no data")
             return self.binary
         if (data := _data_uri(entry["uri"])) is not None:
             return data

@@ -3,8 +3,9 @@
 Nothing is merged, smoothed or computed. Source: glTF 2.0, sections 3.5 and 3.7.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.formats.gltf_document import Document, at, read_document
+from spin_usd.formats.gltf_draco import DRACO, decompressed
 from spin_usd.formats.gltf_materials import (
     DISPLAY_COLOR,
-    HANDLED,
+    MATERIAL_EXTENSIONS,
     OPAQUE,
     base_color,
     has_base_texture,
@@ -31,6 +33,10 @@ from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 COORDINATES, COLOR = "TEXCOORD_", "COLOR_0"
+HANDLED = {*MATERIAL_EXTENSIONS, DRACO, "KHR_mesh_quantization"}
+
+Values = Callable[[int], NDArray[Any]]
+"""The numbers of an accessor, by its index."""
 
 
 @dataclass
@@ -132,13 +138,14 @@ def _local(node: dict[str, Any]) -> Float:
     return found
 
 
-def _read_primitive(model: _Model, primitive: dict[str, Any], to_body: Float, name: str) -> None:
+def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float, name: str) -> None:
     if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
         model.notes[f"{name!r} is made of points or lines, which are left out"] = None
         return
-    values, attributes = model.document.values, primitive["attributes"]
+    primitive, decoded = decompressed(model.document, primitive)
+    values, attributes = partial(model.document.values, decoded=decoded), primitive["attributes"]
     points, linear = values(attributes["POSITION"]).astype(np.float64), to_body[:3, :3]
-    faces = _faces(model.document, primitive, len(points))
+    faces = _faces(values, primitive, len(points))
     volume = np.linalg.det(linear)
     if volume < 0:
         faces = faces[:, ::-1]  # a mirrored face is seen from its other side
@@ -150,7 +157,7 @@ def _read_primitive(model: _Model, primitive: dict[str, Any], to_body: Float, na
     normals = values(attributes["NORMAL"]) @ np.linalg.inv(linear) if "NORMAL" in attributes and volume else None
     sets = [int(key[len(COORDINATES) :]) for key in attributes if key.startswith(COORDINATES)]
     primvars = {primvar(i): values(attributes[f"{COORDINATES}{i}"]) * (1, -1) + (0, 1) for i in sorted(sets)}
-    material, colors = _material(model, primitive, frozenset(sets), name)
+    material, colors = _material(model, primitive, frozenset(sets), name, values)
     if colors is not None:
         primvars[DISPLAY_COLOR] = colors
     model.parts.append(
@@ -166,11 +173,11 @@ def _read_primitive(model: _Model, primitive: dict[str, Any], to_body: Float, na
     )
 
 
-def _faces(document: Document, primitive: dict[str, Any], points: int) -> NDArray[np.int64]:
+def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> NDArray[np.int64]:
     """(F, 3) of triangles, a strip or a fan, all wound as the standard says."""
     order = np.arange(points)
     if "indices" in primitive:
-        order = document.values(primitive["indices"])[:, 0].astype(np.int64)
+        order = values(primitive["indices"])[:, 0].astype(np.int64)
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
         return order.reshape(-1, 3)
@@ -179,13 +186,15 @@ def _faces(document: Document, primitive: dict[str, Any], points: int) -> NDArra
     return strip_triangles(order)
 
 
-def _material(model: _Model, primitive: dict[str, Any], sets: frozenset[int], name: str) -> tuple[int, Float | None]:
+def _material(
+    model: _Model, primitive: Mapping[str, Any], sets: frozenset[int], name: str, values: Values
+) -> tuple[int, Float | None]:
     """(index into the materials or -1, displayColor of the points or None): COLOR_0 multiplies the base colour."""
     index = int(primitive.get("material", -1))
     entry = at(model.document.entries("materials"), index) if index >= 0 else {}
     colors = None
     if COLOR in primitive["attributes"]:
-        colors = _colors(model, entry, model.document.values(primitive["attributes"][COLOR]), name)
+        colors = _colors(model, entry, values(primitive["attributes"][COLOR]), name)
     if index < 0 and colors is None:
         return -1, None
     key = (index, sets, colors is not None)

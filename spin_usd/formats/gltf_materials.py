@@ -1,5 +1,5 @@
 """glTF's metallic-roughness materials as UsdPreviewSurface. Source: glTF 2.0, sections 3.8 and 3.9, and the extensions
-KHR_texture_transform, KHR_materials_ior, KHR_materials_emissive_strength and KHR_materials_clearcoat.
+KHR_texture_transform, KHR_materials_ior, KHR_materials_emissive_strength, KHR_materials_clearcoat and EXT_texture_webp.
 
 A texture is multiplied by its factor after it is made linear. glTF's (0, 0) is the image's upper left corner, USD's the
 lower left: v = 1 - t. KHR_texture_transform turns counter-clockwise as seen on the image, as its text and its example
@@ -18,7 +18,8 @@ from spin_usd.scene.texture import RGBA, Color, Primvar
 
 TRANSFORM = "KHR_texture_transform"
 IOR, STRENGTH, CLEARCOAT = "KHR_materials_ior", "KHR_materials_emissive_strength", "KHR_materials_clearcoat"
-HANDLED = {TRANSFORM, IOR, STRENGTH, CLEARCOAT, "KHR_mesh_quantization"}
+WEBP = "EXT_texture_webp"
+MATERIAL_EXTENSIONS = (TRANSFORM, IOR, STRENGTH, CLEARCOAT, WEBP)
 WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 NEAREST = 9728
 OPAQUE, MASK = "OPAQUE", "MASK"
@@ -155,7 +156,8 @@ def _image(
 ) -> ImageMap:
     """Raises InputError for an image that cannot be had, or texture coordinates that the part lacks."""
     texture = at(document.entries("textures"), info["index"])
-    if "source" not in texture:
+    source = texture.get("extensions", {}).get(WEBP, {}).get("source", texture.get("source"))
+    if source is None:
         raise InputError(f"its image is only there as {', '.join(texture.get('extensions', {})) or 'none'}")
     move = info.get("extensions", {}).get(TRANSFORM, {})
     coordinates = int(move.get("texCoord", info.get("texCoord", 0)))
@@ -163,7 +165,7 @@ def _image(
         raise InputError(f"a part that has it lacks TEXCOORD_{coordinates}")
     sampler = _sampler(document, info)
     return ImageMap(
-        file=document.image(texture["source"]),
+        file=document.image(source),
         color_space=space,
         output=output,
         primvar=primvar(coordinates),

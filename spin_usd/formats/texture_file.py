@@ -1,6 +1,7 @@
 """The image files that a model names or holds, as bytes to be written beside it.
 
-PNG, JPEG and EXR pass unchanged; BMP, TGA and TIFF, which few readers of USD know, are rewritten as PNG without loss.
+PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF and WebP, which few readers of USD know, are rewritten as PNG without
+loss.
 """
 
 import io
@@ -14,7 +15,7 @@ from spin_usd.scene.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
-REWRITTEN = ("BMP", "TGA", "TIFF")
+REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
 MAX_BYTES = 2**29
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
@@ -87,5 +88,7 @@ def _decoded(name: str, data: bytes) -> Image.Image:
     # A decoder of damaged files raises whatever it stumbles over, and so does its guard against bombs.
     except Exception as error:
         reason = str(error).split(" <")[0]
-        raise InputError(f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA or TIFF image ({reason})") from None
+        raise InputError(
+            f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA, TIFF or WebP image ({reason})"
+        ) from None
     raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import DracoPy
 import numpy as np
 import pytest
 import trimesh
@@ -255,8 +256,55 @@ def test_extensions_are_named_or_refused(gltf: GltfWriter) -> None:
     assert [note for note in asset.notes if "extensions" in note] == [
         "glTF extensions that are not carried over: KHR_materials_sheen"
     ]
-    with pytest.raises(InputError, match=r"model\.gltf: requires the glTF extension KHR_draco_mesh_compression"):
-        read_mesh_file(gltf(extensionsRequired=["KHR_draco_mesh_compression"]))
+    with pytest.raises(InputError, match=r"model\.gltf: requires the glTF extension EXT_meshopt_compression"):
+        read_mesh_file(gltf(extensionsRequired=["EXT_meshopt_compression"]))
+
+
+@pytest.mark.parametrize("listed", ["extensionsUsed", "extensionsRequired"])
+def test_draco_is_decompressed(gltf: GltfWriter, listed: str) -> None:
+    """The accessors have no data of their own: without the decoder they are zeros, and no face has an area."""
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    tints = np.arange(3 * len(ball.vertices), dtype=np.uint8).reshape(-1, 3)
+    data = DracoPy.encode(ball.vertices, ball.faces, quantization_bits=16, colors=tints, preserve_order=True)
+    ids = {each["attribute_type"]: each["unique_id"] for each in DracoPy.decode(data).attributes}
+    count = len(ball.vertices)
+    primitive = {
+        "attributes": {"POSITION": 0, "COLOR_0": 1},
+        "indices": 2,
+        "extensions": {
+            "KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": ids[0], "COLOR_0": ids[2]}}
+        },
+    }
+    path = gltf(
+        meshes=[{"name": "ball", "primitives": [primitive]}],
+        accessors=[
+            {"componentType": 5126, "count": count, "type": "VEC3"},
+            {"componentType": 5121, "count": count, "type": "VEC3", "normalized": True},
+            {"componentType": 5125, "count": ball.faces.size, "type": "SCALAR"},
+        ],
+        buffers=[{"uri": uri(data), "byteLength": len(data)}],
+        bufferViews=[{"buffer": 0, "byteLength": len(data)}],
+        **{listed: ["KHR_draco_mesh_compression"]},
+    )
+    asset = read_mesh_file(path)
+    (part,) = asset.parts
+    corners = ball.faces.ravel()
+    assert np.allclose(part.points[part.face_indices], ball.vertices[corners], rtol=0, atol=2.0 / 2**16)
+    assert np.allclose(part.primvars["displayColor"], tints[corners] / 255, rtol=0, atol=1e-15)
+    assert asset.notes == ()
+
+
+def test_a_webp_image_becomes_png_without_loss(gltf: GltfWriter) -> None:
+    data = io.BytesIO()
+    Image.open(io.BytesIO(PICTURE)).save(data, "WEBP", lossless=True)
+    texture = {
+        "images": [{"uri": uri(data.getvalue())}],
+        "textures": [{"extensions": {"EXT_texture_webp": {"source": 0}}}],
+    }
+    asset = read_mesh_file(gltf(materials=[BASE], extensionsRequired=["EXT_texture_webp"], **texture))
+    file = images(asset)["diffuseColor"].file
+    assert file.name.endswith(".png")
+    assert np.array_equal(np.array(Image.open(io.BytesIO(file.data))), np.array(Image.open(io.BytesIO(PICTURE))))
 
 
 @pytest.mark.parametrize(
