@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.dataset.author_look import look_notes
 from spin_usd.errors import InputError, StageError, UnsupportedError
 from spin_usd.formats.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh_file import READERS
@@ -36,9 +37,12 @@ def check_written(
         metres = asset.metres_per_unit
         source = usd_bounds(file, asset.prim, metres_per_unit=metres, selections=selections, time_code=time_code)
     if source is None:
-        return ("the target's size could not be compared with its file's: no other reader opens it", *_unseen(target))
+        return (
+            "the target's size could not be compared with its file's: no other reader opens it",
+            *look_notes(reader),
+        )
     _refuse_another_size(file, _box(target), source)
-    return _unseen(target)
+    return look_notes(reader)
 
 
 def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> None:
@@ -57,11 +61,3 @@ def _size(box: Float) -> str:
     """The box's edges, and where it lies, so that two of one size differ."""
     edges = " x ".join(f"{edge:.6g}" for edge in box[1] - box[0])
     return f"{edges} m around ({', '.join(f'{x:.6g}' for x in box.mean(0))})"
-
-
-def _unseen(target: Target) -> tuple[str, ...]:
-    """A note where nothing of the target can be seen, though all of it has labels."""
-    used = {target.materials[index] for index in np.unique(target.mesh.face_material)}
-    if not all(material.opacity == 0 for material in used):
-        return ()
-    return ("every material of the target has opacity 0: no picture will show it, though labels will",)

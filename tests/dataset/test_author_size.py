@@ -115,15 +115,6 @@ def test_a_mirrored_turned_and_scaled_gltf_passes(tmp_path: Path) -> None:
     assert author(tmp_path, tmp_path / "model.glb").notes == ()
 
 
-def test_a_target_that_nothing_shows_is_told(tmp_path: Path) -> None:
-    (tmp_path / "a.mtl").write_text("newmtl a\nd 0\n")
-    target = tmp_path / "model.obj"
-    target.write_text("mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    assert author(tmp_path, target, 1).notes == (
-        "every material of the target has opacity 0: no picture will show it, though labels will",
-    )
-
-
 def test_the_real_tango_is_as_large_as_trimesh_says(shared: Path, tmp_path: Path) -> None:
     target = shared / "data" / "tango" / "tango.obj"
     assert not [note for note in author(tmp_path, target, 100).notes if "compared" in note]
