@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.dataset.sampled import Pictures, drawn, samples_for
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
@@ -65,7 +66,7 @@ def augment_stage(
             where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
             raise InputError(error.found, where=where, do=error.do) from None
     source = Source(name=specification.name, sha256=specification.sha256, seed=specification.seed)
-    root = write_augmentations(Path(stage), Path(out) if out is not None else None, made, source)
+    root = _written(Path(stage), Path(out) if out is not None else None, made, source)
     names = tuple(augmentation.name for augmentation in made)
     return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
 
@@ -82,6 +83,12 @@ class _Counted:
         """`done` of `total` is drawn of this augmentation's `pictures`."""
         drawn_now = self.before * pictures + pictures * done // total
         self.progress(("drawing: picture", drawn_now, self.count * pictures))
+
+
+def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:
+    """The root layer with the augmentations, written by way of a folder hidden beside it."""
+    with hidden_folder(path.parent, "augment", beside=(out or path).name) as hidden:
+        return write_augmentations(path, out, made, source, work=hidden.folder, trial=hidden.beside)
 
 
 def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted) -> Augmentation:

@@ -4,13 +4,12 @@ cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit l
 cache/<label>/<2>/<geometry key>.<versions>.<sha256>.<...>  hard links of the pictures' own label files
 
 <2> is the key's start, <versions> the start of a digest of the software that made it: another Blender's never serves.
-A file's name holds the digest of its bytes, so a name cannot come apart from its file, nothing is served that is not
-what was written, and a file that was is made again. A picture's bytes are the same with any cache and with none: the
-whole folder may be deleted when no run is on.
+A file's name holds the digest of its bytes, so a name cannot come apart from its file, and nothing is served or removed
+that is not what was written; what was damaged is made again under the same name. A picture's bytes are the same with
+any cache and with none: the whole folder may be deleted when no run is on.
 """
 
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,8 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import digest
+from spin_usd.dataset.atomic import sha256_of, write_atomically
 from spin_usd.dataset.picture import IMAGE, RADIANCE
-from spin_usd.dataset.store import Store, sha256_of, write_atomically
+from spin_usd.dataset.store import Store
+from spin_usd.dataset.tree import NodeType, files, remove_emptied, remove_file, type_of
 from spin_usd.labels.label import LABELS
 
 RENDERS = "renders"
@@ -56,19 +57,18 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
-    """The cache in the folder `root`, for results of the software with these `versions`, names and numbers."""
+    """The cache in the folder `root`, for results of the software with these `versions`, names and numbers;
+    `work` is for temporary files."""
 
     root: Path
     versions: Mapping[str, str]
+    work: Path
 
     def find(self, kind: str, key: str) -> Entry | None:
-        """The file of that kind and key, every byte verified; damaged ones are removed."""
-        for entry in _entries_in(self.root / kind / key[:2], kind, f"{key}.{made_by(self.versions, kind)}."):
-            if entry.whole:
-                return entry
-            with suppress(OSError):
-                entry.path.unlink()
-        return None
+        """The file of that kind and key, every byte verified."""
+        wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
+        found = _entries(self.root, f"{kind}/{key[:2]}")
+        return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
 
     def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> Entry:
         """The file that `write` fills, kept from now on. Raises as write_atomically does."""
@@ -77,7 +77,7 @@ class Cache:
         def place(sha256: str) -> Path:
             return self.root / kind / key[:2] / f"{key}.{purpose.versions}.{sha256}{suffix}"
 
-        sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, place=place)
+        sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, work=self.work, place=place)
         return Entry(purpose=purpose, sha256=sha256, path=place(sha256))
 
 
@@ -90,9 +90,9 @@ def made_by(versions: Mapping[str, str], kind: str) -> str:
 
 def entries(store: Store) -> Iterator[Entry]:
     """All files of the dataset's cache, unverified."""
-    for kind in CACHED:
-        for folder in _listed(store.cache / kind):
-            yield from _entries_in(store.cache / kind / folder, kind)
+    if type_of(store.cache) is NodeType.FOLDER:
+        for kind in CACHED:
+            yield from _entries(store.cache, kind)
 
 
 def held_keys(store: Store) -> dict[str, set[str]]:
@@ -121,25 +121,23 @@ def used(store: Store) -> set[Purpose]:
 
 
 def remove_entries(store: Store, *, but: set[Purpose]) -> None:
-    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty."""
+    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty. A
+    file whose bytes its name does not hold was not written under that name, and stays."""
     for entry in list(entries(store)):
-        if entry.purpose not in but:
-            entry.path.unlink(missing_ok=True)
-            for folder in (*entry.path.parents[:2], store.cache):
-                with suppress(OSError):  # not empty
-                    folder.rmdir()
+        if entry.purpose not in but and entry.whole:
+            remove_file(store.root, store.relative(entry.path))
+            remove_emptied(store.root, store.relative(entry.path))
 
 
-def _entries_in(folder: Path, kind: str, prefix: str = "") -> Iterator[Entry]:
-    for name in _listed(folder):
-        match name.split("."):
-            case [key, versions, sha256, _] if name.startswith(prefix):
-                purpose = Purpose(kind=kind, key=key, versions=versions)
-                yield Entry(purpose=purpose, sha256=sha256, path=folder / name)
+def _entries(cache: Path, folder: str) -> Iterator[Entry]:
+    """Those in that folder of the cache."""
+    for name in files(cache, folder):
+        match name.split("/"):
+            case [kind, start, file] if file.startswith(start):
+                yield from _entry(cache / name, kind, file)
 
 
-def _listed(folder: Path) -> list[str]:
-    try:
-        return sorted(os.listdir(folder))
-    except OSError:
-        return []
+def _entry(path: Path, kind: str, name: str) -> Iterator[Entry]:
+    match name.split("."):
+        case [key, versions, sha256, _]:
+            yield Entry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, path=path)

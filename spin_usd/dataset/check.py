@@ -1,24 +1,25 @@
 """Findings on a stage or a dataset."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from pathlib import Path
-from typing import Any
 
 from spin_usd.dataset.check_cache import cache_findings
 from spin_usd.dataset.check_pictures import Inventory, picture_findings
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.lock import token_in
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.stage_path import root_layer
-from spin_usd.dataset.store import LOCK, TEMPORARY, WORK, Store
+from spin_usd.dataset.store import DESCRIPTION, LOCK, OWN, RECORDS, STAGE, Store
+from spin_usd.dataset.tree import STRANGE, Node, NodeType, file_at, type_of, walk
 from spin_usd.errors import InputError, SpinError
-from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.finding import ERROR, WARNING, Finding
 
 Progress = Callable[[str, int, int], None]
 
 
 def check(path: Path, *, progress: Progress) -> tuple[str, list[Finding]]:
     """What `path` is ("stage" or "dataset") and the findings on it. InputError when it is neither."""
-    if path.is_dir() and (path / "dataset.json").is_file():
+    if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
         return "dataset", list(dataset_findings(path.absolute(), progress=progress))
     if (root := root_layer(path)).is_file():
         return "stage", stage_findings(root, progress=progress)
@@ -42,44 +43,52 @@ def stage_findings(root: Path, *, progress: Progress) -> list[Finding]:
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
-    """All that is wrong with the dataset in the folder `root`: its stage, its pictures, and stray files."""
+    """All that is wrong with the dataset in the folder `root`: links, its stage, its pictures, and stray files."""
     store = Store(root=root)
+    nodes = list(walk(root))
+    yield from map(_strange, (node for node in nodes if node.type in STRANGE))
+    present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
     try:
-        description = read_json(store.description, "dataset-1")
+        description = read_json(file_at(root, DESCRIPTION), "dataset-1")
     except InputError as e:
-        yield Finding(code="description", where="dataset.json", message=e.found)
+        yield Finding(code="description", where=DESCRIPTION, message=e.found)
         return
-    yield from _stage_of(store, description, progress)
+    if not any(node.type in STRANGE and node.name.startswith(f"{STAGE}/") for node in nodes):
+        yield from _stage_of(store, description["stage"]["root"], present, progress)
     records = list(store.records())
     if not records:
-        yield Finding(code="empty", where="records", message="the dataset holds no picture")
-    inventory = Inventory(description=description)
+        yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture")
+    inventory = Inventory(description=description, present=present)
     for done, path in enumerate(records):
         progress("checking: picture", done, len(records))
         yield from picture_findings(store, path, inventory)
     progress("checking: picture", len(records), len(records))
     yield from cache_findings(store, inventory)
-    yield from _strays(store, inventory.files)
+    yield from _strays(store, inventory)
 
 
-def _stage_of(store: Store, description: dict[str, Any], progress: Progress) -> Iterator[Finding]:
-    stage = store.root / description["stage"]["root"]
-    if not stage.is_file():
-        yield Finding(code="stage", where=description["stage"]["root"], message="the stage's root layer is missing")
+def _strange(node: Node) -> Finding:
+    """Of what is neither file nor folder: a render refuses it where the dataset's own should be."""
+    severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING
+    message = f"is a {node.type}, and those are not followed; put what it stands for in its place, or remove it"
+    return Finding(
+        code="link" if node.type is NodeType.LINK else "special", where=node.name, message=message, severity=severity
+    )
+
+
+def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) -> Iterator[Finding]:
+    if root not in present:
+        yield Finding(code="stage", where=root, message="the stage's root layer is missing")
         return
     try:
-        yield from stage_findings(stage, progress=progress)
+        yield from stage_findings(store.root / root, progress=progress)
     except SpinError as e:
-        yield Finding(code="stage", where=str(e.where or stage), message=e.found)
+        yield Finding(code="stage", where=str(e.where or root), message=e.found)
 
 
-def _strays(store: Store, listed: set[str]) -> Iterator[Finding]:
-    """Files that no record lists."""
-    for path in sorted(store.root.rglob("*")):
-        name = store.relative(path)
-        if path.is_dir() or name.startswith(("records/", "stage/", f"{WORK}/")) or name in ("dataset.json", LOCK):
-            continue
-        if TEMPORARY in name:
-            yield Finding(code="temporary", where=name, message="was left by an interrupted run; run render again")
-        elif name not in listed and path.parent.parent.parent == store.root:
+def _strays(store: Store, inventory: Inventory) -> Iterator[Finding]:
+    """Files among the pictures that no record lists."""
+    of_a_run = store.work(token_in(store.lock) or "").name
+    for name in sorted(inventory.present - inventory.files):
+        if name.count("/") == 2 and name.partition("/")[0] not in (RECORDS, STAGE, of_a_run):
             yield Finding(code="stray", where=name, message="is in no record", severity=WARNING)

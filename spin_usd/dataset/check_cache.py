@@ -4,28 +4,26 @@ from collections.abc import Iterator
 
 from spin_usd.dataset.cache import CACHED, MEASURED, Entry, entries
 from spin_usd.dataset.check_pictures import Inventory
-from spin_usd.dataset.store import TEMPORARY, Store
+from spin_usd.dataset.store import CACHE, Store
+from spin_usd.dataset.tree import files
 from spin_usd.scene.finding import WARNING, Finding
 
 
 def cache_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
     """Files of the cache that are damaged, that no picture uses, or that are not the cache's."""
     known = {entry.path: entry for entry in entries(store)}
-    for path in sorted(store.cache.rglob("*")):
-        if path.is_dir() or TEMPORARY in path.name:
-            continue
-        message = _wrong(known[path], inventory) if path in known else _foreign(store.relative(path))
+    for name in files(store.root, CACHE):
+        path = store.root / name
+        message = _wrong(known[path], inventory) if path in known else _foreign(name)
         if message:
-            yield Finding(code="cache", where=store.relative(path), message=message, severity=WARNING)
+            yield Finding(code="cache", where=name, message=message, severity=WARNING)
 
 
 def _wrong(entry: Entry, inventory: Inventory) -> str | None:
-    if entry.purpose not in inventory.uses:
-        return "no picture uses it; a render that makes a picture and leaves none out removes it"
-    file = entry.path.stat()
+    used, file = entry.purpose in inventory.uses, entry.path.stat()
     if (file.st_dev, file.st_ino) not in inventory.inodes and not entry.whole:  # a label's file was verified already
-        return "is damaged; when it is needed it will be made again"
-    return None
+        return "is damaged; when it is needed it will be made again" if used else "is damaged, and no picture uses it"
+    return None if used else "no picture uses it; a render that makes a picture and leaves none out removes it"
 
 
 def _foreign(name: str) -> str | None:

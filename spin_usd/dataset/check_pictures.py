@@ -1,6 +1,6 @@
 """Findings on a dataset's pictures: records, digests, provenance, and whether the labels agree."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.dataset.atomic import sha256_of
 from spin_usd.dataset.cache import Purpose, uses
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, sha256_of
+from spin_usd.dataset.store import Store
 from spin_usd.dataset.tones import tone_findings
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image
@@ -25,10 +26,12 @@ MEND = "remove its record and run spin-usd render again"
 
 @dataclass(kw_only=True)
 class Inventory:
-    """What the records seen so far speak of: the dataset's description, files listed, what they use of the cache, the
-    inodes (device, number) of files that were verified, and layers that were."""
+    """The dataset's description, the names of the files that are there, and what the records seen so far speak of:
+    files listed, what they use of the cache, the inodes (device, number) of files that were verified, and layers that
+    were."""
 
     description: Mapping[str, Any]
+    present: Set[str]
     files: set[str] = field(default_factory=set)
     uses: set[Purpose] = field(default_factory=set)
     inodes: set[tuple[int, int]] = field(default_factory=set)
@@ -48,8 +51,8 @@ def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator
     files = list(record["files"].values())
     inventory.files.update(entry["path"] for entry in files)
     inventory.uses |= uses(record)
-    inventory.inodes.update(inode for entry in files if (inode := _inode(store.root / entry["path"])))
-    spoilt = [finding for entry in files for finding in _digest(store, entry["path"], entry["sha256"])]
+    inventory.inodes.update(_inode(store.root / entry["path"]) for entry in files if entry["path"] in inventory.present)
+    spoilt = [finding for entry in files for finding in _digest(store, entry["path"], entry["sha256"], inventory)]
     yield from spoilt
     yield from _provenance(store, record, name, inventory)
     yield from tone_findings(record, name)
@@ -57,15 +60,14 @@ def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator
         yield from _labels(store, record, name, len(inventory.description["parts"]))
 
 
-def _inode(path: Path) -> tuple[int, int] | None:
-    return (path.stat().st_dev, path.stat().st_ino) if path.is_file() else None
+def _inode(path: Path) -> tuple[int, int]:
+    return path.stat().st_dev, path.stat().st_ino
 
 
-def _digest(store: Store, name: str, sha256: str) -> Iterator[Finding]:
-    path = store.root / name
-    if not path.is_file():
+def _digest(store: Store, name: str, sha256: str, inventory: Inventory) -> Iterator[Finding]:
+    if name not in inventory.present:
         yield Finding(code="missing", where=name, message=f"the file is missing; {MEND}")
-    elif sha256_of(path) != sha256:
+    elif sha256_of(store.root / name) != sha256:
         yield Finding(code="sha256", where=name, message=f"differs from its record; {MEND}")
 
 
@@ -80,7 +82,7 @@ def _provenance(store: Store, record: dict[str, Any], name: str, inventory: Inve
     for layer, sha256 in stage["files"].items():
         if (layer, sha256) not in inventory.layers:
             inventory.layers.add((layer, sha256))
-            for finding in _digest(store, (folder / layer).as_posix(), sha256):
+            for finding in _digest(store, (folder / layer).as_posix(), sha256, inventory):
                 yield Finding(code="layer", where=finding.where, message="is not the layer that made the pictures")
 
 

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.atomic import sha256_of
 from spin_usd.dataset.measure.file import measurement_file, read_measurement
-from spin_usd.dataset.store import sha256_of
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
 from spin_usd.measuring.front import Criterion, Outcome

@@ -1,13 +1,16 @@
 """A picture of a dataset for people: image, depth, parts and dense pose of some frames side by side."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.dataset.atomic import write_atomically
+from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, write_atomically
+from spin_usd.dataset.store import Store
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels import preview
@@ -26,7 +29,9 @@ def write_contact_sheet(dataset: Path, path: Path, *, frames: int = 8) -> Path:
         raise InputError("holds no picture", where=dataset, do="render it first")
     rows = [_row(store, record) for record in records]
     sheet = preview.contact_sheet(rows, width=TILE_PX)
-    write_atomically(path, lambda temporary: write_image(temporary, sheet, channels=("R", "G", "B")))
+    with hidden_folder(path.parent, path.name) as hidden:
+        write = partial(write_image, array=sheet, channels=("R", "G", "B"))
+        write_atomically(path, write, work=hidden.folder)
     return path
 
 

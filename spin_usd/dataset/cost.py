@@ -12,8 +12,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from spin_usd.dataset.amounts import Making, Method, amounts
+from spin_usd.dataset.atomic import write_json
 from spin_usd.dataset.picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
-from spin_usd.dataset.store import write_json
 from spin_usd.labels.label import LABELS
 
 Costs = Mapping[str, Mapping[str, float]]
@@ -124,8 +124,8 @@ def read_measured(file: Path) -> Timings:
     return Timings()
 
 
-def write_measured(file: Path, of_run: Timings) -> None:
+def write_measured(file: Path, of_run: Timings, *, work: Path) -> None:
     """Add what a run measured to what is kept."""
     kept = read_measured(file)
     kept.add(of_run.expected, of_run.taken)
-    write_json(file, asdict(kept))
+    write_json(file, asdict(kept), work=work)

@@ -1,14 +1,15 @@
 """Pictures that a dataset holds and its stage has not: another stage's, or of a variant or frame that it had once."""
 
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.resume import recorded_files
+from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
-from spin_usd.errors import InputError, OutputError
+from spin_usd.dataset.tree import remove_emptied, remove_file
+from spin_usd.errors import InputError
 
 SHOWN = 3
 
@@ -37,24 +38,18 @@ def remove(store: Store, foreign: Sequence[Path]) -> None:
     """Remove the pictures of these records: each one's record first, so that none ever describes files that are gone,
     then the files that it lists, and the folders left empty. Raises InputError where one is no record, having removed
     nothing, and OutputError."""
-    pictures = [(record, *_files_of(store, record)) for record in foreign]
-    for paths in pictures:
-        for path in paths:
-            try:
-                path.unlink(missing_ok=True)
-            except OSError as e:
-                found = f"cannot be removed ({e.strerror})"
-                raise OutputError(found, where=path, do="make it writable, and render again") from e
-        for path in paths:
-            with suppress(OSError):  # not empty
-                path.parent.rmdir()
+    pictures = [(store.relative(record), *_files_of(store, record)) for record in foreign]
+    for names in pictures:
+        for name in names:
+            remove_file(store.root, name)
+        for name in names:
+            remove_emptied(store.root, name)
 
 
-def _files_of(store: Store, record: Path) -> list[Path]:
+def _files_of(store: Store, record: Path) -> list[str]:
     found: dict[str, str] = {}
-    with suppress(OSError, ValueError):
-        read = json.loads(record.read_text(encoding="utf-8"))
-        found = recorded_files(read, record.parent.name, record.stem)
+    with suppress(InputError):
+        found = recorded_files(read_json(record, "record-1"), record.parent.name, record.stem)
     if not found:
         raise InputError("is no picture's record, and is not pruned", where=record, do="look what it is, and remove it")
-    return [store.root / path for path in found.values()]
+    return list(found.values())

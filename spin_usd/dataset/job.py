@@ -10,9 +10,11 @@ from spin_usd.scene.keys import RenderSettings
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """A run over the stage copied into the dataset `root`. chosen: why the effort is what it is, for the records."""
+    """A run over the stage copied into the dataset `root`. work: the folder of its temporary files · chosen: why the
+    effort is what it is, for the records."""
 
     root: str
+    work: str
     stage: str
     image_suffix: str
     settings: RenderSettings

@@ -78,9 +78,11 @@ def matrix(
 ) -> Matrix:
     """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
-    `renders`: what some took, where the dataset has made none.
+    `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
     """
     store = Store(root=out.absolute()) if out else None
+    if store:
+        store.refuse_strange()
     held = held_keys(store) if store else {}
     measured = read_measured(store.cache / MEASURED) if store else Timings()
     if renders and not measured.knows(BEAUTY_PASS):

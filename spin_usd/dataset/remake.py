@@ -3,9 +3,11 @@
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.atomic import sha256_of
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, sha256_of
+from spin_usd.dataset.store import Store
+from spin_usd.dataset.tree import NodeType, file_at, type_of
 from spin_usd.dataset.worker import Worker
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
@@ -18,7 +20,8 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
     render, kinds = provenance["render"], tuple(record["files"])
     job = Job(
         root=folder,
-        stage=str(Path(dataset) / provenance["stage"]["root"]),
+        work=folder,
+        stage=str(file_at(Path(dataset), provenance["stage"]["root"])),
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
         settings=RenderSettings(
             renderer=render["renderer"], effort=Effort(**render["effort"]), seed=provenance["seed"]["dataset"]
@@ -48,6 +51,6 @@ def _compared(store: Store, kind: str, record: dict[str, Any], again: dict[str, 
         "kind": kind,
         "path": entry["path"],
         "recorded": entry["sha256"],
-        "found": sha256_of(path) if path.is_file() else None,
+        "found": sha256_of(path) if type_of(path) is NodeType.FILE else None,
         "again": again["files"][kind]["sha256"],
     }

@@ -1,6 +1,5 @@
 """A stage to a dataset: plan, skip what is finished, supervise the workers. Run again, it resumes."""
 
-import shutil
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -13,6 +12,7 @@ from typing import Any
 import psutil
 
 from spin_usd.dataset.amounts import Making, Method
+from spin_usd.dataset.atomic import write_json
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.chosen import Chosen, doubts
@@ -25,10 +25,11 @@ from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.processors import share_of, usable_cpus
 from spin_usd.dataset.resume import Wanted, remaining
 from spin_usd.dataset.schedule import one_core
-from spin_usd.dataset.store import TEMPORARY, Store, write_json
+from spin_usd.dataset.store import STAGE, Lease, Store
+from spin_usd.dataset.sums import refuse_changed, write_sums
 from spin_usd.dataset.supervise import Task, supervise
 from spin_usd.dataset.tones import WORDS, faults
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, OutputError
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.effort import Effort
 
@@ -133,8 +134,8 @@ def render(
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
-    with store.locked() as lock:
-        report = _render(store, lock, request, workers, keep_cache, prune, progress)
+    with store.locked() as lease:
+        report = _render(store, lease, request, workers, keep_cache, prune, progress)
         if not report.failed:
             _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
@@ -143,7 +144,7 @@ def render(
 
 def _render(
     store: Store,
-    lock: int,
+    lease: Lease,
     request: RenderRequest,
     workers: int | None,
     keep_cache: bool,
@@ -151,22 +152,22 @@ def _render(
     progress: Progress,
 ) -> RenderReport:
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
-    plan = _plan(request, None if own else store.work / "stage", progress)
+    copied = store.stage.resolve() if own else lease.work / STAGE
+    plan = _plan(request, None if own else copied, progress)
     pictures = plan.pictures
+    if not own:
+        refuse_changed(store.stage)
+    root = (Path(STAGE) / plan.root.relative_to(copied)).as_posix()
     foreign = foreign_pictures(store, plan)
     (remove if prune else refuse)(store, foreign)
-    copied = store.stage.resolve() if own else store.work / "stage"
-    root = (Path(store.stage.name) / plan.root.relative_to(copied)).as_posix()
-    write_json(store.description, describe(store, plan, root, request.kinds))
+    write_json(store.description, describe(store, plan, root, request.kinds), work=lease.work)
     if not own:
-        _adopt_stage(store)
+        _adopt_stage(store, lease.work)
     report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
-    left = (
-        remaining(store, picture, wanted, stages[picture.variant], finished=lambda record: report.add(faults(record)))
-        for picture in pictures
-    )
+    counted = partial(remaining, store, wanted=wanted, finished=lambda each: report.add(faults(each)), work=lease.work)
+    left = (counted(picture, stage=stages[picture.variant]) for picture in pictures)
     tasks = [task for task in left if task]
     report.reused = len(pictures) - len(tasks)
     if tasks:
@@ -174,6 +175,7 @@ def _render(
             _keep_only_shared_renders(tasks)
         job = Job(
             root=str(store.root),
+            work=str(lease.work),
             stage=root,
             image_suffix=request.image_suffix,
             settings=plan.settings,
@@ -182,9 +184,9 @@ def _render(
         count = min(workers or default_workers(), len(tasks))
         alone = partial(one_core, workers=count, cores=len(usable_cpus()))
         listener = _Listener(report, progress, method_of(request, plan), alone)
-        _run(job, tasks, count, lock, store, listener)
+        _run(job, tasks, count, lease, listener)
         if report.made:
-            write_measured(store.cache / MEASURED, listener.measured)
+            write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
 
 
@@ -264,10 +266,10 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, e
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 
 
-def _run(job: Job, tasks: list[Task], workers: int, lock: int, store: Store, listener: _Listener) -> None:
+def _run(job: Job, tasks: list[Task], workers: int, lease: Lease, listener: _Listener) -> None:
     def start(number: int) -> Child:
         listener.progress(f"starting {job.settings.renderer}: worker", number + 1, workers)
-        child = Child(keep_open=(lock,), scratch=store.work)
+        child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
         child.send("open_worker", job=job.as_json(), cpus=share_of(number, workers))
         return child
 
@@ -280,10 +282,12 @@ def default_workers() -> int:
     return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
 
 
-def _adopt_stage(store: Store) -> None:
-    """Put the copied stage in its place."""
-    old = store.root / f"stage{TEMPORARY}old"
-    with suppress(FileNotFoundError):
-        store.stage.rename(old)
-    (store.work / "stage").rename(store.stage)
-    shutil.rmtree(old, ignore_errors=True)
+def _adopt_stage(store: Store, work: Path) -> None:
+    """Put the copied stage in its place; the one that was there goes with the work folder."""
+    try:
+        write_sums(work / STAGE)
+        with suppress(FileNotFoundError):
+            store.stage.rename(work / "old")
+        (work / STAGE).rename(store.stage)
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e

@@ -29,9 +29,10 @@ def reproduce(dataset: Path, frame: str, *, variant: str = "nominal") -> tuple[l
     """Make the picture again in a child process; returns a comparison per file, and what was made with other versions
     (name: [recorded, now])."""
     store = Store(root=dataset.absolute())
+    store.refuse_strange()
     path = store.record(variant, frame)
-    if not path.is_file():
-        known = sorted(p.stem for p in path.parent.glob("*.json"))[:3]
+    if path not in (records := list(store.records())):
+        known = [each.stem for each in records if each.parent == path.parent][:3]
         hint = f"pictures are named like {', '.join(known)}" if known else "render it first"
         raise InputError(f"has no picture {frame!r} in variant {variant!r}", where=dataset, do=hint)
     record = read_json(path, "record-1")

@@ -4,11 +4,13 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os.path import isfile
+from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.atomic import write_json
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, LAYOUTS, RADIANCE
-from spin_usd.dataset.store import Store, write_json
+from spin_usd.dataset.store import Store
 from spin_usd.dataset.supervise import Task
 
 
@@ -27,13 +29,14 @@ def remaining(
     stage: Mapping[str, Any],
     *,
     finished: Callable[[Mapping[str, Any]], None],
+    work: Path,
 ) -> Task | None:
     """The task of making the picture, or None when its record has the same keys and all files are there, in the
     channels that they are written in today.
 
     A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
     state of the stage, has its record say that `stage` (the record's own block) makes it too; `finished` is told its
-    record.
+    record. `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
@@ -44,7 +47,7 @@ def remaining(
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
-        write_json(store.record(picture.variant, picture.frame), {**record, "index": picture.index})
+        write_json(store.record(picture.variant, picture.frame), {**record, "index": picture.index}, work=work)
     return None
 
 

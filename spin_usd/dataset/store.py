@@ -1,32 +1,42 @@
-"""A dataset's folder: names, atomic writes, the lock, and what an interrupted run left behind.
+"""A dataset's folder: names, what it may hold, and the hold of the one run that writes it.
 
 dataset.json                         schema dataset-1
 stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 cache/                               renders and labels by content (dataset.cache)
+.lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
+
+These are a dataset's own; all else in the folder is its user's, and left alone.
 """
 
-import fcntl
-import hashlib
-import json
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from spin_usd.dataset.lock import Lock, create_lock, new_token, refuse_foreign, take_lock, token_in
+from spin_usd.dataset.picture import KINDS
 from spin_usd.dataset.schema import read_json
-from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.dataset.tree import NodeType, files, strange, type_of
+from spin_usd.errors import InputError, OutputError
 
-CACHE = "cache"
-WORK = ".work"
+DESCRIPTION, STAGE, RECORDS, CACHE = "dataset.json", "stage", "records", "cache"
+OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
 LOCK = ".lock"
-TEMPORARY = ".tmp-"
 LOCK_PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lease:
+    """A run's hold on a folder: the descriptor of its lock, which workers keep open too, and the folder of its
+    temporary files."""
+
+    descriptor: int
+    work: Path
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +47,11 @@ class Store:
 
     @property
     def description(self) -> Path:
-        return self.root / "dataset.json"
+        return self.root / DESCRIPTION
 
     @property
     def stage(self) -> Path:
-        return self.root / "stage"
+        return self.root / STAGE
 
     @property
     def cache(self) -> Path:
@@ -49,12 +59,15 @@ class Store:
         return self.root / CACHE
 
     @property
-    def work(self) -> Path:
-        """Temporary files of a run; gone when none is running."""
-        return self.root / WORK
+    def lock(self) -> Path:
+        return self.root / LOCK
+
+    def work(self, token: str) -> Path:
+        """Temporary files of the run whose lock has that token; gone when none is running."""
+        return self.root / f".work-{token}"
 
     def record(self, variant: str, frame: str) -> Path:
-        return self.root / "records" / variant / f"{frame}.json"
+        return self.root / RECORDS / variant / f"{frame}.json"
 
     def file(self, kind: str, variant: str, frame: str, suffix: str) -> Path:
         return self.root / kind / variant / f"{frame}{suffix}"
@@ -64,137 +77,108 @@ class Store:
 
     def records(self) -> Iterator[Path]:
         """All records, ordered by variant and frame."""
-        return iter(sorted((self.root / "records").glob("*/*.json")))
+        return (self.root / name for name in files(self.root, RECORDS) if _is_record(name))
 
     def prepare(self) -> None:
-        """Make the folder. InputError when it holds anything but a dataset, OutputError when it cannot be written."""
+        """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
+        dataset, or a dataset that `refuse_strange` refuses, OutputError where it is no folder, or cannot be read."""
+        held = self.held()
+        if not held:
+            return
+        if DESCRIPTION not in held:
+            raise InputError(f"holds {held[0]} but no {DESCRIPTION}", where=self.root, do="choose an empty folder")
+        self.refuse_strange()
+        read_json(self.description, "dataset-1")
+
+    def held(self) -> list[str]:
+        """The names in the folder, but those of a run that goes on or was killed. Raises OutputError where there is
+        something that is no folder, or cannot be read."""
         try:
-            self.root.mkdir(parents=True, exist_ok=True)
-            held = {entry.name for entry in self.root.iterdir()} - {LOCK, WORK}
+            names = sorted(os.listdir(self.root))
+        except FileNotFoundError:
+            return []
         except OSError as e:
             raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
-        if self.description.name in held:
-            read_json(self.description, "dataset-1")
-        elif held:
-            raise InputError("holds files but no dataset.json", where=self.root, do="choose an empty folder")
+        token = token_in(self.lock)
+        return [name for name in names if token is None or name not in (LOCK, self.work(token).name)]
+
+    def refuse_strange(self) -> None:
+        """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
+        leads to is not the dataset's, and is neither read nor written nor removed."""
+        refuse_strange(self.root, OWN)
+        for name in OWN:
+            wanted = NodeType.FILE if name == DESCRIPTION else NodeType.FOLDER
+            if type_of(self.root / name) not in (None, wanted):
+                raise InputError(f"is no {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 
     @contextmanager
-    def locked(self) -> Iterator[int]:
-        """Hold the dataset for this run and yield the lock's descriptor, which workers keep open too.
+    def locked(self) -> Iterator[Lease]:
+        """Hold the folder, which is made where there is none, for this run.
 
-        Takes the folder back when nothing came of the run. InputError when another run has it.
+        Takes a folder that it made back when nothing came of the run. Raises InputError when another run has it, and
+        OutputError.
         """
+        made = self._make_root()
         lock = self._acquire()
+        work = self.work(lock.token)
         try:
-            self.sweep()
-            self.work.mkdir()
-            yield lock
+            self._sweep(work)
+            yield Lease(descriptor=lock.descriptor, work=work)
         finally:
-            self.sweep()
-            (self.root / LOCK).unlink(missing_ok=True)
-            if not self.description.exists():
-                with suppress(OSError):
+            shutil.rmtree(work, ignore_errors=True)
+            self.lock.unlink(missing_ok=True)
+            if made:
+                with suppress(OSError):  # not empty
                     self.root.rmdir()
-            os.close(lock)
+            os.close(lock.descriptor)
 
-    def _acquire(self) -> int:
+    def _make_root(self) -> bool:
+        """Whether there was none."""
+        try:
+            self.root.parent.mkdir(parents=True, exist_ok=True)
+            self.root.mkdir()
+        except FileExistsError:
+            return False
+        except OSError as e:
+            raise self._unwritable(e) from e
+        return True
+
+    def _acquire(self) -> Lock:
         give_up = time.monotonic() + LOCK_PATIENCE_S
         while True:
             try:
-                lock = os.open(self.root / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-            except OSError as e:
-                do = "choose another folder"
-                raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do=do) from e
-            with suppress(OSError):
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                # The run before may have removed the file between our opening and our locking it.
-                if os.fstat(lock).st_ino == (self.root / LOCK).stat().st_ino:
+                with suppress(FileExistsError):
+                    create_lock(self.lock, new_token())
+                if lock := take_lock(self.lock):
                     return lock
-            os.close(lock)
+            except OSError as e:
+                refuse_foreign(self.lock)
+                raise self._unwritable(e) from e
             if time.monotonic() > give_up:
+                refuse_foreign(self.lock)
                 do = "wait for it, or end it"
                 raise InputError("another run is writing this dataset", where=self.root, do=do)
             time.sleep(0.05)
 
-    def sweep(self) -> None:
-        """Remove the temporary files and folders of this run, or of one that was killed; nothing that is not ours."""
-        shutil.rmtree(self.work, ignore_errors=True)
-        for pattern in (f"*{TEMPORARY}*", f"*/*/*{TEMPORARY}*"):
-            for path in self.root.glob(pattern):
-                if path.relative_to(self.root).parts[0] != self.stage.name:
-                    shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-
-
-def write_atomically(path: Path, write: Callable[[Path], None], *, place: Callable[[str], Path] | None = None) -> str:
-    """Let `write` fill a temporary file beside `path`, force it to disk, rename it, and return its sha256 (hex).
-
-    It becomes `path`, or what `place` says of its sha256. There is never half a file. Raises OutputError, or the
-    SpinError that `write` raises, leaving nothing.
-    """
-    temporary = _temporary(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(temporary)
-        digest = _synced(temporary)
-        final = place(digest) if place else path
-        final.parent.mkdir(exist_ok=True)
-        temporary.replace(final)
-    except SpinError as e:
-        temporary.unlink(missing_ok=True)
-        raise type(e)(e.found, where=path, do=e.do) from e
-    except OSError as e:
-        temporary.unlink(missing_ok=True)
-        raise _unwritten(path, e) from e
-    return digest
-
-
-def link_atomically(path: Path, source: Path) -> None:
-    """Make `path` another name of the file `source`, or a copy of it where the file system has no links (or no more
-    of that file). To replace either later leaves the other as it is. Raises OutputError, leaving nothing."""
-    temporary = _temporary(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.unlink(missing_ok=True)
+    def _sweep(self, work: Path) -> None:
+        """Make the work folder anew, without what a run that was killed left in it."""
         try:
-            temporary.hardlink_to(source)
-        except OSError:
-            shutil.copyfile(source, temporary)
-            _synced(temporary)
-        temporary.replace(path)
-    except OSError as e:
-        raise _unwritten(path, e) from e
-    finally:
-        temporary.unlink(missing_ok=True)  # to rename a file to another name of itself does nothing, by POSIX
+            if type_of(work) is NodeType.FOLDER:
+                shutil.rmtree(work)
+            work.mkdir()
+        except OSError as e:
+            raise self._unwritable(e) from e
+
+    def _unwritable(self, e: OSError) -> OutputError:
+        return OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder")
 
 
-def _temporary(path: Path) -> Path:
-    return path.with_name(f"{path.stem}{TEMPORARY}{os.getpid()}{path.suffix}")
+def refuse_strange(root: Path, names: tuple[str, ...]) -> None:
+    """Raise InputError where one of these in `root`, or something below it, is neither file nor folder."""
+    for node in strange(root, names):
+        do = "put what it stands for in its place, or remove it"
+        raise InputError(f"is a {node.type}, and those are not followed", where=root / node.name, do=do)
 
 
-def _synced(path: Path) -> str:
-    """Force the file to disk; returns its sha256."""
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-        os.fsync(file.fileno())
-    return digest
-
-
-def _unwritten(path: Path, e: OSError) -> OutputError:
-    do = "free some space or choose another folder"
-    return OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do)
-
-
-def write_json(path: Path, value: Mapping[str, Any]) -> str:
-    """`value` as JSON at `path`, atomically; returns its sha256."""
-    text = json.dumps(value, indent=1, allow_nan=False) + "\n"
-    return write_atomically(path, lambda temporary: _write_text(temporary, text))
-
-
-def sha256_of(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _write_text(path: Path, text: str) -> None:
-    with path.open("w", encoding="utf-8") as file:
-        file.write(text)
+def _is_record(name: str) -> bool:
+    return name.count("/") == 2 and name.endswith(".json")

@@ -10,6 +10,7 @@ from typing import Any
 import psutil
 from numpy.typing import NDArray
 
+from spin_usd.dataset.atomic import link_atomically, write_atomically, write_json
 from spin_usd.dataset.cache import RENDERS, Cache, Entry
 from spin_usd.dataset.job import Job
 from spin_usd.dataset.picture import IMAGE, RADIANCE, Stopwatch, image_tones, make_image, make_labels, render_in
@@ -18,8 +19,9 @@ from spin_usd.dataset.processors import hold_to
 from spin_usd.dataset.rendered import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.resume import recorded_files
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, link_atomically, write_atomically, write_json
+from spin_usd.dataset.store import Store
 from spin_usd.dataset.tones import faults
+from spin_usd.dataset.tree import remove_file
 from spin_usd.dataset.versions import library_versions
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
@@ -42,10 +44,10 @@ class Worker:
         if cpus:
             hold_to(cpus)
         self.job = Job.from_json(job)
-        self.store = Store(root=Path(self.job.root))
+        self.store, self.work = Store(root=Path(self.job.root)), Path(self.job.work)
         self.renderer = open_renderer(self.job.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
-        self.cache = Cache(root=self.store.cache, versions=self.versions)
+        self.cache = Cache(root=self.store.cache, versions=self.versions, work=self.work)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.job.settings)
 
@@ -65,10 +67,10 @@ class Worker:
         files = self._write_all(making, keep_render=keep_render)
         with watch("files"):
             record = make_record(reader, making, self.job, files, self.versions)
-            write_json(self.store.record(variant, scene.frame.name), record)
+            write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
-                (self.store.root / stale).unlink(missing_ok=True)
+                remove_file(self.store.root, stale)
         memory = psutil.Process().memory_info().rss
         return {"seconds": watch.seconds, "memory": memory, "passes": making.passes, "faults": faults(record)}
 
@@ -86,7 +88,7 @@ class Worker:
         except Exception:
             for written in writing.values():
                 if written.exception() is None:
-                    (self.store.root / written.result()["path"]).unlink(missing_ok=True)
+                    remove_file(self.store.root, written.result()["path"])
             raise
 
     def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
@@ -141,7 +143,7 @@ class Worker:
     def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one file; returns its entry in the record."""
         path = self._path(scene, kind)
-        digest = write_atomically(path, _writing(kind, array, channels))
+        digest = write_atomically(path, _writing(kind, array, channels), work=self.work)
         return {"path": self.store.relative(path), "sha256": digest, **channels.described}
 
     def _label(self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
@@ -152,7 +154,7 @@ class Worker:
         """Link one label; returns its entry in the record."""
         kind = cached.purpose.kind
         path = self._path(scene, kind)
-        link_atomically(path, cached.path)
+        link_atomically(path, cached.path, work=self.work)
         return {"path": self.store.relative(path), "sha256": cached.sha256, **LABELS[kind].channels.described}
 
     def _path(self, scene: Scene, kind: str) -> Path:
@@ -167,7 +169,7 @@ class Worker:
             record = read_json(path, "record-1")
         except InputError:
             record = {}
-        path.unlink(missing_ok=True)
+        remove_file(self.store.root, self.store.relative(path))
         return record
 
     def reader(self, variant: str) -> StageReader:

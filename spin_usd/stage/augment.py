@@ -19,9 +19,9 @@ from spin_usd.stage.augmentation_files import (
     read_again,
     repeat,
     replace,
-    trial,
-    work_folder,
+    root_over,
     write_root,
+    written_in,
 )
 from spin_usd.stage.backgrounds import Background, write_background
 from spin_usd.stage.cameras import find_camera, read_camera
@@ -90,8 +90,11 @@ def _check_selection(prim: Usd.Prim, name: str, variant: str) -> None:
         raise InputError(found, where=f"select.{name}", do=f"select one of {', '.join(known)}")
 
 
-def write_augmentations(path: Path, out: Path | None, augmentations: Sequence[Augmentation], source: Source) -> Path:
+def write_augmentations(
+    path: Path, out: Path | None, augmentations: Sequence[Augmentation], source: Source, *, work: Path, trial: Path
+) -> Path:
     """Write them over the stage at `path`, in place, or as the new root layer `out` beside it; returns the root layer.
+    work: a folder beside it, and trial: a file there, both of which the caller removes.
 
     Written in place again they replace those that were there. Raises InputError for what a picture could not be taken
     with, OutputError where it cannot be written; then all is as it was.
@@ -101,15 +104,15 @@ def write_augmentations(path: Path, out: Path | None, augmentations: Sequence[Au
     if final.resolve().parent != path.resolve().parent:
         raise InputError("is not in the stage's folder", where=out, do=f"write it to {path.parent}")
     name = SET if out is None else f"{out.stem}_{SET}"
-    with work_folder(path.parent / FOLDER, name) as work:
+    with written_in(work):
         for augmentation in augmentations:
             _write_one(work / name, augmentation, root, frames, source)
         export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
-        with trial(path, final, root, f"./{FOLDER}/{work.name}/{name}.usda") as tried:
-            for augmentation in augmentations:
-                _read_once(tried, augmentation.name)
+        export(root_over(path, final, root, f"./{work.name}/{name}.usda"), trial)
+        for augmentation in augmentations:
+            _read_once(trial, augmentation.name)
         replace(work, path.parent / FOLDER, name)
-        write_root(path, final, root, f"./{FOLDER}/{name}.usda")
+        write_root(path, final, root, f"./{FOLDER}/{name}.usda", trial)
     for file in (final, path.parent / FOLDER / f"{name}.usda", *(path.parent / FOLDER / name).iterdir()):
         read_again(file)
     return final

@@ -4,7 +4,6 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from glob import escape
 from pathlib import Path
 
 from pxr import Sdf
@@ -28,60 +27,20 @@ REPEATED = (
 
 
 @contextmanager
-def work_folder(layers: Path, name: str) -> Iterator[Path]:
-    """A folder to write in, gone in the end."""
-    work = layers / f".{name}.{os.getpid()}"
-    with writing(work):
-        _sweep(layers, f".{name}.")
-        (work / name).mkdir(parents=True)
+def written_in(work: Path) -> Iterator[None]:
+    """Names the places that files are for, where one could not be written in the folder `work`."""
     try:
-        yield work
+        yield
     except OutputError as error:
-        where = str(error.where).replace(f"/{work.name}/", "/")
+        where = str(error.where).replace(f"/{work.name}/", f"/{FOLDER}/")
         raise OutputError(error.found, where=where, do=error.do) from None
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-
-
-@contextmanager
-def trial(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Iterator[Path]:
-    """The root layer over what lies in the work folder, gone in the end."""
-    temporary = _beside(final)
-    _sweep(final.parent, f".{final.stem}.")
-    try:
-        export(_root_over(path, final, root, layer), temporary)
-        yield temporary
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _beside(final: Path) -> Path:
-    """Where a root layer is written first."""
-    return final.with_name(f".{final.stem}.{os.getpid()}{final.suffix}")
-
-
-def _sweep(folder: Path, prefix: str) -> None:
-    """Remove what runs that were killed have left: files and folders of that prefix and a process that is no more."""
-    for path in folder.glob(f"{escape(prefix)}*"):
-        number = path.name.removeprefix(prefix).partition(".")[0]
-        if number.isdecimal() and not _runs(int(number)):
-            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-
-
-def _runs(process: int) -> bool:
-    try:
-        os.kill(process, 0)  # asks only
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # another's
-        return True
-    return True
 
 
 def replace(work: Path, layers: Path, name: str) -> None:
     """Put what was written into its place, or leave what was there."""
     own, old = layers / name, work / "old"
     with writing(own):
+        layers.mkdir(exist_ok=True)
         if own.exists():
             os.replace(own, old)
         try:
@@ -94,12 +53,12 @@ def replace(work: Path, layers: Path, name: str) -> None:
             raise
 
 
-def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str) -> None:
-    """Let the root name the layer, where it does not yet: a comment in it stays where its text can be kept."""
+def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temporary: Path) -> None:
+    """Let the root name the layer, where it does not yet: a comment in it stays where its text can be kept. It is
+    written as `temporary` first."""
     if final == path and layer in root.subLayerPaths:
         return
-    made = _root_over(path, final, root, layer)
-    temporary = _beside(final)
+    made = root_over(path, final, root, layer)
     with writing(final):
         text = _with_sublayer(path, made, layer) if final == path else None
         if text is None:
@@ -109,7 +68,7 @@ def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str) -> None:
         os.replace(temporary, final)
 
 
-def _root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:
+def root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:
     """The stage's root layer with `layer` as its strongest sublayer; for another file a new one over the stage's."""
     made = Sdf.Layer.CreateAnonymous(path.suffix)
     if final == path:

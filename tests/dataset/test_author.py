@@ -15,6 +15,7 @@ import trimesh
 from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 
 from spin_usd.dataset.author import AuthorReport, author_stage
+from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.stage.check import check_stage
 from spin_usd.stage.read import StageReader
@@ -286,21 +287,23 @@ def test_an_unwritable_place_is_an_output_error(inputs: dict[str, Any], tmp_path
 
 
 def test_what_a_killed_run_left_is_swept_by_the_next(inputs: dict[str, Any]) -> None:
-    """Killed by itself amid the writing; what a live process, or a run for another folder, has there stays."""
+    """Killed by itself amid the writing; what a live process writes stays, and what only looks like a killed one's."""
     code = (
         "import os, pathlib; from spin_usd.dataset.new_folder import new_folder\n"
         f"with new_folder(pathlib.Path({str(inputs['out'])!r})) as work:\n"
         "    (work / 'half').write_text('x'); os.kill(os.getpid(), 9)"
     )
-    subprocess.run([sys.executable, "-c", code], check=False)
     parent = inputs["out"].parent
-    (left,) = [path for path in parent.iterdir() if path.name.startswith(".stage.")]
-    dead = left.name.split(".")[2]
-    others = {parent / f".stage.{os.getpid()}.abcdefgh", parent / f".stage.b.{dead}.abcdefgh", parent / ".stage.mine"}
-    for other in others:
-        other.mkdir()
-    author_stage(**inputs)
-    assert {path for path in parent.iterdir() if path.name.startswith(".")} == others
+    with hidden_folder(parent, "stage") as live:
+        subprocess.run([sys.executable, "-c", code], check=False)
+        (left,) = (path for path in parent.glob(".stage.*") if path != live.folder)
+        token = left.name.split(".")[2]
+        for name in (".stage.20251122.bak", f".stage.b.{token}", f".stage.{'0' * 32}", f".stage.{token}.bak"):
+            shutil.copytree(left, parent / name)
+        others = {path for path in parent.glob(".*") if path != left}
+        author_stage(**inputs)
+        assert set(parent.glob(".*")) == others
+        assert {path.name for path in parent.glob(".stage.*/stage/*")} == {"half"}
     assert check_stage(inputs["out"] / "dataset.usda") == ()
 
 

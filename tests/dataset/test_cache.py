@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import pytest
 from spin_usd.dataset.cache import Cache, entries
 from spin_usd.dataset.render import RenderRequest, render
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import TEMPORARY, Store
+from spin_usd.dataset.store import Store
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.effort import Effort
@@ -295,19 +296,20 @@ def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd)
     assert digests(dataset) == before
 
 
-def test_a_file_of_other_software_is_not_served(whole):
+def test_a_file_of_other_software_is_not_served(whole, tmp_path):
     entry = next(entries(Store(root=whole)))
     purpose = entry.purpose
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
-    own, other = (Cache(root=whole / "cache", versions=found) for found in (versions, versions | {"spin_usd": "0"}))
+    of_versions = partial(Cache, root=whole / "cache", work=tmp_path)
+    own, other = (of_versions(versions=found) for found in (versions, versions | {"spin_usd": "0"}))
     assert own.find(purpose.kind, purpose.key) == entry
     assert other.find(purpose.kind, purpose.key) is None
 
 
-def test_a_label_in_other_channels_is_not_served(whole, monkeypatch):
+def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch):
     entry = next(entry for entry in entries(Store(root=whole)) if entry.purpose.kind == "depth")
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
-    cache = Cache(root=whole / "cache", versions=versions)
+    cache = Cache(root=whole / "cache", versions=versions, work=tmp_path)
     assert cache.find("depth", entry.purpose.key) == entry
     depth = LABELS["depth"]
     monkeypatch.setitem(LABELS, "depth", replace(depth, channels=replace(depth.channels, holds={"Z": "z"})))
@@ -380,7 +382,7 @@ def test_a_killed_run_resumes_to_the_same(stage, whole, tmp_path, after, spin_us
     options = ["--renderer", "raycast", "--samples", "2", "--frames", FRAMES, "--variants", ",".join(VARIANTS)]
     command = [sys.executable, "-m", "spin_usd.cli.main", "render", stage, "--out", out, *options, "--radiance"]
     process = subprocess.Popen([*command, "--workers", "2"], stdout=subprocess.DEVNULL, start_new_session=True)
-    while len([path for path in (out / "records").glob("*/*.json") if TEMPORARY not in path.name]) < after:
+    while len(list((out / "records").glob("*/*.json"))) < after:
         assert process.poll() is None
         time.sleep(0.002)
     process.kill()

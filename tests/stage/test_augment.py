@@ -1,7 +1,8 @@
 """Augmentations over an authored stage: what is written, what the pictures get, and that bad ones write nothing."""
 
-import os
 import shutil
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from pxr import Sdf
 
 from spin_usd.dataset.augment import augment_stage, spec_names
 from spin_usd.dataset.author import author_stage
+from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.scene.effort import Effort
@@ -19,6 +21,11 @@ from spin_usd.stage.read import StageReader
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 CELLS = [name for name in spec_names() if name.startswith("ablation")]
+KILLED = (
+    "import os, pathlib, sys; from spin_usd.dataset.hidden_folder import hidden_folder\n"
+    "with hidden_folder(pathlib.Path(sys.argv[1]), 'augment', beside='dataset.usda') as hidden:\n"
+    "    hidden.beside.write_text('#usda 1.0'); os.kill(os.getpid(), 9)"
+)
 HEAD = 'schema = "augment-1"\nseed = 5\n'
 
 
@@ -251,13 +258,15 @@ def test_what_cannot_be_is_one_sentence_and_nothing_is_written(stage, spec, body
 
 
 def test_what_a_killed_run_left_is_removed_and_what_another_run_writes_is_not(stage, spec):
-    dead, alive = 1 << 30, os.getppid()
-    for pid in (dead, alive):
-        (stage.parent / "layers" / f".augmentations.{pid}" / "augmentations").mkdir(parents=True)
-        (stage.parent / f".dataset.{pid}.usda").write_text("#usda 1.0")
-    augment_stage(stage=stage, spec=spec(PER_FRAME))
-    left = {path.name for path in stage.parent.rglob(".*")}
-    assert left == {f".augmentations.{alive}", f".dataset.{alive}.usda"}
+    (stage.parent / "layers" / ".augmentations.1073741824").mkdir()
+    (stage.parent / ".dataset.1073741824.usda").write_text("mine")
+    with hidden_folder(stage.parent, "augment", beside=stage.name) as other:
+        other.beside.write_text("#usda 1.0")
+        others = set(stage.parent.rglob(".*"))
+        subprocess.run([sys.executable, "-c", KILLED, stage.parent])
+        assert len(set(stage.parent.rglob(".*")) - others) == 3  # the folder, the lock in it and the root layer
+        augment_stage(stage=stage, spec=spec(PER_FRAME))
+        assert set(stage.parent.rglob(".*")) == others
 
 
 def test_a_constant_direction_holds_in_all_pictures(stage, spec):

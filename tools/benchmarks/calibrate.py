@@ -131,7 +131,8 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     width, height = plan.description["camera"]
     method = Method(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
-    worker = Worker(job=Job(root=str(out), stage=str(root), image_suffix=".png", settings=settings).as_json())
+    job = Job(root=str(out), work=str(out / "work"), stage=str(root), image_suffix=".png", settings=settings)
+    worker = Worker(job=job.as_json())
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)
         taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]

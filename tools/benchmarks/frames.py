@@ -101,7 +101,7 @@ def start(
 def _ours(
     stage: Path, root: Path, settings: RenderSettings, kinds: tuple[str, ...], stack: ExitStack
 ) -> tuple[Make, int]:
-    job = Job(root=str(root), stage=str(stage), image_suffix=".png", settings=settings)
+    job = Job(root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings)
     child = stack.enter_context(Child())
     child.call("open_worker", job=job.as_json())
 

@@ -127,7 +127,13 @@ class Maker:
     def __init__(self, child: Child, renderer: str, stage: Path, out: Path, cpus: Sequence[int]) -> None:
         request = RenderRequest(stage=stage, renderer=renderer)
         settings = RenderSettings(renderer=renderer, effort=request.effort, seed=0)
-        job = Job(root=str(out), stage=str(stage), image_suffix=request.image_suffix, settings=settings)
+        job = Job(
+            root=str(out),
+            work=str(out / "work"),
+            stage=str(stage),
+            image_suffix=request.image_suffix,
+            settings=settings,
+        )
         child.call("open_worker", job=job.as_json(), cpus=cpus)
         self._child, self._out, self._kinds = child, out, request.kinds
 

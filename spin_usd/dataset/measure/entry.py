@@ -8,6 +8,7 @@ from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
 
+from spin_usd.dataset.atomic import write_atomically
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.machine import machine
@@ -16,20 +17,20 @@ from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.file import FILE, read_measurement
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Kind, Pool
-from spin_usd.dataset.measure.report import write_report
-from spin_usd.dataset.measure.runs import Runs
+from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
+from spin_usd.dataset.measure.runs import SUBJECT, Runs, is_run, run_name
 from spin_usd.dataset.planning import Plan, Progress, Question, make_plan
 from spin_usd.dataset.processors import share_of, usable_cpus
-from spin_usd.dataset.store import TEMPORARY, Store, write_atomically
+from spin_usd.dataset.store import Lease, Store, refuse_strange
+from spin_usd.dataset.tree import NodeType, files, type_of
 from spin_usd.dataset.versions import library_versions
-from spin_usd.errors import InputError, OutputError, RenderError
+from spin_usd.errors import InputError, RenderError
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.walk import representative
 from spin_usd.scene.effort import Effort
 
 RUNS = "runs"
-SUBJECT = "subject"  # the key, among the runs, of what they are of
-OURS = (FILE, "measure.md", "measure.svg", RUNS, ".lock", ".work")
+OURS = (FILE, TABLES, PLOT, RUNS)
 DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
 
 
@@ -44,14 +45,14 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     folder = out.absolute()
     _prepare(folder)
-    runs, subject = Runs(root=folder / RUNS), _subject(request, folder)
-    _refuse_another(runs, subject, folder)
-    store = Store(root=folder)
-    with store.locked() as lock:
-        plan = _plan(request, store.work / "stage", progress)
+    subject = _subject(request, folder)
+    with Store(root=folder).locked() as lease:
+        runs = Runs(root=folder / RUNS, work=lease.work)
+        _refuse_another(runs, subject, folder)
+        plan = _plan(request, lease.work / "stage", progress)
         pictures = _chosen(plan, request)
         runs.write_result(SUBJECT, subject)
-        starter = partial(_started, plan, runs, store.work, lock)
+        starter = partial(_started, plan, runs, lease)
         campaign = Campaign(
             request=request,
             runs=runs,
@@ -63,8 +64,8 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
             pool=lambda count: Pool(count, partial(starter, count), hang_s=request.hang_s),
         )
         measurement, keys = _measured(campaign, pictures, workers)
-        _write(folder / FILE, measurement)
-        write_report(folder, measurement)
+        _write(folder / FILE, measurement, lease.work)
+        write_report(folder, measurement, work=lease.work)
         runs.remove_all(but=keys | {SUBJECT})
     return measurement
 
@@ -93,15 +94,15 @@ def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) 
 
 
 def _prepare(folder: Path) -> None:
-    """Make the folder. InputError where it holds anything but a measurement, OutputError where it cannot be made."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        names = sorted(entry.name for entry in folder.iterdir())
-    except OSError as e:
-        raise OutputError(f"cannot be written ({e.strerror})", where=folder, do="choose another folder") from e
-    held = [name for name in names if name not in OURS and TEMPORARY not in name]
-    if held:
-        raise InputError(f"holds {held[0]}, which is of no measurement", where=folder, do="choose an empty folder")
+    """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
+    else, or no measurement, OutputError where it is no folder."""
+    held = Store(root=folder).held()
+    refuse_strange(folder, OURS)
+    own = held and type_of(folder / RUNS / run_name(SUBJECT)) is NodeType.FILE
+    runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_run(name))
+    strays = [*(name for name in held if not own or name not in OURS), *runs]
+    if strays:
+        raise InputError(f"holds {strays[0]}, which is of no measurement", where=folder, do="choose an empty folder")
 
 
 def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
@@ -142,21 +143,22 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
     return [plan.pictures[place] for place in chosen]
 
 
-def _started(plan: Plan, runs: Runs, scratch: Path, lock: int, count: int, number: int, kind: Kind) -> Child:
+def _started(plan: Plan, runs: Runs, lease: Lease, count: int, number: int, kind: Kind) -> Child:
     """A process of that kind, the `number`th of `count`."""
-    child = Child(keep_open=(lock,), scratch=scratch)
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
     child.send(
         "open_measuring",
         stage=str(plan.root),
         variant=plan.variants[0],
         folder=str(runs.root),
+        work=str(runs.work),
         cpus=share_of(number, count),
         **asdict(kind),
     )
     return child
 
 
-def _write(path: Path, measurement: Measurement) -> None:
+def _write(path: Path, measurement: Measurement, work: Path) -> None:
     """As JSON, which is checked before it is there."""
 
     def write(temporary: Path) -> None:
@@ -164,4 +166,4 @@ def _write(path: Path, measurement: Measurement) -> None:
         temporary.write_text(text, encoding="utf-8")
         read_measurement(temporary)
 
-    write_atomically(path, write)
+    write_atomically(path, write, work=work)

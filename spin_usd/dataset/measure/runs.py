@@ -7,18 +7,34 @@ runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
 """
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+from spin_usd.dataset.atomic import sha256_of, write_atomically, write_json
 from spin_usd.dataset.rendered import RENDER_SUFFIX, read_render, write_render
-from spin_usd.dataset.store import sha256_of, write_atomically, write_json
+from spin_usd.dataset.tree import files, remove_emptied, remove_file
 from spin_usd.errors import InputError
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
+
+SUBJECT = "subject"  # the key of what they are of
+SUFFIXES = (".json", RENDER_SUFFIX)
+NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escape, SUFFIXES))})")
+
+
+def is_run(name: str) -> bool:
+    """Whether a file of that name, relative to the folder, is one of them."""
+    return bool(NAME.fullmatch(name)) or name == run_name(SUBJECT)
+
+
+def run_name(key: str, suffix: str = ".json") -> str:
+    """The name, relative to the folder, of the file of that key."""
+    return f"{key[:2]}/{key}{suffix}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +50,10 @@ class Cost:
 
 @dataclass(frozen=True, kw_only=True)
 class Runs:
-    """Those in the folder `root`."""
+    """Those in the folder `root`; `work` is for temporary files."""
 
     root: Path
+    work: Path
 
     def has(self, key: str) -> bool:
         """Whether the render of that key is there, every byte verified."""
@@ -60,8 +77,9 @@ class Runs:
 
     def keep(self, key: str, radiance: Radiance, cost: Cost) -> None:
         """Write a render and its cost. Raises OutputError."""
-        sha256 = write_atomically(self._path(key, RENDER_SUFFIX), partial(write_render, radiance=radiance))
-        write_json(self._path(key, ".json"), {"cost": vars(cost), "sha256": sha256})
+        write = partial(write_render, radiance=radiance)
+        sha256 = write_atomically(self._path(key, RENDER_SUFFIX), write, work=self.work)
+        self.write_result(key, {"cost": vars(cost), "sha256": sha256})
 
     def result(self, key: str) -> Path:
         """The file for the result of that key."""
@@ -74,27 +92,25 @@ class Runs:
         return None
 
     def write_result(self, key: str, value: Mapping[str, Any]) -> None:
-        write_json(self._path(key, ".json"), value)
+        write_json(self._path(key, ".json"), value, work=self.work)
 
     def remove(self, keys: Iterable[str]) -> None:
         """Forget these renders and results."""
         for key in keys:
-            self._path(key, ".json").unlink(missing_ok=True)
-            self._path(key, RENDER_SUFFIX).unlink(missing_ok=True)
+            for suffix in SUFFIXES:
+                remove_file(self.root, run_name(key, suffix))
 
     def remove_all(self, *, but: Iterable[str]) -> None:
         """Forget all but these, and remove the folders that they leave empty."""
         keep = set(but)
-        for path in sorted(self.root.glob("*/*")):
-            if path.stem not in keep:
-                path.unlink()
-        for folder in self.root.glob("*"):
-            with suppress(OSError):  # not empty
-                folder.rmdir()
+        for name in list(files(self.root)):
+            if is_run(name) and PurePosixPath(name).stem not in keep:
+                remove_file(self.root, name)
+                remove_emptied(self.root, name)
 
     def _value(self, key: str) -> dict[str, Any]:
         value: dict[str, Any] = json.loads(self._path(key, ".json").read_text(encoding="utf-8"))
         return value
 
     def _path(self, key: str, suffix: str) -> Path:
-        return self.root / key[:2] / f"{key}{suffix}"
+        return self.root / run_name(key, suffix)

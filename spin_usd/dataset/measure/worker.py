@@ -31,14 +31,15 @@ Progress = Callable[[Any], None]
 
 
 class MeasuringWorker:
-    """Lives in a child process, with one renderer, opened with `how`. `folder`: of the runs; `cpus`: the processors
+    """Lives in a child process, with one renderer, opened with `how`. `folder`: of the runs; `work`: for
+    temporary files; `cpus`: the processors
     that it may use."""
 
     def __init__(
-        self, *, stage: str, variant: str, folder: str, cpus: Sequence[int], renderer: str, **how: Any
+        self, *, stage: str, variant: str, folder: str, work: str, cpus: Sequence[int], renderer: str, **how: Any
     ) -> None:
         hold_to(cpus)
-        self.runs = Runs(root=Path(folder))
+        self.runs = Runs(root=Path(folder), work=Path(work))
         self.reader = StageReader(stage, variant=variant)
         self._open = partial(open_renderer, renderer, **how)
         self.renderer: Renderer = self._open()

@@ -34,7 +34,8 @@ def scene():
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    return Runs(root=tmp_path_factory.mktemp("measured") / "runs")
+    folder = tmp_path_factory.mktemp("measured")
+    return Runs(root=folder / "runs", work=folder / "work")
 
 
 def same(image):
@@ -177,10 +178,15 @@ def test_a_run_that_was_damaged_is_not_there(runs, scene):
 
 
 def test_what_is_not_used_is_removed(tmp_path, scene):
-    runs = Runs(root=tmp_path)
-    one, other = make(runs, scene, "r", samples=1, seeds=range(2))
-    runs.write_result("result", {"a": 1})
+    """And nothing that is no run."""
+    runs = Runs(root=tmp_path / "runs", work=tmp_path / "work")
+    one, other = make(runs, scene, "a" * 63, samples=1, seeds=range(2))
+    result = "b" * 64
+    runs.write_result(result, {"a": 1})
+    notes = tmp_path / "runs" / "bb" / "notes.json"
+    notes.write_text("mine")
     runs.remove_all(but=[one])
     assert runs.has(one)
     assert not runs.has(other)
-    assert runs.known("result") is None
+    assert runs.known(result) is None
+    assert notes.read_text() == "mine"

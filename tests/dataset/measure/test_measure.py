@@ -64,15 +64,7 @@ def killed(tiny_stage):
         kept = json.loads(path.read_text())
         if "cost" in kept:
             path.write_text(json.dumps({**kept, "cost": {**kept["cost"], "cpu_s": MARK_S, "warm": True}}))
-    half_written(out)
     return out
-
-
-def half_written(folder):
-    """A file that a kill left."""
-    path = folder / "measure.tmp-12345.json"
-    path.write_text('{"schema": "mea')
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -176,7 +168,7 @@ def campaign(tmp_path, told=lambda *_: None, **fields):
     request = MeasureRequest(stage=tmp_path / "dataset.usda")
     usual = {
         "request": request,
-        "runs": Runs(root=tmp_path),
+        "runs": Runs(root=tmp_path, work=tmp_path / "work"),
         "seed": 7,
         "stage": "0" * 64,
         "versions": {"bpy": "5.2.3"},
@@ -328,11 +320,14 @@ def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_us
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
-def test_what_a_kill_left_half_written_is_swept(small_stage, tmp_path):
-    left = half_written(tmp_path)
-    with pytest.raises(InputError, match="selects none"):
-        measure(MeasureRequest(stage=small_stage, frames="90:"), tmp_path, progress=lambda *_: None)
-    assert not left.exists()
+@pytest.mark.parametrize("name", ["measure.md", "runs/notes.txt", "measure.tmp-1.json", ".work/x", ".lock"])
+def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name):
+    path = tmp_path / "out" / name
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    with pytest.raises(InputError, match="which is of no measurement"):
+        measure(MeasureRequest(stage=small_stage), tmp_path / "out", progress=lambda *_: None)
+    assert [each for each in (tmp_path / "out").rglob("*") if each.is_file()] == [path]
 
 
 class Dying(Child):
@@ -350,7 +345,13 @@ def opened(small_stage, tmp_path):
 
     def start(kind_of_child, number, kind, **fields):
         child = kind_of_child()
-        opening = {"stage": str(small_stage), "variant": "nominal", "folder": str(tmp_path), **vars(kind)}
+        opening = {
+            "stage": str(small_stage),
+            "variant": "nominal",
+            "folder": str(tmp_path),
+            "work": str(tmp_path / "work"),
+        }
+        opening |= vars(kind)
         child.send("open_measuring", **{**opening, **fields}, cpus=usable_cpus())
         return child
 

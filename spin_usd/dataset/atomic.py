@@ -1,0 +1,99 @@
+"""Files that are there whole or not at all: written in a run's work folder, forced to disk, then put into place.
+
+Every `work` is a folder of the run's own, on the file system of the files that are written by way of it.
+"""
+
+import hashlib
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import OutputError, SpinError
+
+
+def write_atomically(
+    path: Path, write: Callable[[Path], None], *, work: Path, place: Callable[[str], Path] | None = None
+) -> str:
+    """Let `write` fill a file in `work`, force it to disk, make it `path`, and return its sha256 (hex).
+
+    It becomes `path`, or what `place` says of its sha256. There is never half a file. Raises OutputError, or the
+    SpinError that `write` raises, leaving nothing.
+    """
+    temporary = _temporary(work, path)
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+        write(temporary)
+        digest = _synced(temporary)
+        _put(temporary, place(digest) if place else path)
+    except SpinError as e:
+        temporary.unlink(missing_ok=True)
+        raise type(e)(e.found, where=path, do=e.do) from e
+    except OSError as e:
+        temporary.unlink(missing_ok=True)
+        raise _unwritten(path, e) from e
+    return digest
+
+
+def link_atomically(path: Path, source: Path, *, work: Path) -> None:
+    """Make `path` another name of the file `source`, or a copy of it where the file system has no links (or no more
+    of that file). To replace either later leaves the other as it is. Raises OutputError, leaving nothing."""
+    temporary = _temporary(work, path)
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+        try:
+            temporary.hardlink_to(source)
+        except OSError:
+            shutil.copyfile(source, temporary)
+            _synced(temporary)
+        _put(temporary, path)
+    except OSError as e:
+        raise _unwritten(path, e) from e
+    finally:
+        temporary.unlink(missing_ok=True)  # to rename a file to another name of itself does nothing, by POSIX
+
+
+def write_json(path: Path, value: Mapping[str, Any], *, work: Path) -> str:
+    """`value` as JSON at `path`, atomically; returns its sha256."""
+    text = json.dumps(value, indent=1, allow_nan=False) + "\n"
+    return write_text(path, text, work=work)
+
+
+def write_text(path: Path, text: str, *, work: Path) -> str:
+    """`text` as UTF-8 at `path`, atomically; returns its sha256."""
+    return write_atomically(path, lambda temporary: _write_text(temporary, text), work=work)
+
+
+def sha256_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _temporary(work: Path, path: Path) -> Path:
+    return work / f"{secrets.token_hex(8)}{path.suffix}"
+
+
+def _put(temporary: Path, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary.replace(path)
+
+
+def _synced(path: Path) -> str:
+    """Force the file to disk; returns its sha256."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+        os.fsync(file.fileno())
+    return digest
+
+
+def _unwritten(path: Path, e: OSError) -> OutputError:
+    do = "free some space or choose another folder"
+    return OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do)
+
+
+def _write_text(path: Path, text: str) -> None:
+    with path.open("w", encoding="utf-8") as file:
+        file.write(text)

@@ -1,0 +1,88 @@
+"""A lock file that says by a random token which of the files beside it are ours.
+
+A lock is ours when it holds a token as we write it, and nothing else; what bears the same token in its name was made
+under it. The token stays as long as the file: who takes the lock of a run that was killed has that run's leftovers.
+"""
+
+import fcntl
+import os
+import re
+import secrets
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from spin_usd.errors import InputError
+
+TEXT = "spin_usd {}\n"
+TOKEN = re.compile(rb"spin_usd ([0-9a-f]{32})\n")
+MOST_BYTES = 64  # more than a lock has
+
+
+class Lock(NamedTuple):
+    """One that is held as long as its descriptor is open, here or in a child."""
+
+    descriptor: int
+    token: str
+
+
+def new_token() -> str:
+    """One that no other process has ever made."""
+    return secrets.token_hex(16)
+
+
+def token_in(path: Path) -> str | None:
+    """The token of the lock at `path`; None where nothing is there, or something that is not ours."""
+    with suppress(OSError):
+        descriptor = _open(path, os.O_RDONLY)
+        try:
+            return _token(descriptor)
+        finally:
+            os.close(descriptor)
+    return None
+
+
+def create_lock(path: Path, token: str) -> None:
+    """Make the lock at `path`. Raises FileExistsError where something is there, and other OSErrors, leaving nothing."""
+    descriptor = _open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
+    try:
+        os.write(descriptor, TEXT.format(token).encode())
+    except OSError:
+        path.unlink()
+        raise
+    finally:
+        os.close(descriptor)
+
+
+def take_lock(path: Path) -> Lock | None:
+    """Hold the lock at `path`; None where it is another's, or gone, or not yet written. Raises OSError."""
+    try:
+        descriptor = _open(path, os.O_RDWR)
+    except FileNotFoundError:
+        return None
+    with suppress(OSError):
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # The run before may have removed the file between our opening and our locking it.
+        if os.path.samestat(os.fstat(descriptor), path.lstat()) and (token := _token(descriptor)):
+            return Lock(descriptor, token)
+    os.close(descriptor)
+    return None
+
+
+def refuse_foreign(path: Path) -> None:
+    """Raise InputError where something is at `path` and is no lock of ours."""
+    if os.path.lexists(path) and token_in(path) is None:
+        raise InputError("is there and is no lock of spin-usd", where=path, do="move it elsewhere, or remove it")
+
+
+def _open(path: Path, flags: int) -> int:
+    """Follows no link, and waits for no other end of a pipe."""
+    return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
+
+
+def _token(descriptor: int) -> str | None:
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        return None
+    found = TOKEN.fullmatch(os.pread(descriptor, MOST_BYTES, 0))
+    return found[1].decode() if found else None
