@@ -135,7 +135,7 @@ def read_document(path: Path) -> Document:
             binary = rest[8 : 8 + struct.unpack_from("<I", rest)[0]]
     found = json.loads(data)
     if not isinstance(found, dict) or not str(found["asset"]["version"]).startswith("2"):
-        raise ValueError("it says that it is not glTF 2")
+        raise InputError("is not of glTF's version 2", where=path, do="convert it to glTF 2.0")
     return Document(path, found, binary)
 
 

@@ -59,12 +59,13 @@ def read_gltf(path: Path) -> MeshAsset:
     except (InputError, GeometryError):
         raise
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from None
+        about = f" {Path(error.filename).name!r}" if error.filename else ""
+        raise InputError(f"cannot be read ({error.strerror or error}{about})", where=path) from None
     # A damaged file can lead any look-up and any sum astray.
     except Exception as error:
         raise InputError(f"cannot be read as {path.suffix[1:].upper()} ({error!r})", where=path) from None
     if not model.parts:
-        raise InputError("holds no faces", where=path)
+        raise InputError("holds no faces", where=path, do="; ".join(model.notes) or None)
     unknown = sorted(set(document.json.get("extensionsUsed", [])) - HANDLED)
     notes = [f"glTF extensions that are not carried over: {', '.join(unknown)}"] if unknown else []
     materials = tuple(material for _, material in model.materials.values())

@@ -5,6 +5,7 @@ quads; it serves as the authority in the tests. The format names no properties b
 exporters write. A texture is named by MeshLab's comment `TextureFile`.
 """
 
+import io
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from spin_usd.scene.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
 
 ST, TEXTURE = "st", "texturefile "
+KEYWORDS = (b"ply", b"format", b"comment", b"obj_info", b"element", b"property")
 INDICES = ("vertex_indices", "vertex_index")
 COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
@@ -41,13 +43,15 @@ class _Faces:
 def read_ply(path: Path) -> MeshAsset:
     """The model in the file's own units. Raises InputError that names the file, GeometryError."""
     try:
-        data = PlyData.read(str(path), mmap=False)
+        data = PlyData.read(io.BytesIO(_with_plain_header(path.read_bytes())))
         faces = _faces(data)
         points = _columns(data["vertex"], (("x", "y", "z"),))
         part = None if points is None or not len(faces.counts) else _part(path.stem, points, faces)
         values = [] if part is None else [_at_corners(data["vertex"], faces, n) for n in (NORMALS, COLORS, COORDINATES)]
     except SpinError:
         raise
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from None
     # A parser of damaged files raises whatever it stumbles over.
     except Exception as error:
         raise InputError(f"cannot be read as PLY ({error})", where=path) from None
@@ -61,6 +65,14 @@ def read_ply(path: Path) -> MeshAsset:
         part = replace(part, face_material=np.zeros(len(faces.counts), np.int32))
     asset = MeshAsset(name=path.stem, parts=(part,), materials=(material,) if material else (), notes=notes)
     return with_colors(asset, [colors])
+
+
+def _with_plain_header(data: bytes) -> bytes:
+    """The file with each header line that the format does not know made a comment: Blender 2.47 wrote its name so."""
+    head, end, body = data.partition(b"end_header")
+    lines = head.splitlines(keepends=True)
+    known = [line if line.split()[:1] and line.split()[0] in KEYWORDS else b"comment " + line for line in lines]
+    return b"".join([*known, end, body])
 
 
 def _part(name: str, points: Float, faces: _Faces) -> MeshPart:

@@ -1,6 +1,6 @@
 """The image files that a model names or holds, as bytes to be written beside it.
 
-PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF and WebP, which few readers of USD know, are rewritten as PNG without
+PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF, WebP and GIF, which few readers of USD know, are rewritten as PNG without
 loss.
 """
 
@@ -15,7 +15,7 @@ from spin_usd.scene.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
-REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP")
+REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
 MAX_BYTES = 2**29
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
@@ -89,6 +89,6 @@ def _decoded(name: str, data: bytes) -> Image.Image:
     except Exception as error:
         reason = str(error).split(" <")[0]
         raise InputError(
-            f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA, TIFF or WebP image ({reason})"
+            f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
         ) from None
     raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")

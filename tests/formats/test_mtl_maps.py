@@ -167,6 +167,13 @@ def test_rarer_formats_become_png_without_loss(tmp_path: Path, suffix: str) -> N
     assert np.array_equal(np.array(Image.open(tmp_path / "copy.png")), COLORED)
 
 
+def test_a_gif_becomes_png(tmp_path: Path) -> None:
+    Image.fromarray(GREY.astype(np.uint8)).convert("P").save(tmp_path / "wood.gif")
+    file = only(read(tmp_path, "map_Kd wood.gif"))[1].file
+    (tmp_path / "copy.png").write_bytes(file.data)
+    assert np.array_equal(np.array(Image.open(tmp_path / "copy.png").convert("RGB")), GREY)
+
+
 def test_faces_without_coordinates_keep_the_constants(tmp_path: Path) -> None:
     asset = read(tmp_path, "Kd 0.5 0.5 0.5\nmap_Kd colored.png", OBJ + "f 1 2 3\n")
     (part,) = asset.parts

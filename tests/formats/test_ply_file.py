@@ -112,6 +112,14 @@ def test_normals_are_the_files(tmp_path: Path) -> None:
     assert normals.tolist() == [[0, 2, 1], [0, 3, 1], [0, 0, 1]]
 
 
+@pytest.mark.parametrize("text", [True, False])
+def test_a_header_line_that_lacks_its_word_comment_is_one(tmp_path: Path, text: bool) -> None:
+    """As Blender 2.47 wrote it."""
+    path = ply(tmp_path / "a.ply", (XYZ, POINTS), [[0, 1, 2]], text=text, comments=["by Blender3D 247"])
+    path.write_bytes(path.read_bytes().replace(b"comment by", b"Created by"))
+    assert read_mesh_file(path, 1).faces == 1
+
+
 def test_points_alone_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.ply: holds no faces"):
         read_mesh_file(ply(tmp_path / "a.ply", (XYZ, POINTS)), 1)
