@@ -47,7 +47,7 @@ def plan(
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
     workers = rendering.default_workers()
     seconds = cost.seconds(workers, len(usable_cpus()))
-    notes = [*doubts(request.chosen, found.stages), *damage]
+    notes = [*doubts(request.chosen, found.stages), *damage, *found.notes]
     show_doubts(notes)
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}

@@ -10,6 +10,7 @@ from spin_usd.dataset.author_look import look_notes
 from spin_usd.errors import InputError, StageError, UnsupportedError
 from spin_usd.formats.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh_file import READERS
+from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source_bounds import SourceBounds
 from spin_usd.scene.target import Target
 from spin_usd.stage.read import StageReader
@@ -31,18 +32,16 @@ def check_written(
     except (StageError, UnsupportedError) as error:
         reason = str(error).replace(f"{root.parent}/", "")
         return (f"the target's size could not be compared with its file's, for it cannot be rendered: {reason}",)
+    notes = (*in_sentences(reader.notes), *look_notes(reader))
     if file.suffix.lower() in READERS:
         source = mesh_bounds(file, units_per_metre)
     else:
         metres = asset.metres_per_unit
         source = usd_bounds(file, asset.prim, metres_per_unit=metres, selections=selections, time_code=time_code)
     if source is None:
-        return (
-            "the target's size could not be compared with its file's: no other reader opens it",
-            *look_notes(reader),
-        )
+        return ("the target's size could not be compared with its file's: no other reader opens it", *notes)
     _refuse_another_size(file, _box(target), source)
-    return look_notes(reader)
+    return notes
 
 
 def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> None:

@@ -16,6 +16,7 @@ from spin_usd.dataset.planning import COLUMNS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
+from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
@@ -64,7 +65,8 @@ def plan_pictures(
     progress: Callable[[Any], None],
 ) -> list[dict[str, Any]]:
     """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
-    named in `provenance` what a record says of the stage. With `explain` also "spared", as Tally.taken has it.
+    named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
+    that. With `explain` also "spared", as Tally.taken has it.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
     pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
@@ -77,7 +79,8 @@ def plan_pictures(
         reader = StageReader(root, variant=variant, after=reader)
         planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, tally, progress)
         stage = stage_provenance(reader) if variant in provenance else None
-        answer.append({"variant": variant, "stage": stage, "spared": tally.taken() if tally else [], **planned})
+        spared, notes = tally.taken() if tally else [], in_sentences(reader.notes)
+        answer.append({"variant": variant, "stage": stage, "spared": spared, "notes": notes, **planned})
     return answer
 
 

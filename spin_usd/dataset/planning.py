@@ -47,6 +47,7 @@ class Plan:
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
     pictures · stages: by variant, what a record says of the stage · description: what dataset.json says of the target ·
     pictures: by variant, then in the stage's order · spared: what of their work they do not need, where that was asked.
+    notes: sentences on what is rendered otherwise than the stage says.
     """
 
     root: Path
@@ -58,6 +59,7 @@ class Plan:
     description: Mapping[str, Any]
     pictures: tuple[PlannedPicture, ...]
     spared: tuple[Spared, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
@@ -112,6 +114,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
+        notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
         spared=spared((part["variant"], part["spared"]) for parts in zip(*answers, strict=True) for part in parts),
     )
 

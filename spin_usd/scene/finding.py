@@ -1,8 +1,10 @@
 """What a check finds on a stage or a dataset."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 ERROR, WARNING = "error", "warning"
+MAX_TOLD = 3  # sentences by one rule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,3 +16,16 @@ class Finding:
     where: str
     message: str
     severity: str = ERROR
+
+
+def in_sentences(findings: Iterable[Finding]) -> list[str]:
+    """One sentence for each of the findings; of many by one rule the first few, and how many more there are."""
+    by_code: dict[str, list[str]] = {}
+    for finding in findings:
+        by_code.setdefault(finding.code, []).append(f"{finding.where}: {finding.message}")
+    return [text for told in by_code.values() for text in (*told[:MAX_TOLD], *_rest(told))]
+
+
+def _rest(told: list[str]) -> list[str]:
+    more = len(told) - MAX_TOLD
+    return [f"{more} more prims are rendered likewise; spin-usd check names them"] if more > 0 else []

@@ -28,15 +28,26 @@ SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 
 
 @dataclass(frozen=True, kw_only=True)
+class Missing:
+    """An asset path, and the layer that names it."""
+
+    name: str
+    layer: Path
+
+    def __str__(self) -> str:
+        return f"@{self.name}@ named by {self.layer}"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Files:
     """What a stage depends on, over all variants: `root` first. Paths are real ones.
 
-    `missing` holds what is named but not there, as "path named by layer".
+    `missing`: what is named but not there.
     """
 
     root: Path
     found: tuple[Path, ...]
-    missing: tuple[str, ...]
+    missing: tuple[Missing, ...]
 
 
 def files_of(path: str | Path) -> Files:
@@ -51,7 +62,7 @@ def files_of(path: str | Path) -> Files:
     if not root.exists():
         raise StageError("there is no such stage", where=path, do="check the path")
     found: dict[Path, None] = {}
-    missing: list[str] = []
+    missing: list[Missing] = []
     queue = [root]
     while queue:
         file = queue.pop(0)
@@ -63,7 +74,7 @@ def files_of(path: str | Path) -> Files:
         found[file] = None
         for named in _named_by(file):
             located = _locate(named, file, root.parent)
-            missing += [] if located else [f"@{named}@ named by {file}"]
+            missing += [] if located else [Missing(name=named, layer=file)]
             queue += located
     return Files(root=root, found=tuple(found), missing=tuple(missing))
 

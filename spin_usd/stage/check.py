@@ -17,6 +17,7 @@ from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import Progress, TargetRule, scene_findings
 from spin_usd.stage.check_variants import variant_findings
 from spin_usd.stage.compose import open_for_check
+from spin_usd.stage.materialx import names_document
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
 LEFT_OUT = "UsdzValidators"
@@ -80,8 +81,13 @@ def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
             code=str(error.GetIdentifier()),
             where=_site(error, stage),
             message=" ".join(error.GetMessage().split()),
-            severity=ERROR if COMPOSITION in str(error.GetIdentifier()) else WARNING,
+            severity=_severity(error),
         )
+
+
+def _severity(error: UsdValidation.ValidationError) -> str:
+    lost = COMPOSITION in str(error.GetIdentifier()) and not names_document(error.GetMessage())
+    return ERROR if lost else WARNING
 
 
 def _site(error: UsdValidation.ValidationError, stage: Usd.Stage) -> str:

@@ -12,6 +12,7 @@ from spin_usd.stage.check_blending import BlendedPoses
 from spin_usd.stage.check_same import SameVariants
 from spin_usd.stage.check_small import SmallTargets
 from spin_usd.stage.compose import variants
+from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.read import StageReader
 
 MAX_VARIANTS = 200  # of one set; each is composed and read
@@ -32,7 +33,7 @@ def scene_findings(
 
     `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
     """
-    if stage.GetCompositionErrors():
+    if composition_errors(stage):
         return
     names = variants(stage)
     if len(names) > MAX_VARIANTS:
@@ -91,6 +92,8 @@ class _VariantCheck:
             do = f"; {error.do}" if error.do else ""
             yield from self._told_once("scene", error.where or self.path, error.found, do)
             return
+        for note in reader.notes:
+            yield from self._told_once(note.code, note.where, note.message, "", note.severity)
         yield from self.same.findings(self.variant)
         if blended.pictures:
             self.picture = blended.pictures[0]

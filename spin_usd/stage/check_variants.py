@@ -16,6 +16,7 @@ from spin_usd.stage.check_pictures import camera_findings
 from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import MAX_VARIANTS
 from spin_usd.stage.content import AUGMENTATION
+from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.opinions import says_something
 from spin_usd.stage.prim_opinions import Opinion, Selection, opinions
 
@@ -78,14 +79,14 @@ class _Seen:
     def __init__(self, trial: Usd.Stage) -> None:
         self.trial = trial
         self.content = set(self._of_content())
-        self.errors = {str(error) for error in trial.GetCompositionErrors()}
+        self.errors = set(composition_errors(trial))
 
     def anew(self, tried: Selection) -> Iterator[Finding]:
         """What only the variant does wrong, apart from its opinions."""
         if tried.name == AUGMENTATION:  # a render finds what does not compose
             new = [finding for finding in self._of_content() if finding not in self.content]
             yield from (replace(f, message=f"in variant {tried}, {f.message}") for f in new)
-        elif errors := sorted({str(error) for error in self.trial.GetCompositionErrors()} - self.errors):
+        elif errors := sorted(set(composition_errors(self.trial)) - self.errors):
             message = f"variant {tried} does not compose: {errors[0]}"
             yield Finding(code="variant-broken", where=str(tried.owner), message=message)
 

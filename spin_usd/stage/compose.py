@@ -13,6 +13,7 @@ from spin_usd.errors import StageError
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.assets import Files, files_of, parse_failure
 from spin_usd.stage.content import AUGMENTATION
+from spin_usd.stage.materialx import composition_errors
 
 MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
@@ -29,7 +30,7 @@ def open_stage(
     whose name cannot name a folder, or an unknown variant or set.
     """
     files = files_of(path)
-    with _silenced():
+    with silenced():
         stage = _opened(files, path)
         _select(stage, variant, path)
         for name, chosen in selections.items():
@@ -100,10 +101,10 @@ def _opened(files: Files, path: str | Path) -> Usd.Stage:
 
 
 def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
-    errors = stage.GetCompositionErrors()
+    errors = composition_errors(stage)
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        first = min(str(error).rstrip(".") for error in errors)
+        first = errors[0].rstrip(".")
         raise StageError(f"does not compose: {first}{more}", where=path, do="mend the layer it names")
 
 
@@ -118,7 +119,7 @@ def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
 
 
 @contextmanager
-def _silenced() -> Iterator[None]:
+def silenced() -> Iterator[None]:
     """Keep USD's warnings off the terminal: what matters of them is raised."""
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:

@@ -3,10 +3,11 @@
 import shutil
 from pathlib import Path
 
-from pxr import Sdf, UsdUtils
+from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import InputError, OutputError, StageError
-from spin_usd.stage.assets import files_of
+from spin_usd.stage.assets import Files, Missing, files_of
+from spin_usd.stage.missing_images import dispensable_images
 
 
 def copy_stage(path: str | Path, folder: str | Path) -> Path:
@@ -16,13 +17,20 @@ def copy_stage(path: str | Path, folder: str | Path) -> Path:
     OutputError where `folder` is not empty or a file cannot be copied.
     """
     files, target = files_of(path), Path(folder)
-    if files.missing:
-        raise StageError(f"{files.missing[0]} is missing", where=path, do="add the file, or remove the reference")
+    needed = _needed(files)
+    if needed:
+        raise StageError(f"{needed[0]} is missing", where=path, do="add the file, or remove the reference")
     if target.is_dir() and any(target.iterdir()):
         raise OutputError("the folder is not empty", where=folder, do="give an empty one")
     for file in files.found:
         _copy(file, target / file.relative_to(files.root.parent))
     return target / files.root.name
+
+
+def _needed(files: Files) -> list[Missing]:
+    """The missing files without which something of the stage cannot be rendered."""
+    dispensable = dispensable_images(Usd.Stage.Open(str(files.root))) if files.missing else set()
+    return [each for each in files.missing if (each.layer.parent / each.name).resolve() not in dispensable]
 
 
 def copy_assets(layer: Sdf.Layer, folder: Path) -> None:

@@ -15,15 +15,15 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.scene.lookup import extremes
 from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
 from spin_usd.scene.texture import Primvar, Texture
-from spin_usd.stage.bindings import bound_material
+from spin_usd.stage.bindings import SHOWN_INSTEAD, bound_material
 from spin_usd.stage.display_color import read_display_color
 from spin_usd.stage.images import Images
 from spin_usd.stage.input_limits import refuse_outside
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.primvars import FoundPrimvar
 from spin_usd.stage.shaders import (
     Output,
     input_path,
-    node_id,
     numbers,
     read_constant,
     read_input,
@@ -37,6 +37,7 @@ NOT_DRAWN = {
     "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
 }
 CONSTANT = ("opacityThreshold",)
+SURFACE = "UsdPreviewSurface"
 FACING = (0.0, 0.0, 1.0)
 
 
@@ -100,23 +101,31 @@ class Looks:
 
     time: Usd.TimeCode
     images: Images = field(default_factory=Images)
-    _read: dict[str, Look] = field(default_factory=dict)
+    notes: Notes = field(default_factory=Notes)
+    _read: dict[str, Look | None] = field(default_factory=dict)
 
     def of(self, prim: Usd.Prim) -> Look:
         """What `prim` (a gprim or a GeomSubset) is made of: its bound material, else its displayColor, else grey.
 
-        Raises StageError for a binding to nothing, UnsupportedError for what is not UsdPreviewSurface.
+        A material whose surface is not UsdPreviewSurface is noted, and counts as none. Raises StageError for a binding
+        to nothing.
         """
-        material = bound_material(prim)
-        if not material:
-            return self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
+        material = bound_material(prim, self.notes)
+        look = self._of_material(material) if material else None
+        return look or self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
+
+    def _of_material(self, material: UsdShade.Material) -> Look | None:
         path = str(material.GetPath())
         if path not in self._read:
-            self._read[path] = read_look(material, Nodes(time=self.time, images=self.images))
+            foreign = foreign_surface(material)
+            if foreign:
+                self.notes.add("material-foreign", path, f"{foreign}: {SHOWN_INSTEAD}")
+            nodes = Nodes(time=self.time, images=self.images, notes=self.notes)
+            self._read[path] = None if foreign else read_look(material, nodes)
         return self._read[path]
 
     def _displayed(self, prim: Usd.Prim) -> Look:
-        fields = read_display_color(prim, self.time)
+        fields = read_display_color(prim, self.time, self.notes)
         if not fields:
             return Look(prim=None, path="")  # the fallbacks: 18 % grey
         return Look(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
@@ -138,15 +147,21 @@ def read_look(material: UsdShade.Material, nodes: Nodes) -> Look:
     )
 
 
+def foreign_surface(material: UsdShade.Material) -> str:
+    """What the material has instead of a UsdPreviewSurface for the universal render context; empty where it has one."""
+    shader = material.ComputeSurfaceSource()[0]
+    if not shader:
+        contexts = [output.GetBaseName() for output in material.GetSurfaceOutputs()]
+        return f"has no surface but for the render context {', '.join(contexts)}" if contexts else "has no surface"
+    if shader.GetImplementationSource() != UsdShade.Tokens.id:
+        return f"its surface {shader.GetPath()} is given by code"
+    name = shader.GetIdAttr().Get()
+    return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not read"
+
+
 def _surface(material: UsdShade.Material) -> UsdShade.Shader:
     path = str(material.GetPath())
     shader = material.ComputeSurfaceSource()[0]
-    if not shader:
-        do = "add UsdPreviewSurface"
-        raise UnsupportedError("has no surface for the universal render context", where=path, do=do)
-    if node_id(shader) != "UsdPreviewSurface":
-        found = f"its surface {shader.GetPath()} is '{node_id(shader)}'"
-        raise UnsupportedError(found, where=path, do="use UsdPreviewSurface")
     for kind, source in (
         ("displacement", material.ComputeDisplacementSource()[0]),
         ("volume", material.ComputeVolumeSource()[0]),

@@ -14,6 +14,7 @@ from spin_usd.stage.gprims import read_gprim
 from spin_usd.stage.images import Images
 from spin_usd.stage.materials import Look, Looks, resolved
 from spin_usd.stage.meshes import read_mesh
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.parts import Labels
 from spin_usd.stage.primvars import FoundPrimvar, find_primvar
 from spin_usd.stage.skeletons import Skeletons
@@ -40,13 +41,14 @@ class PieceReader:
     time: Usd.TimeCode
     images: Images
     visited: list[Usd.Prim]
+    notes: Notes
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
     _shapes: dict[Any, Triangles] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._looks = Looks(time=self.time, images=self.images)
+        self._looks = Looks(time=self.time, images=self.images, notes=self.notes)
         self._skeletons = Skeletons(time=self.time, visited=self.visited)
 
     def read(self, prim: Usd.Prim, labels: Labels) -> Piece:

@@ -12,11 +12,13 @@ from spin_usd.stage.attributes import refuse
 from spin_usd.stage.shaders import LINEAR
 from spin_usd.stage.triangles import Int
 
+DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundPrimvar:
     """values (V, C) · indices (N,) the value of each element · interpolation: what an element is · where: for
-    messages · prim: which authors it."""
+    messages · prim: which authors it · clamped: whether some of the values were above 1 and are 1."""
 
     name: str
     values: Float
@@ -24,6 +26,7 @@ class FoundPrimvar:
     interpolation: str
     where: str
     prim: Usd.Prim
+    clamped: bool = False
 
     @property
     def one(self) -> bool:
@@ -98,9 +101,11 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
     if not len(indices):
         return None
     refuse(~np.isfinite(values).all(1), name, values, "they must be finite", prim.GetPath())
+    above = name == DISPLAY_COLOR and bool((values > 1).any())
     return FoundPrimvar(
         name=name,
-        values=values,
+        values=np.minimum(values, 1) if above else values,
+        clamped=above,
         indices=indices,
         interpolation=str(primvar.GetInterpolation()),
         where=where,

@@ -11,6 +11,7 @@ from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.eclipse import eclipsed
+from spin_usd.scene.finding import Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.scene.target import Target
 from spin_usd.stage.cameras import find_camera, read_camera
@@ -21,6 +22,7 @@ from spin_usd.stage.drawn import PROXIES, refuse_geometry_outside
 from spin_usd.stage.environment import EnvironmentReader
 from spin_usd.stage.images import Images
 from spin_usd.stage.lights import LightReader
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.sensor import read_sensor
@@ -69,6 +71,7 @@ class StageReader:
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
         refuse_geometry_outside(self._target_prim)
+        self._notes = Notes()
         self._images: Images = Images(before=after._images.decoded if after else {})
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
@@ -90,6 +93,11 @@ class StageReader:
     def used_files(self) -> dict[str, str]:
         """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
         return used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+
+    @property
+    def notes(self) -> tuple[Finding, ...]:
+        """What was read so far and is rendered otherwise than the stage says."""
+        return self._notes.findings
 
     @property
     def camera_path(self) -> str:
@@ -193,7 +201,11 @@ class StageReader:
         if self._target is not None and same_scale and not self._target_varies:
             return self._target
         reader = TargetReader(
-            prim=self._target_prim, time=time, group_of=self._lights.links.group_of, images=self._images
+            prim=self._target_prim,
+            time=time,
+            group_of=self._lights.links.group_of,
+            images=self._images,
+            notes=self._notes,
         )
         target = reader.read(scale * self.metres)
         if self._target is None:

@@ -17,6 +17,7 @@ from spin_usd.stage.drawn import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry
 from spin_usd.stage.images import Images
 from spin_usd.stage.instances import read_instances
 from spin_usd.stage.keypoints import read_keypoints
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.parts import Labels, labels_of_target
 from spin_usd.stage.pieces import Piece, PieceReader
 from spin_usd.stage.xforms import local_matrix
@@ -50,11 +51,12 @@ class TargetReader:
     time: Usd.TimeCode
     group_of: Callable[[Usd.Prim], int]
     images: Images
+    notes: Notes
     visited: list[Usd.Prim] = field(default_factory=list)
     _faces: int = 0
 
     def __post_init__(self) -> None:
-        self._pieces = PieceReader(time=self.time, images=self.images, visited=self.visited)
+        self._pieces = PieceReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
 
     def read(self, metres: float) -> Target:
         """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
@@ -93,7 +95,7 @@ class TargetReader:
                     waiting.append((child, self._entered(child, state)))
 
     def _entered(self, prim: Usd.Prim, state: Inherited) -> Inherited:
-        matrix = local_matrix(prim, self.time) @ state.matrix
+        matrix = local_matrix(prim, self.time, self.notes) @ state.matrix
         return Inherited(matrix=matrix, labels=state.labels.below(prim), purpose=own_purpose(prim, state.purpose))
 
     def _visible(self, prim: Usd.Prim) -> bool:
@@ -108,6 +110,8 @@ class TargetReader:
             return
         if prim.IsA(UsdGeom.PointInstancer):
             yield from self._instanced(prim, state)
+        elif prim.IsA(UsdGeom.Mesh) and not UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time):
+            self.notes.add("mesh-empty", prim.GetPath(), "is a mesh without faces, of which nothing is rendered")
         else:
             piece = self._pieces.read(prim, state.labels.of_gprim(prim))
             moved = piece.triangles.transformed(state.matrix, prim.GetPath())

@@ -3,7 +3,7 @@
 Source: the UsdPreviewSurface specification, version 2.6.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ from pxr import Sdf, Usd, UsdShade
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.texture import Coordinates, Image, Texture, Tiles
 from spin_usd.stage.images import COLOR_SPACES, Images
+from spin_usd.stage.missing_images import lacks_file
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.shaders import Output, input_path, read_constant, read_input, read_numbers, read_token
 from spin_usd.stage.tiles import is_tiled
 
@@ -45,6 +47,7 @@ class Nodes:
 
     time: Usd.TimeCode
     images: Images
+    notes: Notes = field(default_factory=Notes)
 
     def varying(self, output: Output, channels: int) -> Any:
         """What the node's output gives, `channels` numbers: a tuple of them, a Texture or a Wanted.
@@ -62,11 +65,16 @@ class Nodes:
         raise UnsupportedError(found, where=output.where, do=do)
 
     def _texture(self, output: Output) -> Any:
-        """The output of a UsdUVTexture; its fallback, as it is, where no file is authored."""
+        """The output of a UsdUVTexture; its fallback, as it is, where no file is authored, and where one is missing for
+        which a fallback is."""
         shader, time = output.shader, self.time
         asset = read_constant(shader, "file", time)
         if not isinstance(asset, Sdf.AssetPath | None):
             raise StageError(f"is {asset!r}", where=input_path(shader, "file"), do="author an asset path")
+        if asset is not None and lacks_file(shader, asset):
+            message = f"its image @{asset.path}@ does not exist: its fallback is rendered"
+            self.notes.add("image-missing", shader.GetPath(), message)
+            asset = None
         if asset is None or not asset.path:
             fallback = read_numbers(shader, "fallback", time, (0, 0, 0, 1))
             return tuple(float(v) for v in fallback[CHANNELS[output.name]])

@@ -11,7 +11,10 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage import schema
+from spin_usd.stage.compose import silenced
 from spin_usd.stage.layer import open_layer, reason, writing
+from spin_usd.stage.materialx import composition_errors
+from spin_usd.stage.missing_images import dispensable_images
 from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
@@ -61,29 +64,34 @@ def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: floa
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
     layer = open_layer(source)
-    _refuse_missing(source)
-    found = describe(source, name, units_per_metre)
-    with writing(folder):
-        folder.mkdir(parents=True)
-        copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
-        _anchor(folder)
-    file = folder / Path(layer.realPath).name
-    if not copied or Usd.Stage.Open(str(file)).GetCompositionErrors():
-        raise InputError("cannot be copied with what it depends on", where=source)
+    with silenced():
+        spared = _refuse_missing(source)
+        found = describe(source, name, units_per_metre)
+        with writing(folder):
+            folder.mkdir(parents=True)
+            copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
+            _anchor(folder)
+        file = folder / Path(layer.realPath).name
+        if not (copied or spared) or composition_errors(Usd.Stage.Open(str(file))):
+            raise InputError("cannot be copied with what it depends on", where=source)
     return replace(found, file=file)
 
 
-def _refuse_missing(source: Path) -> None:
+def _refuse_missing(source: Path) -> bool:
+    """Whether some images are missing that have fallbacks. Raises InputError for other missing files."""
     try:
         unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
     except Tf.ErrorException as error:
         raise InputError(f"depends on a file that cannot be read: {reason(error)}", where=source) from None
-    if unresolved:
+    dispensable = dispensable_images(_opened(source)) if unresolved else set()
+    needed = [path for path in unresolved if Path(path).resolve() not in dispensable]
+    if needed:
         raise InputError(
-            f"depends on {len(unresolved)} missing files, such as {Path(unresolved[0]).name!r}",
+            f"depends on {len(needed)} missing files, such as {Path(needed[0]).name!r}",
             where=source,
             do="put them where the layer looks for them",
         )
+    return bool(unresolved)
 
 
 def _anchor(folder: Path) -> None:
@@ -108,7 +116,7 @@ def _anchor(folder: Path) -> None:
 def describe(source: Path, name: str, units_per_metre: float | None = None) -> TargetAsset:
     """The asset in the file at `source`, as it lies. Raises InputError that names the file."""
     stage = _opened(source)
-    errors = stage.GetCompositionErrors()
+    errors = composition_errors(stage)
     if errors:
         raise InputError(f"does not compose: {errors[0]}", where=source)
     root = _root(stage, source)

@@ -10,9 +10,11 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.convert import quaternion
+from spin_usd.stage.notes import Notes
 
 # USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.
 NORM_TOLERANCE = 1e-6
+ROUNDED_TOLERANCE = 1e-2  # of geometry's own: half precision, or printed with two decimals
 HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
 # What remains of an accepted quaternion, or of a matrix that passed through float32, is no shear.
 SHEAR_TOLERANCE = 1e-5
@@ -90,16 +92,32 @@ def check_chain(prim: Usd.Prim) -> None:
 
 def check_ops(prim: Usd.Prim) -> None:
     """Raise StageError for a listed transform operation that does not exist, or an orientation that USD misreads."""
+    if UsdGeom.Xformable(prim):
+        _check_order(prim)
+        for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+            if op.GetOpType() == UsdGeom.XformOp.TypeOrient:
+                _check_orient(op, prim)
+
+
+def _check_order(prim: Usd.Prim) -> None:
     xformable = UsdGeom.Xformable(prim)
-    if not xformable:
-        return
     for name in xformable.GetXformOpOrderAttr().Get() or []:
         plain = name.removeprefix("!invert!")
         if plain != "!resetXformStack!" and not prim.GetAttribute(plain):
             raise StageError(f"xformOpOrder lists {name}, which is not authored", where=prim.GetPath(), do="author it")
-    for op in xformable.GetOrderedXformOps():
-        if op.GetOpType() == UsdGeom.XformOp.TypeOrient:
-            _check_orient(op, prim)
+
+
+def _rotation(op: UsdGeom.XformOp, time: Usd.TimeCode, notes: Notes) -> Gf.Matrix4d:
+    """What an orientation that is not of unit length was rounded from, row-vector. Raises StageError where it was not
+    merely rounded."""
+    off = orient_norm_error(op)
+    where, value = op.GetAttr().GetPath(), op.GetAttr().Get(time)
+    if off > ROUNDED_TOLERANCE or value is None:
+        found = f"holds a quaternion whose norm is off 1 by {off:.3g}, which is not a rotation"
+        raise StageError(found, where=where, do="normalise it")
+    notes.add("orient-rounded", where, f"holds a quaternion whose norm is off 1 by {off:.2g}: it is normalised")
+    matrix = Gf.Matrix4d().SetRotate(Gf.Quatd(value).GetNormalized())
+    return matrix.GetInverse() if op.IsInverseOp() else matrix
 
 
 def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
@@ -126,16 +144,27 @@ def norm_error(quaternions: Float) -> float:
     return float(off) if np.isfinite(off) else float("inf")
 
 
-def local_matrix(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
-    """(4, 4) row-vector matrix, prim to parent, in stage units; the identity for a prim without transform."""
+def local_matrix(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> Float:
+    """(4, 4) row-vector matrix, prim to parent, in stage units; the identity for a prim without transform.
+
+    Orientations that were rounded are normalised, and noted: no pose depends on them.
+    """
     xformable = UsdGeom.Xformable(prim)
     if not xformable:
         return np.eye(4)
-    check_ops(prim)
+    _check_order(prim)
     if xformable.GetResetXformStack():
         found = "resets its transform stack, so it does not move with the target"
         raise UnsupportedError(found, where=prim.GetPath(), do="remove !resetXformStack!")
+    ops = xformable.GetOrderedXformOps()
+    rounded = [
+        op for op in ops if op.GetOpType() == UsdGeom.XformOp.TypeOrient and orient_norm_error(op) > NORM_TOLERANCE
+    ]
     matrix: Float = np.array(xformable.GetLocalTransformation(time))
+    if rounded:
+        matrix = np.eye(4)
+        for op in ops:
+            matrix = np.array(_rotation(op, time, notes) if op in rounded else op.GetOpTransform(time)) @ matrix
     if not np.isfinite(matrix).all():
         raise StageError("its transform holds NaN or infinity", where=prim.GetPath(), do="mend its xformOps")
     return matrix

@@ -11,6 +11,7 @@ from pxr import Sdf
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.model import Scene
+from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
 POSES = [{"filename": "img000000.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 50]}]
@@ -89,3 +90,73 @@ def test_a_unit_that_is_stored_as_a_float_is_read(authored: Any, tmp_path: Path)
 def test_a_layer_that_usd_itself_cannot_read_is_one_sentence(authored: Any, tmp_path: Path, name: str) -> None:
     with pytest.raises(InputError, match="USD cannot read it"):
         authored(crate(tmp_path / "craft.usdc", name, 0.5), units_per_metre=2)
+
+
+ROUNDED = """def Xform "W"
+{
+    quath xformOp:orient = (0.7071, 0.7071, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:orient"]
+    def Mesh "M"
+    {
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 0), (100, 0, 0), (0, 50, 0)]
+    }
+    def Mesh "Empty"
+    {
+    }
+}
+"""
+
+
+def test_what_is_rendered_otherwise_is_noted_and_the_size_agrees(authored: Any) -> None:
+    report = authored(layer(ROUNDED))
+    assert size(report.root) == pytest.approx([1, 0, 0.5], abs=2 * FLOAT32)
+    assert sorted(note.split(": ")[1][:20] for note in report.notes) == ["holds a quaternion w", "is a mesh without fa"]
+
+
+FALLBACK = """def Xform "W"
+{
+    def Cube "C" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        rel material:binding = </W/Paint>
+    }
+    def Material "Paint"
+    {
+        token outputs:surface.connect = </W/Paint/Surface.outputs:surface>
+        def Shader "Surface"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = </W/Paint/Picture.outputs:rgb>
+            token outputs:surface
+        }
+        def Shader "Picture"
+        {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @./none.png@
+            FALLBACK
+            float3 outputs:rgb
+        }
+    }
+}
+"""
+
+
+def test_a_missing_image_with_a_fallback_travels_as_far_as_the_pictures(authored: Any, tmp_path: Path) -> None:
+    report = authored(layer(FALLBACK.replace("FALLBACK", "float4 inputs:fallback = (0.25, 0.5, 0.75, 1)")))
+    assert any("@./none.png@ does not exist: its fallback is rendered" in note for note in report.notes)
+    copied = copy_stage(report.root, tmp_path / "copy")
+    assert first_scene(str(copied)).target.materials[0].diffuse_color == (0.25, 0.5, 0.75)
+
+
+def test_a_missing_image_without_one_is_refused(authored: Any) -> None:
+    with pytest.raises(InputError, match="depends on 1 missing files"):
+        authored(layer(FALLBACK.replace("FALLBACK", "")))
+
+
+def test_a_plan_tells_what_a_stage_renders_otherwise(authored: Any, spin_usd: Any) -> None:
+    report = authored(layer('def Xform "W"\n{\n def Cube "C"\n {\n }\n def Mesh "Empty"\n {\n }\n}\n'))
+    planned = spin_usd("plan", report.root, "--renderer", "raycast")
+    assert "note: /World/Target/Model/Empty: is a mesh without faces" in planned.stderr

@@ -229,17 +229,19 @@ def test_an_interface_of_a_node_graph(read_target):
     assert texture.diffuse_color.coordinates == Coordinates(primvar=None)
 
 
-def test_the_fallback_counts_only_where_no_file_is_authored(read_target):
+def test_the_fallback_counts_where_no_file_is_authored_or_none_is_there(read_target):
     bare = "float4 inputs:fallback = (0.25, 0.5, 0.75, 1)\nfloat4 inputs:scale = (9, 9, 9, 9)"
     text = f"asset inputs:file = @@\n{bare}"
     target = read_target(texture=text)
     assert target.materials[0].diffuse_color == (0.25, 0.5, 0.75)
     with pytest.raises(StageError, match=r"^/World/Target/Paint/Missing: its image @./none.png@ does not exist"):
         read_target(MISSING_RGB, nodes=MISSING, name="b.usda")
+    own = MISSING.replace("float3 outputs", "float4 inputs:fallback = (1, 0, 0, 1)\nfloat3 outputs")
+    assert read_target(MISSING_RGB, nodes=own, name="c.usda").materials[0].diffuse_color == (1, 0, 0)
 
 
 MISSING = 'def Shader "Missing"\n{\nuniform token info:id = "UsdUVTexture"\nasset inputs:file = @./none.png@\n'
-MISSING += "float4 inputs:fallback = (1, 0, 0, 1)\nfloat3 outputs:rgb\n}"
+MISSING += "float3 outputs:rgb\n}"
 MISSING_RGB = RGB.replace("Texture.outputs", "Missing.outputs")
 
 

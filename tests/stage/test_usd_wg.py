@@ -52,7 +52,7 @@ EXPECTED = {
     "NormalsTextureBiasAndScale/NormalsTextureBiasAndScale.usdz": Read(parts=3, images=NORMALS),
     "RoughnessTest/RoughnessTest.usdz": Read(parts=6, images={"roughness.tga", "roughness-spec.png"}),
     "TextureCoordinateTest/TextureCoordinateTest.usda": Read(parts=5, images={"TextureCoordinateTemplate.png"}),
-    "TextureCoordinateTest/TextureCoordinateTestMaterialX.usda": Refused(saying="TextureCoordinateTest.mtlx"),
+    "TextureCoordinateTest/TextureCoordinateTestMaterialX.usda": Read(parts=5),
     "TextureTransformTest/TextureTransformTest.usd": Read(
         parts=12,
         images={
