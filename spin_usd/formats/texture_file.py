@@ -1,7 +1,7 @@
 """The image files that a model names or holds, as bytes to be written beside it.
 
-PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF, WebP and GIF, which few readers of USD know, are rewritten as PNG without
-loss.
+PNG, JPEG and EXR pass unchanged; BMP, TGA, TIFF, WebP and GIF, which few readers of USD know, are rewritten as PNG
+without loss.
 """
 
 import io
