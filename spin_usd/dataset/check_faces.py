@@ -15,6 +15,7 @@ from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import areas, unit_normals
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.scene.coincidence import GAP, coincident_faces, evenly_spread
+from spin_usd.scene.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
 
@@ -29,7 +30,8 @@ def face_findings(target: Target) -> Iterator[Finding]:
     """A warning where faces that overlap others and are in the open, each counted whole, make up LEAST_SHARE of the
     target's area."""
     mesh = target.mesh
-    area, chosen = areas(mesh.points[mesh.faces]), evenly_spread(mesh)
+    area = np.concatenate([areas(points[faces]) for points, faces in mesh.placed])
+    chosen = evenly_spread(mesh)
     area /= area[chosen].sum()
     pairs = coincident_faces(mesh, chosen)
     pairs = pairs[_in_the_open(target, pairs[:, 0])]
@@ -46,9 +48,8 @@ def face_findings(target: Target) -> Iterator[Finding]:
 def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
     """The paths of the parts whose faces coincide most."""
     by_parts: Counter[tuple[int, int]] = Counter()
-    for first, second in pairs:
-        low, high = sorted((int(target.mesh.face_part[first]), int(target.mesh.face_part[second])))
-        by_parts[low, high] += area[first]
+    for first, two in zip(pairs[:, 0], np.sort(parts_of(target.mesh, pairs.ravel()).reshape(-1, 2)), strict=True):
+        by_parts[int(two[0]), int(two[1])] += area[first]
     paths = {part.id: part.path for part in target.parts}
     named = [
         f"{paths[a]} with {paths[b]}" if a != b else f"{paths[a]} with itself"
@@ -60,7 +61,7 @@ def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
 def _in_the_open(target: Target, face: NDArray[np.intp]) -> NDArray[np.bool_]:
     """(N,) whether some straight way leads from just beside the middle of each face (N,), either side, to outside."""
     faces, which = np.unique(face, return_inverse=True)
-    corners = target.mesh.points[target.mesh.faces[faces]]
+    corners = corners_of(target.mesh, faces)
     middles, normals = corners.mean(1), unit_normals(corners)
     renderer, open_faces = RaycastRenderer(), np.zeros(len(faces), bool)
     for way in sphere(WAYS):

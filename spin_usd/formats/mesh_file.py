@@ -16,7 +16,7 @@ from spin_usd.formats.obj_file import read_obj
 from spin_usd.formats.ply_file import read_ply
 from spin_usd.formats.stl_file import read_stl
 from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.mesh import MAX_FACES
+from spin_usd.scene.shape import MAX_FACES
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 PLAUSIBLE_SIZE = (1e-3, 1e3)  # metres

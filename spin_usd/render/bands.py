@@ -16,14 +16,16 @@ STOP_PX = 4.0  # by so much may bands be too wide, rather than take longer to fi
 def label_bands(scene: Scene) -> list[Region]:
     """Boxes that hold every pixel centre of `scene.region` that sees the target."""
     mesh = scene.target.mesh
-    points = scene.T_cam_body.points(mesh.points)
-    return tight_bands(scene.camera, points, mesh.edges, scene.region, band_cost_px=BAND_COST_SAMPLES)
+    points, edges = mesh.outline
+    return tight_bands(
+        scene.camera, scene.T_cam_body.points(points), edges, scene.region, band_cost_px=BAND_COST_SAMPLES
+    )
 
 
 def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
     """Boxes that hold every pixel of `scene.picture_region` that the target, smeared or not, can touch."""
-    mesh, region, cost = scene.target.mesh, scene.picture_region, BAND_COST_SAMPLES / samples
-    places = np.stack([pose.points(mesh.points) for pose in scene.poses])
+    (spots, lines), region, cost = scene.target.mesh.outline, scene.picture_region, BAND_COST_SAMPLES / samples
+    places = np.stack([pose.points(spots) for pose in scene.poses])
     reach = scene.reach(places.reshape(-1, 3))
     if (places[..., 2] <= 0).any() or not np.isfinite(reach).all():
         return [region]
@@ -31,7 +33,7 @@ def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
     chosen, smear = _stops(scene.camera.pixels(xy))
     smear += magnification(scene.camera) * float(reach.max())
     points = places[chosen].reshape(-1, 3)
-    edges = np.concatenate([mesh.edges + stop * len(mesh.points) for stop in range(len(places[chosen]))])
+    edges = np.concatenate([lines + stop * len(spots) for stop in range(len(places[chosen]))])
     return tight_bands(scene.camera, points, edges, region, band_cost_px=cost, reach_px=smear)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.render.preview_light import Beam, beam, mean_radiance
+from spin_usd.scene.faces import groups_of, materials_of
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.lookup import material_values
@@ -86,7 +87,7 @@ def _lambert(
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
     if light.lights is not None:
-        lit &= np.isin(np.asarray(mesh.face_group)[face], list(light.lights))
+        lit &= np.isin(groups_of(mesh, face), list(light.lights))
     if light.shadows:
         some = np.flatnonzero(lit)
         to_light = arriving.to_light if arriving.to_light.ndim == 1 else arriving.to_light[some]
@@ -98,7 +99,7 @@ def _lambert(
 def _matt_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
     """(N, 3) in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow its specular."""
     diffuse = material_values(target, "diffuse_color", face, weights)
-    specular = np.array([m.use_specular_workflow for m in target.materials])[target.mesh.face_material[face]]
+    specular = np.array([m.use_specular_workflow for m in target.materials])[materials_of(target.mesh, face)]
     of = np.flatnonzero(specular)
     if len(of):
         diffuse[of] = np.maximum(diffuse[of], material_values(target, "specular_color", face[of], weights[of]))

@@ -141,7 +141,7 @@ def _unseen(facts: Facts) -> Reason:
 
 
 def _primvars(facts: Facts) -> Reason:
-    unread = sorted(set(facts.scene.target.mesh.primvars) - facts.surfaces.primvars)
+    unread = sorted(facts.scene.target.mesh.primvar_names - facts.surfaces.primvars)
     return (f"no material reads {', '.join(unread)}", BITS) if unread else None
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.render import lambert
 from spin_usd.scene.effort import Effort
+from spin_usd.scene.faces import groups_of
 from spin_usd.scene.light import Links
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.lookup import is_there
@@ -85,10 +86,15 @@ class RaycastRenderer:
         embree = self._embree(mesh)
         if not target.cut_out_key and blockers is None:
             return np.asarray(embree.run(origins, directions, dists=reach, query="OCCLUDED") != -1)
-        group = np.asarray(mesh.face_group)
-        of_group = np.ones(len(group), bool) if blockers is None else np.isin(group, list(blockers))
+        blocking = mesh.groups if blockers is None else blockers
         directions = np.broadcast_to(directions, origins.shape)
-        hit = _first(embree, origins, directions, lambda f, w: of_group[f] & is_there(target, f, w), reach)
+        hit = _first(
+            embree,
+            origins,
+            directions,
+            lambda f, w: np.isin(groups_of(mesh, f), list(blocking)) & is_there(target, f, w),
+            reach,
+        )
         return np.asarray(hit != -1)
 
     def versions(self) -> dict[str, str]:
@@ -100,8 +106,7 @@ class RaycastRenderer:
     def _embree(self, mesh: Mesh) -> EmbreeScene:
         if mesh not in self._opened:
             scene = EmbreeScene(robust=True)
-            points = ((mesh.points - mesh.centre) / mesh.radius).astype(np.float32)
-            TriangleMesh(scene=scene, vertices=points, indices=np.array(mesh.faces, np.int32))
+            TriangleMesh(scene, *_in_target_units(mesh))
             self._opened[mesh] = scene
         return self._opened[mesh]
 
@@ -134,6 +139,17 @@ def _first(
         left[through] -= onward
         rays = through[left[through] > 0]
     return face
+
+
+def _in_target_units(mesh: Mesh) -> tuple[Float32, NDArray[np.int32]]:
+    """Points (P, 3) and faces (F, 3) of all of `mesh`: Embree's binding places nothing twice, so instances are made out
+    for it, in its own 70 bytes a face."""
+    points, faces, first = [], [], 0
+    for placed, indices in mesh.placed:
+        points.append(((placed - mesh.centre) / mesh.radius).astype(np.float32))
+        faces.append(indices + np.int32(first))
+        first += len(placed)
+    return np.concatenate(points), np.concatenate(faces)
 
 
 def _rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:

@@ -62,7 +62,7 @@ class Requirements:
             left_out=reasons,
             scene=_drawn(scene, without),
             materials=_materials(facts, keep),
-            primvars=frozenset(scene.target.mesh.primvars) if keep & READ_MORE else facts.surfaces.primvars,
+            primvars=scene.target.mesh.primvar_names if keep & READ_MORE else facts.surfaces.primvars,
             shading="shading" not in without,
             lights=facts.lights,
             shadows="shadow rays" not in without,

@@ -1,6 +1,6 @@
 """What of a target's materials its picture depends on: the rest is neither drawn, nor uploaded, nor looked up."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.scene.lookup import extremes
 from spin_usd.scene.material import LIMITS, PRESENCE, Material
-from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Primvar, Texture
 
@@ -60,12 +60,14 @@ class Surfaces:
     @cached_property
     def tilted(self) -> bool:
         """Whether some of it is shaded along other normals than its faces' own."""
-        return bool(self.target.mesh.smooth.any()) or any(m.normal is not None for _, m in self.seen)
+        smooth = any(shape.smooth.any() for shape in self.target.mesh.shapes)
+        return smooth or any(m.normal is not None for _, m in self.seen)
 
     @cached_property
     def albedo(self) -> float:
         """The most that it reflects of any colour's light, where all of it is matt."""
-        return max(float(_range(m.diffuse_color, self.target.mesh, self._faces(i))[1].max()) for i, m in self.seen)
+        shapes = self.target.mesh.shapes
+        return max(float(_range(m.diffuse_color, _showing(shapes, i))[1].max()) for i, m in self.seen)
 
     @cached_property
     def primvars(self) -> frozenset[str]:
@@ -73,26 +75,34 @@ class Surfaces:
         cut = [replace(Material(path=""), opacity=m.opacity) for m in self.target.materials if m.cut_out]
         return frozenset(name for m in (*self.materials, *cut) for name in _read(m))
 
-    def _faces(self, index: int) -> NDArray[np.bool_]:
-        return np.asarray(self.target.mesh.face_material == index)
-
 
 @lru_cache(maxsize=2)
 def surfaces_of(target: Target) -> Surfaces:
     """Those of `target`, worked out once for all of its pictures."""
-    mesh, materials = target.mesh, []
-    used = np.bincount(mesh.face_material, minlength=len(target.materials)) > 0
+    materials, unseen = [], []
     for index, material in enumerate(target.materials):
-        faces = mesh.face_material == index
-        materials.append(as_it_matters(material, mesh, faces) if used[index] else Material(path=material.path))
-    return Surfaces(target=target, materials=tuple(materials), unseen=frozenset(np.flatnonzero(~used).tolist()))
+        where = _showing(target.mesh.shapes, index)
+        materials.append(as_it_matters(material, where) if where else Material(path=material.path))
+        if not where:
+            unseen.append(index)
+    return Surfaces(target=target, materials=tuple(materials), unseen=frozenset(unseen))
 
 
-def as_it_matters(material: Material, mesh: Mesh, faces: NDArray[np.bool_]) -> Material:
-    """`material`, shown on some `faces` (F,) of `mesh`, with fallbacks for all that changes nothing there."""
-    values = {name: _constant(getattr(material, name), name, mesh, faces) for name, _ in NAMED}
+Where = Sequence[tuple[Shape, NDArray[np.bool_]]]
+"""Shapes, with those of their faces (F,) that show a material: of each shape some."""
+
+
+def _showing(shapes: Sequence[Shape], index: int) -> Where:
+    """Where the material `index` is shown."""
+    found = ((shape, np.asarray(shape.face_material == index)) for shape in shapes)
+    return [(shape, faces) for shape, faces in found if faces.any()]
+
+
+def as_it_matters(material: Material, where: Where) -> Material:
+    """`material`, shown there, with fallbacks for all that changes nothing there."""
+    values = {name: _constant(getattr(material, name), name, where) for name, _ in NAMED}
     plain = replace(material, **values)
-    if plain.cut_out and _range(plain.opacity, mesh, faces)[0].min() >= plain.opacity_threshold:
+    if plain.cut_out and _range(plain.opacity, where)[0].min() >= plain.opacity_threshold:
         plain = replace(plain, opacity=1.0, opacity_threshold=0.0)
     return replace(plain, **{name: getattr(FALLBACK, name) for name in _idle(plain)})
 
@@ -133,11 +143,11 @@ def _idle(material: Material) -> Iterator[str]:
         yield "opacity_mode"
 
 
-def _constant(value: Any, name: str, mesh: Mesh, faces: NDArray[np.bool_]) -> Any:
-    """A texture or primvar that is the same on all of `faces` as a number or tuple; else `value`."""
+def _constant(value: Any, name: str, where: Where) -> Any:
+    """A texture or primvar that is the same on all the faces as a number or tuple; else `value`."""
     if not isinstance(value, (Texture, Primvar)):
         return value
-    low, high = _range(value, mesh, faces)
+    low, high = _range(value, where)
     if len(low) != LIMITS[name].size or (low != high).any():
         return value
     numbers = tuple(low.tolist())
@@ -146,15 +156,15 @@ def _constant(value: Any, name: str, mesh: Mesh, faces: NDArray[np.bool_]) -> An
     return numbers if len(numbers) > 1 else numbers[0]
 
 
-def _range(value: Any, mesh: Mesh, faces: NDArray[np.bool_]) -> Float:
-    """(2, C) the lowest and the highest of each component of an input on `faces`."""
+def _range(value: Any, where: Where) -> Float:
+    """(2, C) the lowest and the highest of each component of an input on the faces."""
     if isinstance(value, Texture):
         return extremes(value)
     if isinstance(value, Primvar):
-        if value.name not in mesh.primvars:  # refused when it is drawn
+        if any(value.name not in shape.primvars for shape, _ in where):  # refused when it is drawn
             return np.array([[-np.inf], [np.inf]])
-        numbers = mesh.primvars[value.name][faces].astype(np.float64)
-        return np.stack([numbers.min((0, 1)), numbers.max((0, 1))])
+        numbers = [shape.primvars[value.name][faces].astype(np.float64) for shape, faces in where]
+        return np.stack([np.min([n.min((0, 1)) for n in numbers], 0), np.max([n.max((0, 1)) for n in numbers], 0)])
     return np.stack([np.atleast_1d(np.asarray(value, np.float64))] * 2)
 
 

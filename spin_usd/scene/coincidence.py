@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.scene.faces import corners_of
 from spin_usd.scene.mesh import Mesh
 
 # Of the target's radius. A renderer's float32 resolves a range of 16 radii, beyond which its rays start at the target,
@@ -19,7 +20,7 @@ INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
 
 def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
     """(M,) all faces of `mesh`, or of very many MOST_MIDDLES at most."""
-    return np.arange(0, len(mesh.faces), -(-len(mesh.faces) // MOST_MIDDLES))
+    return np.arange(0, mesh.count, -(-mesh.count // MOST_MIDDLES))
 
 
 def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -28,32 +29,32 @@ def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
 
     Both orders of a pair are there where the two are alike.
     """
-    corners = mesh.points[mesh.faces] - mesh.centre
-    middles = corners[chosen].mean(1)
+    middles = (corners_of(mesh, chosen) - mesh.centre).mean(1)
     found = [
-        np.stack([chosen[point], face], -1)[_lies_in(middles[point], corners[face], GAP * mesh.radius)]
-        for point, face in _neighbours(middles, corners)
+        np.stack([chosen[point], face], -1)[_lies_in(middles[point], corners, GAP * mesh.radius)]
+        for point, face, corners in _neighbours(middles, mesh)
     ]
     pairs = np.concatenate([np.zeros((0, 2), np.intp), *found])
     others: NDArray[np.intp] = pairs[pairs[:, 0] != pairs[:, 1]]
     return others
 
 
-def _neighbours(middles: Float, corners: Float) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, some faces at a time."""
+def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], Float]]:
+    """Indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, and the faces' corners (n, 3, 3)
+    around the mesh's centre, some faces at a time."""
     from scipy.spatial import cKDTree
 
     tree, left = cKDTree(middles), MOST_PAIRS
-    centre, radius = _bounding_spheres(corners)
-    for start in range(0, len(corners), CHUNK):
-        chunk = slice(start, start + CHUNK)
-        within = tree.query_ball_point(centre[chunk], radius[chunk], return_sorted=False)
+    for start in range(0, mesh.count, CHUNK):
+        corners = corners_of(mesh, np.arange(start, min(start + CHUNK, mesh.count))) - mesh.centre
+        within = tree.query_ball_point(*_bounding_spheres(corners), return_sorted=False)
         count = np.array([len(each) for each in within])
         left -= int(count.sum())
         if left < 0:
             return
         point = np.concatenate([np.zeros(0, np.intp), *(np.asarray(each, np.intp) for each in within)])
-        yield point, np.repeat(np.arange(start, start + len(count)), count)
+        which = np.repeat(np.arange(len(count)), count)
+        yield point, start + which, corners[which]
 
 
 def _bounding_spheres(corners: Float) -> tuple[Float, Float]:

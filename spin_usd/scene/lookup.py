@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.scene.faces import materials_of, primvar_of
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.target import Target
@@ -14,7 +15,7 @@ CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerat
 
 def material_values(target: Target, name: str, face: NDArray[np.int32], weights: Float) -> Float:
     """(N, C) of the materials' input `name` at the points with barycentric `weights` (N, 3) of the faces (N,)."""
-    material = target.mesh.face_material[face]
+    material = materials_of(target.mesh, face)
     size = np.size(getattr(Material(path=""), name))
     result = np.empty((len(face), size))
     for index in np.unique(material):
@@ -25,7 +26,7 @@ def material_values(target: Target, name: str, face: NDArray[np.int32], weights:
 
 def is_there(target: Target, face: NDArray[np.int32], weights: Float) -> NDArray[np.bool_]:
     """(N,) whether the surface is there: False where its opacity is below its material's threshold."""
-    threshold = np.array([m.opacity_threshold for m in target.materials])[target.mesh.face_material[face]]
+    threshold = np.array([m.opacity_threshold for m in target.materials])[materials_of(target.mesh, face)]
     there = np.ones(len(face), bool)
     cut = np.flatnonzero(threshold > 0)
     if len(cut):
@@ -46,7 +47,7 @@ def values_at(value: float | Color | Texture | Primvar, mesh: Mesh, face: NDArra
 
 def interpolated(mesh: Mesh, name: str, face: NDArray[np.int32], weights: Float) -> Float:
     """(N, C) of the primvar `name`."""
-    result: Float = np.einsum("nk,nkc->nc", weights, mesh.primvars[name][face].astype(np.float64))
+    result: Float = np.einsum("nk,nkc->nc", weights, primvar_of(mesh, name, face).astype(np.float64))
     return result
 
 

@@ -1,142 +1,141 @@
-"""The surface of a target: triangles in body axes, and what they carry to the picture."""
+"""The surface of a target: triangles in body axes, and shapes that stand in several places of it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
+from itertools import accumulate, product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.arrays import Float, digest, finite, frozen
+from spin_usd.arrays import Float, digest
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.convexity import is_convex
-from spin_usd.geometry.triangles import unit_normals
+from spin_usd.scene.instances import Instances
+from spin_usd.scene.shape import MAX_FACES, Shape, hull_points
 
-MAX_FACES = 2**24  # a face's number travels through a renderer as a float32
-FLAT = 1e-3  # corner normals this near the face's own are a flat face's
+BOX = np.array(list(product((0, 1), repeat=3)))
+BOX_EDGES = np.array([(i, j) for i in range(8) for j in range(i) if abs(BOX[i] - BOX[j]).sum() == 1])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Mesh:
-    """Triangles of the whole target in body axes.
+class Mesh(Shape):
+    """The whole target in body axes: its own triangles, and `instances` of others.
 
-    points (P, 3) float64 metres · faces (F, 3) int32, counter-clockwise seen from outside · face_part (F,) uint16
-    part ids · face_material (F,) int32 indices into Target.materials · corner_normals (F, 3, 3) float32 unit shading
-    normals in body axes (the face's own normal where a face is flat) · face_group (F,) uint16 numbers that light links
-    name, 0 unless given · primvars: (F, 3, C) float32 values at the corners, C 1 to 4, by name.
-    Raises GeometryError for what a renderer must never see: NaN, indices out of range, no faces, too many.
+    What it has as a Shape is of its own triangles alone; all that follows here is of the whole. Faces are numbered from
+    0: its own first, then those of the instances, place after place (scene.faces looks them up).
+    Raises GeometryError as Shape, and for no faces.
     """
 
-    points: Float
-    faces: NDArray[np.int32]
-    face_part: NDArray[np.uint16]
-    face_material: NDArray[np.int32]
-    corner_normals: NDArray[np.float32]
-    face_group: NDArray[np.uint16] | None = None
-    primvars: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    instances: tuple[Instances, ...] = ()
 
     def __post_init__(self) -> None:
-        count = len(self.faces)
-        if not 0 < count <= MAX_FACES:
-            raise GeometryError(f"mesh has {count} faces, expected 1 to {MAX_FACES}")
-        object.__setattr__(self, "points", finite(self.points, (None, 3), "mesh points"))
-        if self.face_group is None:
-            object.__setattr__(self, "face_group", np.zeros(count, np.uint16))
-        kinds = {
-            "face_group": (np.uint16, (count,)),
-            "faces": (np.int32, (count, 3)),
-            "face_part": (np.uint16, (count,)),
-            "face_material": (np.int32, (count,)),
-            "corner_normals": (np.float32, (count, 3, 3)),
-        }
-        for name, (kind, shape) in kinds.items():
-            array = frozen(getattr(self, name), kind)
-            if array.shape != shape:
-                raise GeometryError(f"mesh {name} has shape {array.shape}, expected {shape}")
-            object.__setattr__(self, name, array)
-        if self.faces.min() < 0 or self.faces.max() >= len(self.points):
-            raise GeometryError(f"mesh faces index points outside 0 to {len(self.points) - 1}")
-        if not np.isfinite(self.corner_normals).all():
-            raise GeometryError("mesh corner normals hold NaN or infinity")
-        primvars = {name: _primvar(name, values, count) for name, values in sorted(self.primvars.items())}
-        object.__setattr__(self, "primvars", MappingProxyType(primvars))
+        super().__post_init__()
+        if not 0 < self.count <= MAX_FACES:
+            raise GeometryError(f"mesh has {self.count} faces, expected 1 to {MAX_FACES}")
+
+    @property
+    def count(self) -> int:
+        """How many faces there are."""
+        return len(self.faces) + sum(each.count for each in self.instances)
+
+    @property
+    def numbered(self) -> Iterator[tuple[int, Instances]]:
+        """The instances, with the number of each one's first face."""
+        counts = (len(self.faces), *(each.count for each in self.instances))
+        return zip(accumulate(counts), self.instances, strict=False)
+
+    @property
+    def shapes(self) -> tuple[Shape, ...]:
+        """All that has triangles, each once, whatever its places."""
+        return (*((self,) if len(self.faces) else ()), *(each.shape for each in self.instances))
+
+    @property
+    def placed(self) -> Iterator[tuple[Float, NDArray[np.int32]]]:
+        """Points (P, 3), body axes, and faces (F, 3) of them: the mesh's own and those of each place, in the order of
+        the faces' numbers."""
+        if len(self.faces):
+            yield self.points, self.faces
+        for each in self.instances:
+            for place in range(len(each.matrices)):
+                yield each.moved(each.shape.points, place), each.faces(place)
 
     @cached_property
     def key(self) -> str:
         """Digest of the geometry and its parts: what labels depend on."""
-        return digest(self.points, self.faces, self.face_part)
+        return digest(self.own_key, [each.key for each in self.instances]) if self.instances else self.own_key
 
     @cached_property
     def shading_key(self) -> str:
         """Digest of what only the picture depends on."""
-        primvars = [[name, digest(values)] for name, values in self.primvars.items()]
-        return digest(self.face_material, self.corner_normals, self.face_group, primvars)
-
-    @cached_property
-    def edges(self) -> NDArray[np.int32]:
-        """(E, 2) each edge once, as indices into points, in their order."""
-        ends = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1).astype(np.int64)
-        pairs = np.sort(ends[:, 0] * len(self.points) + ends[:, 1])  # as one number a pair: ten times faster
-        once = pairs[np.flatnonzero(np.diff(pairs, prepend=-1))]
-        return np.stack(np.divmod(once, len(self.points)), -1).astype(np.int32)
-
-    @property
-    def used_points(self) -> Float:
-        """(N, 3) the points that faces have, in their order."""
-        used = np.zeros(len(self.points), bool)
-        used[self.faces] = True
-        points: Float = self.points[used]
-        return points
+        own = self.own_shading_key
+        return digest(own, [each.shading_key for each in self.instances]) if self.instances else own
 
     @cached_property
     def centre(self) -> Float:
         """(3,) middle of the bounding box, body axes, metres."""
-        used = self.used_points
-        return (used.min(0) + used.max(0)) / 2
+        ends = np.concatenate([[points.min(0), points.max(0)] for points in self._used()])
+        middle: Float = (ends.min(0) + ends.max(0)) / 2
+        return middle
 
     @cached_property
     def radius(self) -> float:
         """Largest distance of a used point from `centre`, metres."""
-        return float(np.linalg.norm(self.used_points - self.centre, axis=1).max())
+        return max(float(np.linalg.norm(points - self.centre, axis=1).max()) for points in self._used())
 
     @cached_property
     def convex(self) -> bool:
-        """Whether it is one closed convex surface."""
-        return is_convex(self.points, self.faces)
-
-    @cached_property
-    def smooth(self) -> NDArray[np.bool_]:
-        """(F,) whether a face's corner normals differ from its own normal."""
-        normal = unit_normals(self.points[self.faces])
-        return frozen(np.abs(self.corner_normals - normal[:, None]).max((1, 2)) > FLAT, bool)
+        """Whether it is one closed convex surface. False too for instances, which were not looked at."""
+        return not self.instances and is_convex(self.points, self.faces)
 
     @cached_property
     def groups(self) -> frozenset[int]:
-        """The numbers in `face_group`."""
-        return frozenset(np.unique(np.asarray(self.face_group)).tolist())
+        """The numbers of face groups that there are."""
+        each = [np.asarray(self.face_group), *(each.groups for each in self.instances)]
+        return frozenset(np.unique(np.concatenate(each)).tolist())
+
+    @cached_property
+    def part_ids(self) -> tuple[int, int]:
+        """The least and the largest id of its parts."""
+        each = [ids for ids in (self.face_part, *(each.parts for each in self.instances)) if ids.size]
+        return min(int(ids.min()) for ids in each), max(int(ids.max()) for ids in each)
+
+    @cached_property
+    def primvar_names(self) -> frozenset[str]:
+        """The names of the primvars that some of it has."""
+        return frozenset(name for shape in self.shapes for name in shape.primvars)
 
     @cached_property
     def hull(self) -> Float:
         """(N, 3) points whose convex hull is the mesh's: few, so that bounding it every frame costs nothing."""
-        return _hull_points(self.used_points)
+        if not self.instances:
+            return self.own_hull
+        spans = [self.own_hull] if len(self.faces) else []
+        return hull_points(np.concatenate([*spans, *(points for points in self._moved(hull=True))]))
 
+    @cached_property
+    def outline(self) -> tuple[Float, NDArray[np.integer]]:
+        """Points (P, 3) and edges (E, 2) between them within whose reach all of it lies, from wherever it is seen: its
+        own, and the bounding box of each instance in its shape's axes."""
+        if not self.instances:
+            return self.points, self.edges
+        points, edges = [self.points], [np.asarray(self.edges, np.int64)]
+        for each in self.instances:
+            used = each.shape.used_points
+            box = np.where(BOX, used.max(0), used.min(0))
+            for place in range(len(each.matrices)):
+                edges.append(BOX_EDGES + sum(map(len, points)))
+                points.append(each.moved(box, place))
+        return np.concatenate(points), np.concatenate(edges)
 
-def _primvar(name: str, values: NDArray[np.float32], faces: int) -> NDArray[np.float32]:
-    array = frozen(values, np.float32)
-    if array.ndim != 3 or array.shape[:2] != (faces, 3) or not 1 <= array.shape[2] <= 4:
-        raise GeometryError(f"mesh primvar {name} has shape {array.shape}, expected ({faces}, 3, 1 to 4)")
-    if not np.isfinite(array).all():
-        raise GeometryError(f"mesh primvar {name} holds NaN or infinity")
-    return array
+    def _used(self) -> Iterator[Float]:
+        """(N, 3) of the points that faces have, body axes: its own, and each place's."""
+        if len(self.faces):
+            yield self.used_points
+        yield from self._moved(hull=False)
 
-
-def _hull_points(points: Float) -> Float:
-    """Points that span the convex hull of `points` (N, 3); all of them when the hull is flat."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    unique = np.unique(points, axis=0)
-    try:
-        return frozen(unique[ConvexHull(unique).vertices])
-    except (QhullError, ValueError):
-        return frozen(unique)
+    def _moved(self, *, hull: bool) -> Iterator[Float]:
+        """(N, 3) of each place, body axes: its shape's used points, or those that span its hull."""
+        for each in self.instances:
+            points = each.shape.own_hull if hull else each.shape.used_points
+            yield from (each.moved(points, place) for place in range(len(each.matrices)))

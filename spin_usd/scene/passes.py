@@ -17,7 +17,7 @@ Float32 = NDArray[np.float32]
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Visibility:
     """face (rows, columns) int32: the triangle that the ray through each pixel centre of `region` meets first,
-    as an index into Mesh.faces; -1 where it meets none. Nothing outside the region is seen."""
+    as the number of a face of the mesh; -1 where it meets none. Nothing outside the region is seen."""
 
     region: Region
     face: NDArray[np.int32]

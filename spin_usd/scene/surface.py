@@ -16,6 +16,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
+from spin_usd.scene.faces import corners_of, normals_of, parts_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility
@@ -56,7 +57,7 @@ def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
         rows=rows + region.y0,
         columns=columns + region.x0,
         face=face,
-        part=scene.target.mesh.face_part[face],
+        part=parts_of(scene.target.mesh, face),
         z=z,
         body=body,
     )
@@ -69,7 +70,7 @@ def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Fl
     Where a ray misses its triangle by rounding, or runs within its plane, depth is kept within the triangle's own.
     """
     mesh, pose = scene.target.mesh, scene.T_cam_body
-    faces, which = _distinct(face, len(mesh.faces))
+    faces, which = _distinct(face, mesh.count)
     planes = _planes(mesh, faces, pose)
     centre = pose.points(mesh.centre)
     z, body = np.empty(len(face)), np.empty((len(face), 3))
@@ -92,19 +93,19 @@ def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float
     """Unit shading normals (N, 3) in body axes of the `body` points (N, 3) on their faces (N,), facing the camera."""
     mesh = scene.target.mesh
     weights = weights_at(mesh, face, body)
-    return _facing(scene, (weights[..., None] * mesh.corner_normals[face]).sum(1), body)
+    return _facing(scene, (weights[..., None] * normals_of(mesh, face)).sum(1), body)
 
 
 def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
     """Barycentric weights (N, 3) of the `body` points (N, 3) on their faces (N,): what scene.lookup takes."""
-    return _barycentric(body, mesh.points[mesh.faces[face]])
+    return _barycentric(body, corners_of(mesh, face))
 
 
 def geometric_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
     """Unit normals (N, 3) in body axes of the faces (N,) at their `body` points (N, 3), facing the camera."""
     mesh = scene.target.mesh
-    faces, which = _distinct(face, len(mesh.faces))
-    corners = mesh.points[mesh.faces[faces]]
+    faces, which = _distinct(face, mesh.count)
+    corners = corners_of(mesh, faces)
     return _facing(scene, normals(corners)[which], body)
 
 
@@ -128,7 +129,7 @@ def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], ND
 
 def _planes(mesh: Mesh, faces: NDArray[np.intp], pose: Transform) -> Float:
     """(6, F) in camera axes around the mesh's centre: unit normal, offset along it, least and largest depth."""
-    corners = pose.directions(mesh.points[mesh.faces[faces]] - mesh.centre)
+    corners = pose.directions(corners_of(mesh, faces) - mesh.centre)
     normal = unit_normals(corners)
     offset = (normal * corners[:, 0]).sum(1)
     depth = corners[..., 2]

@@ -39,9 +39,10 @@ class Target:
     def __post_init__(self) -> None:
         if [p.id for p in self.parts] != list(range(1, len(self.parts) + 1)) or len(self.parts) > MAX_PARTS:
             raise GeometryError(f"{self.path} has parts that are not numbered 1 to at most {MAX_PARTS}")
-        if int(self.mesh.face_part.max()) > len(self.parts) or int(self.mesh.face_part.min()) < 1:
+        if self.mesh.part_ids[0] < 1 or self.mesh.part_ids[1] > len(self.parts):
             raise GeometryError(f"{self.path} has faces of a part that it does not list")
-        if int(self.mesh.face_material.max()) >= len(self.materials) or int(self.mesh.face_material.min()) < 0:
+        used = [int(limit) for s in self.mesh.shapes for limit in (s.face_material.min(), s.face_material.max())]
+        if not 0 <= min(used) <= max(used) < len(self.materials):
             raise GeometryError(f"{self.path} has faces of a material that it does not list")
         object.__setattr__(self, "keypoints", finite(self.keypoints, (len(self.keypoint_names), 3), "keypoints"))
 

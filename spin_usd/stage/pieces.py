@@ -1,11 +1,13 @@
-"""Pieces of the target: one gprim's triangles, with the part and the material of each."""
+"""Pieces of the target: one gprim's triangles, with the part and the material of each, and where they stand."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.scene.material import Material
 from spin_usd.stage.displacement import displaced
@@ -23,13 +25,33 @@ from spin_usd.stage.triangles import Int, Triangles
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
-    """Triangles of one gprim, with the number of the part and of the material of each, and of its group of links."""
+class Facets:
+    """Triangles of a gprim in its own axes; which of its piece's parts and materials, from 0, each has (T,); and the
+    places of these materials' looks: 0 for the gprim's own, from 1 for its painting subsets'. Equal instances have the
+    same object."""
 
     triangles: Triangles
     part: Int
     material: Int
+    looks: tuple[int, ...]
+
+    @cached_property
+    def parts(self) -> tuple[int, ...]:
+        """Those of its piece's parts that have faces."""
+        return tuple(np.unique(self.part).tolist())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """Facets that stand somewhere. parts and materials: their numbers · matrix: row-vector, from the facets' axes to
+    the target's · group: the number of its group of links · where: for messages."""
+
+    facets: Facets
+    parts: tuple[int, ...]
+    materials: tuple[int, ...]
+    matrix: Float = field(default_factory=lambda: np.eye(4))
     group: int = 0
+    where: object = ""
 
 
 @dataclass(eq=False)
@@ -45,7 +67,7 @@ class PieceReader:
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
-    _shapes: dict[Any, Triangles] = field(default_factory=dict)
+    _facets: dict[Any, Facets] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._looks = Looks(time=self.time, images=self.images, notes=self.notes)
@@ -58,16 +80,15 @@ class PieceReader:
         painting = [subset for subset in subsets if binds_material(subset)]
         looks = [self._look(each) for each in (prim, *(subset.GetPrim() for subset in painting))]
         primvars = self._primvars(prim, looks)
-        triangles = self._shape(prim, looks, painting, primvars)
-        part = np.full(len(triangles.corners), self._part(labels))
-        for subset in subsets:
-            own = labels.below(subset.GetPrim())
-            if own.part_key != labels.part_key:
-                part[triangles_in(subset, triangles, prim, self.time)] = self._part(own)
-        painter = painter_of(painting, triangles, prim, self.time)
+        below = [(subset, labels.below(subset.GetPrim())) for subset in subsets]
+        named = [(subset, own) for subset, own in below if own.part_key != labels.part_key]
+        facets = self._read(prim, looks, painting, [subset for subset, _ in named], primvars)
         found = {primvar.name for primvar in primvars}
-        number = {place: self._material(looks[place].material(found)) for place in np.unique(painter)}
-        return Piece(triangles=triangles, part=part, material=np.array([number[place] for place in painter]))
+        return Piece(
+            facets=facets,
+            parts=tuple(self._part(each) for each in (labels, *(own for _, own in named))),
+            materials=tuple(self._material(looks[place].material(found)) for place in facets.looks),
+        )
 
     def _look(self, prim: Usd.Prim) -> Look:
         look = self._looks.of(prim)
@@ -84,22 +105,39 @@ class PieceReader:
         self.visited += [primvar.prim for primvar in found if primvar.prim != prim]
         return found
 
-    def _shape(
-        self, prim: Usd.Prim, looks: list[Look], painting: list[UsdGeom.Subset], primvars: list[FoundPrimvar]
-    ) -> Triangles:
-        """The prim's triangles in its own axes, displaced; equal instances are read once, but those that skeletons
-        deform, whose animations may differ."""
+    def _read(
+        self,
+        prim: Usd.Prim,
+        looks: list[Look],
+        painting: list[UsdGeom.Subset],
+        named: list[UsdGeom.Subset],
+        primvars: list[FoundPrimvar],
+    ) -> Facets:
+        """The prim's triangles, displaced, of which subsets paint some and name some as parts; equal instances are read
+        once, but those that skeletons deform, whose animations may differ."""
         deformation = self._skeletons.deformation(prim)
         path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() and not deformation else prim).GetPath()
         names = {primvar.name for primvar in primvars}
         amounts = tuple(resolved(look.displacement, names) for look in looks)
-        key = (path, amounts, tuple(primvar.key for primvar in primvars))
-        if key not in self._shapes:
+        parts = tuple(subset.GetPrim().GetName() for subset in named)
+        key = (path, amounts, tuple(primvar.key for primvar in primvars), parts)
+        if key not in self._facets:
             read = read_mesh if prim.IsA(UsdGeom.Mesh) else read_gprim
             triangles = read(prim, self.time, primvars, deformation)
             painter = painter_of(painting, triangles, prim, self.time)
-            self._shapes[key] = displaced(triangles, painter, amounts, prim.GetPath())
-        return self._shapes[key]
+            triangles = displaced(triangles, painter, amounts, prim.GetPath())
+            self._facets[key] = self._facets_of(prim, triangles, painting, named)
+        return self._facets[key]
+
+    def _facets_of(
+        self, prim: Usd.Prim, triangles: Triangles, painting: list[UsdGeom.Subset], named: list[UsdGeom.Subset]
+    ) -> Facets:
+        part = np.zeros(len(triangles.corners), np.int64)
+        for number, subset in enumerate(named, 1):
+            part[triangles_in(subset, triangles, prim, self.time)] = number
+        painter = painter_of(painting, triangles, prim, self.time)
+        looks, material = np.unique(painter, return_inverse=True)
+        return Facets(triangles=triangles, part=part, material=material, looks=tuple(looks.tolist()))
 
     def _part(self, labels: Labels) -> int:
         """The number of the part that `labels` name. Raises StageError where it has another class elsewhere."""

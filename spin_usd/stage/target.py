@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.scene.mesh import MAX_FACES
+from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.target import Target
 from spin_usd.stage import schema
 from spin_usd.stage.assembly import assembled
@@ -20,6 +20,7 @@ from spin_usd.stage.keypoints import read_keypoints
 from spin_usd.stage.notes import Notes
 from spin_usd.stage.parts import Labels, labels_of_target
 from spin_usd.stage.pieces import Piece, PieceReader
+from spin_usd.stage.triangles import determinant
 from spin_usd.stage.xforms import local_matrix
 
 
@@ -113,9 +114,7 @@ class TargetReader:
         elif prim.IsA(UsdGeom.Mesh) and not UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time):
             self.notes.add("mesh-empty", prim.GetPath(), "is a mesh without faces, of which nothing is rendered")
         else:
-            piece = self._pieces.read(prim, state.labels.of_gprim(prim))
-            moved = piece.triangles.transformed(state.matrix, prim.GetPath())
-            yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
+            yield self._placed(self._pieces.read(prim, state.labels.of_gprim(prim)), state.matrix, prim)
 
     def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
         for prototype, matrices in read_instances(prim, self.time):
@@ -125,18 +124,19 @@ class TargetReader:
             pieces = list(self._below(prototype, inside))
             for matrix in matrices:
                 for piece in pieces:
-                    moved = piece.triangles.transformed(matrix @ state.matrix, prim.GetPath())
-                    yield self._budgeted(replace(piece, triangles=moved, group=self.group_of(prim)), prim)
+                    yield self._placed(piece, piece.matrix @ matrix @ state.matrix, prim)
 
     def _count(self, prim: Usd.Prim) -> None:
         self.visited.append(prim)
         if len(self.visited) > MAX_PRIMS:
             raise StageError(f"has more than {MAX_PRIMS} prims", where=self.prim.GetPath(), do="merge meshes")
 
-    def _budgeted(self, piece: Piece, prim: Usd.Prim) -> Piece:
-        self._faces += len(piece.part)
+    def _placed(self, piece: Piece, matrix: Float, prim: Usd.Prim) -> Piece:
+        """`piece` where `prim` puts it."""
+        determinant(matrix, prim.GetPath())
+        self._faces += len(piece.facets.part)
         if self._faces > MAX_FACES:
             raise StageError(
                 f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
             )
-        return piece
+        return replace(piece, matrix=matrix, group=self.group_of(prim), where=prim.GetPath())

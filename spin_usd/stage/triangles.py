@@ -32,9 +32,7 @@ class Triangles:
         linear = matrix[:3, :3]
         if np.array_equal(matrix, np.eye(4)):
             return self
-        det = np.linalg.det(linear)
-        if det == 0:
-            raise StageError("is scaled to nothing", where=where, do="make it invisible, or give it a size")
+        det = determinant(matrix, where)
         moved = replace(
             self,
             points=self.points @ linear + matrix[3, :3],
@@ -68,6 +66,14 @@ class Triangles:
         longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
         keep = np.linalg.norm(normals(self.points[self.corners]), axis=1) > FLAT * longest
         return self if keep.all() else self.kept(keep)
+
+
+def determinant(matrix: Float, where: object) -> float:
+    """By how much `matrix` (4, 4) scales volumes. Raises StageError for one that leaves none."""
+    det = float(np.linalg.det(matrix[:3, :3]))
+    if det == 0:
+        raise StageError("is scaled to nothing", where=where, do="make it invisible, or give it a size")
+    return det
 
 
 def face_normals(points: Float, corners: Int) -> Float:

@@ -46,7 +46,7 @@ class LightRig:
         lights: Sequence[Light],
         shining: Collection[int],
         view: View,
-        groups: Mapping[int, Any],
+        groups: Mapping[int, Sequence[Any]],
         *,
         shadows: bool,
     ) -> None:
@@ -56,7 +56,10 @@ class LightRig:
         for light in placed.values():
             refuse_clamped(light)
         shining = {i: placed[i] for i in shining}
-        self._provide([_kind(light) for light in shining.values()], [shown.as_pointer() for shown in groups.values()])
+        self._provide(
+            [_kind(light) for light in shining.values()],
+            [each.as_pointer() for shown in groups.values() for each in shown],
+        )
         for shown, (i, light) in zip(self._shown, shining.items(), strict=True):
             self._show(shown, light, view, groups, shadows=shadows)
             shown.source.object.lightgroup = light_name(i)
@@ -84,9 +87,15 @@ class LightRig:
         return Tube() if kind == "TUBE" else Lamp(kind, self._images)
 
     def _show(
-        self, shown: Shown, light: DistantLight | AreaLight, view: View, groups: Mapping[int, Any], *, shadows: bool
+        self,
+        shown: Shown,
+        light: DistantLight | AreaLight,
+        view: View,
+        groups: Mapping[int, Sequence[Any]],
+        *,
+        shadows: bool,
     ) -> None:
-        linked = [(group, each.as_pointer()) for group, each in groups.items()]
+        linked = [(group, [each.as_pointer() for each in shown]) for group, shown in groups.items()]
         key = key_of([light, view.centre if isinstance(light, AreaLight) else None, view.near, linked, shadows])
         if key == shown.key:
             return

@@ -23,7 +23,7 @@ class LightLinking:
         self._shown = shown
         self._collections: dict[str, Any] = {}
 
-    def link(self, light: DistantLight | AreaLight, groups: Mapping[int, Any]) -> None:
+    def link(self, light: DistantLight | AreaLight, groups: Mapping[int, Sequence[Any]]) -> None:
         """Make it reach what `light` reaches. To Blender an empty collection is none: such lights are not shown, and
         cast no shadows."""
         self._fill(RECEIVERS, chosen(light.lights, groups))
@@ -45,7 +45,8 @@ class LightLinking:
             setattr(self._shown.light_linking, kind, made)
 
 
-def chosen(links: Links, groups: Mapping[int, Any]) -> list[Any] | None:
+def chosen(links: Links, groups: Mapping[int, Sequence[Any]]) -> list[Any] | None:
     """The objects of the groups that `links` names; None for all of them."""
-    found = None if links is None else [shown for group, shown in groups.items() if group in links]
-    return None if found is not None and len(found) == len(groups) else found
+    if links is None or links >= set(groups):
+        return None
+    return [each for group, shown in groups.items() if group in links for each in shown]

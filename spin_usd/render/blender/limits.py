@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.lookup import extremes
 from spin_usd.scene.material import LIMITS, Material
-from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.shape import Shape
 from spin_usd.scene.texture import Primvar, Texture
 
 
-def check_material(material: Material, mesh: Mesh, faces: NDArray[np.bool_], inputs: Iterable[str] = LIMITS) -> None:
+def check_material(material: Material, mesh: Shape, faces: NDArray[np.bool_], inputs: Iterable[str] = LIMITS) -> None:
     """Raise UnsupportedError, with the material's path, where one of its `inputs` cannot be drawn as it is meant, or
     reads a primvar that `mesh` lacks; `faces` (F,) says where the mesh shows the material."""
     for name in inputs:
@@ -24,7 +24,7 @@ def check_material(material: Material, mesh: Mesh, faces: NDArray[np.bool_], inp
             _primvar(mesh, material.tangent_primvar, 2, name, material.path)
 
 
-def _check(value: Any, name: str, path: str, mesh: Mesh, faces: NDArray[np.bool_]) -> None:
+def _check(value: Any, name: str, path: str, mesh: Shape, faces: NDArray[np.bool_]) -> None:
     limits = LIMITS[name]
     size, given = limits.size, limits.size
     if isinstance(value, Primvar):
@@ -46,7 +46,7 @@ def _check(value: Any, name: str, path: str, mesh: Mesh, faces: NDArray[np.bool_
         raise UnsupportedError(found, where=path, do=f"keep it finite and between {limits.low:g} and {limits.high:g}")
 
 
-def _primvar(mesh: Mesh, name: str, size: int, used_by: str, path: str) -> Any:
+def _primvar(mesh: Shape, name: str, size: int, used_by: str, path: str) -> Any:
     """Its values; UnsupportedError unless the mesh has it with `size` components."""
     if name not in mesh.primvars:
         raise UnsupportedError(

@@ -5,6 +5,8 @@ from functools import partial
 from typing import Any
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.render.blender.limits import check_material
 from spin_usd.render.blender.nodes import Nodes, Value, varies
@@ -13,8 +15,10 @@ from spin_usd.render.blender.see_through import absent, coverage, faded
 from spin_usd.render.blender.textures import ImageLibrary, attribute_name, node_value
 from spin_usd.scene.material import LIMITS, Material
 from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.shape import Shape
 
-FACE_NUMBER = "face"  # the mesh attribute that holds a face's index + 1, so that 0 is nothing
+FACE_NUMBER = "face"  # the mesh attribute that holds a face's index in its mesh + 1, so that 0 is nothing
+FIRST_NUMBER = "first"  # the object's property that holds how many faces are numbered before its own
 LABEL = "label"
 GLOWING_ONLY = "glowing, but no light"
 EVERY = tuple(LIMITS)
@@ -72,7 +76,8 @@ class MaterialLibrary:
         known = self._checked.get(inputs, set())
         for index, material in enumerate(materials):
             if material not in known and (inputs is EVERY or material.cut_out):
-                check_material(material, mesh, mesh.face_material == index, inputs)
+                for shape, faces in _showing(mesh, index):
+                    check_material(material, shape, faces, inputs)
         self._checked[inputs] = set(materials)
 
     def _show(
@@ -98,6 +103,12 @@ class MaterialLibrary:
         self._images.keep(used.values())
 
 
+def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
+    """The shapes with faces (F,) of the material, and which these are; the mesh's own without any where none has."""
+    found = [(shape, np.asarray(shape.face_material == index)) for shape in mesh.shapes]
+    return [each for each in found if each[1].any()] or [(mesh, np.zeros(len(mesh.faces), bool))]
+
+
 def _surface_key(material: Material, *, glowing_lights: bool) -> str:
     return material.key if glowing_lights else f"{material.key} {GLOWING_ONLY}"
 
@@ -120,7 +131,9 @@ def _fill_slots(slots: Any, materials: Sequence[Any]) -> None:
 def label_material(cut: Material | None = None, images: ImageLibrary | None = None) -> Any:
     """Every face glows with its own number, as linear light; where `cut` says that nothing is there, it is clear."""
     nodes = Nodes("label")
-    number = nodes.add("ShaderNodeAttribute", attribute_name=FACE_NUMBER).outputs["Fac"]
+    face = nodes.add("ShaderNodeAttribute", attribute_name=FACE_NUMBER).outputs["Vector"]
+    first = nodes.add("ShaderNodeAttribute", attribute_name=FIRST_NUMBER, attribute_type="OBJECT").outputs["Vector"]
+    number = nodes.vector("ADD", face, first)
     shader = nodes.add("ShaderNodeEmission", {"Color": number}).outputs["Emission"]
     if cut is not None and images is not None and cut.cut_out:
         share = coverage(nodes, cut, node_value(nodes, images, cut.opacity))

@@ -1,80 +1,38 @@
-"""The target in Blender: one mesh object, or one for each face group where lights are linked; faces are numbered."""
+"""The target in Blender: one mesh for each shape, and an object for each place it stands in; faces are numbered."""
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix  # type: ignore[import-not-found]
-from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.render.blender.light_groups import EMISSION
-from spin_usd.render.blender.material import FACE_NUMBER, MaterialLibrary
+from spin_usd.render.blender.material import FIRST_NUMBER, MaterialLibrary
 from spin_usd.render.blender.settings import assign
-from spin_usd.render.blender.textures import attribute_name
+from spin_usd.render.blender.shape import build_mesh
+from spin_usd.render.blender.shared_mesh import shared_meshes
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
-# A primvar's kind of attribute by its number of components, and the property that holds its values.
-KINDS = {1: ("FLOAT", "value"), 2: ("FLOAT2", "vector"), 3: ("FLOAT_VECTOR", "vector"), 4: ("FLOAT_COLOR", "color")}
-Faces = NDArray[np.intp] | slice
-EVERY = slice(None)
-
-
-def build_mesh(mesh: Mesh, chosen: Faces, primvars: Set[str]) -> Any:
-    """A Blender mesh of the `chosen` faces of `mesh`, metres from its centre, each with three vertices of its own, and
-    of those of its `primvars`.
-
-    Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
-    """
-    corners = (mesh.points[mesh.faces[chosen]] - mesh.centre).astype(np.float32)
-    count = len(corners)
-    data = bpy.data.meshes.new("target")
-    data.vertices.add(3 * count)
-    data.vertices.foreach_set("co", corners.ravel())
-    data.loops.add(3 * count)
-    data.loops.foreach_set("vertex_index", np.arange(3 * count, dtype=np.int32))
-    data.polygons.add(count)
-    data.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.int32))
-    data.polygons.foreach_set("material_index", mesh.face_material[chosen])
-    _number_faces(data, np.arange(1, len(mesh.faces) + 1, dtype=np.float32)[chosen])
-    for name in sorted(primvars & set(mesh.primvars)):
-        values = mesh.primvars[name]
-        kind, holder = KINDS[values.shape[2]]
-        attribute = data.attributes.new(attribute_name(name), kind, "CORNER")  # of two components: a UV map
-        attribute.data.foreach_set(holder, values[chosen].ravel())
-    data.update(calc_edges=True)
-    if data.validate():
-        raise RenderError("Blender repaired the target's mesh, so its faces are no longer those of the labels")
-    _set_normals(data, mesh, chosen)
-    return data
-
-
-def _number_faces(data: Any, numbers: NDArray[np.float32]) -> None:
-    data.attributes.new(FACE_NUMBER, "FLOAT", "FACE").data.foreach_set("value", numbers)
-
-
-def _set_normals(data: Any, mesh: Mesh, chosen: Faces) -> None:
-    """Shade as the corner normals say; flat where they are the faces' own."""
-    smooth = mesh.smooth[chosen]
-    data.polygons.foreach_set("use_smooth", smooth)
-    if smooth.any():
-        normals = data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
-        normals.data.foreach_set("vector", mesh.corner_normals[chosen].ravel())
 
 
 class TargetObject:
-    """What Blender shows of the target: mesh, materials and pose. One object, or one for each face group."""
+    """What Blender shows of the target: meshes, materials and pose."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._axes = bpy.data.objects.new("pose", None)
-        self._objects: dict[int, Any] = {}
+        self.axes: Any = bpy.data.objects.new("body", None)
+        """What all of it stands in: the body's axes around the target's centre."""
+        self.axes.parent = bpy.data.objects.new("pose", None)
+        self._data: list[Any] = []
+        self._shown: list[Any] = []
+        self._objects: dict[int, list[Any]] = {}
         self._mesh: Mesh | None = None
         self._primvars: frozenset[str] = frozenset()
         self._split = False
@@ -86,10 +44,11 @@ class TargetObject:
         has at least these of the mesh's `primvars`."""
         if mesh is not self._mesh or split != self._split or not primvars <= self._primvars:
             self._primvars = primvars | self._primvars if mesh is self._mesh else primvars
-            self._replace(_pieces(mesh) if split else {0: EVERY}, mesh)
+            self._replace(mesh, split=split)
             self._mesh, self._split, self._bare = mesh, split, True
-        for shown in self._objects.values():
-            _pose(shown, R_cam_body, location)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
+        _move(self.axes, matrix)
 
     def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, glowing_lights: bool) -> None:
         """Give it the materials that are `needed` of those `authored`; `glowing_lights`: rays look for those that glow.
@@ -102,44 +61,51 @@ class TargetObject:
 
     def _fill(self, fill: Callable[..., None], materials: Sequence[Material]) -> None:
         assert self._mesh is not None
-        fill([shown.data for shown in self._objects.values()], materials, self._mesh, again=self._bare)
+        fill(self._data, materials, self._mesh, again=self._bare)
         self._bare = False
 
     @property
-    def groups(self) -> Mapping[int, Any]:
-        """The object of each face group; where it is not split, the whole as group 0."""
+    def objects(self) -> Sequence[Any]:
+        """All that show it."""
+        return self._shown
+
+    @property
+    def groups(self) -> Mapping[int, Sequence[Any]]:
+        """The objects of each face group; where it is not split, all as group 0."""
         return self._objects
 
-    def _replace(self, pieces: Mapping[int, Faces], mesh: Mesh) -> None:
-        """Show other meshes, and free those before."""
-        for group in set(self._objects) - set(pieces):
-            bpy.data.meshes.remove(self._objects.pop(group).data)  # and with it the object
-        for group, chosen in pieces.items():
-            data = build_mesh(mesh, chosen, self._primvars)
-            if group in self._objects:
-                before, self._objects[group].data = self._objects[group].data, data
-                bpy.data.meshes.remove(before)
-            else:
-                shown = self._objects[group] = bpy.data.objects.new("target", data)
-                shown.parent = self._axes
-                assign(shown, {"lightgroup": EMISSION})
-                self._scene.collection.objects.link(shown)
+    def _replace(self, mesh: Mesh, *, split: bool) -> None:
+        """Show another mesh, in the objects that there are as far as they go; free the rest of the one before."""
+        stale, spare = self._data, iter(self._shown)
+        self._data, self._shown, self._objects = [], [], {}
+        for shared in shared_meshes(mesh, split=split):
+            data = build_mesh(shared.shape, shared.centre, shared.chosen, self._primvars)
+            self._data.append(data)
+            for copy in shared.copies:
+                shown = next(spare, None) or self._new(data)
+                shown.data, shown[FIRST_NUMBER] = data, float(copy.first)
+                _move(shown, copy.matrix)
+                self._shown.append(shown)
+                self._objects.setdefault(copy.group, []).append(shown)
+        for shown in spare:
+            bpy.data.objects.remove(shown)
+        for data in stale:
+            bpy.data.meshes.remove(data)
+
+    def _new(self, data: Any) -> Any:
+        shown = bpy.data.objects.new("target", data)
+        shown.parent = self.axes
+        assign(shown, {"lightgroup": EMISSION})
+        self._scene.collection.objects.link(shown)
+        return shown
 
 
-def _pieces(mesh: Mesh) -> dict[int, Faces]:
-    """The faces of each group."""
-    of_face = np.asarray(mesh.face_group)
-    return {int(group): np.flatnonzero(of_face == group) for group in np.unique(of_face)}
-
-
-def _pose(shown: Any, R_cam_body: Float, location: Float) -> None:
-    """Rotate and move an object.
+def _move(shown: Any, matrix: Float) -> None:
+    """Put an object there in its parent's axes.
 
     The matrix goes through the parent's inverse, which keeps each entry to float32's rounding; through a
     quaternion it was up to 17 times less exact.
     """
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
     shown.matrix_parent_inverse = Matrix(matrix)
     if not np.allclose(np.array(shown.matrix_parent_inverse), matrix, rtol=FLOAT32, atol=FLOAT32):
         raise RenderError("Blender changed the target's pose")

@@ -6,7 +6,7 @@ rolling shutter counts rows of the whole frame, cropped or not, and opens for th
 rows of its readout. So Cycles is given a little more time than the shutter's own, such that the rays have just that.
 """
 
-from collections.abc import Collection
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,24 +24,24 @@ CHANNELS = (("location", 3), ("rotation_quaternion", 4))
 
 
 class MotionRig:
-    """Moves objects of the Blender scene, whose own pose is that of the shutter's middle."""
+    """Moves the target's axes in the Blender scene, whose own pose is that of the shutter's middle."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self._moving: list[Any] = []
+        self._moving: Any = None
 
     def hold(self) -> None:
         """Show everything at rest, in its own pose."""
-        if not self._moving:
+        if self._moving is None:
             return
         assign(self._scene.render, STILL)
-        for shown in self._moving:
-            shown.animation_data_clear()
-            shown.location, shown.rotation_quaternion = (0, 0, 0), (1, 0, 0, 0)
-        self._moving = []
+        self._moving.animation_data_clear()
+        self._moving.location, self._moving.rotation_quaternion = (0, 0, 0), (1, 0, 0, 0)
+        self._moving = None
 
-    def move(self, objects: Collection[Any], scene: Scene) -> None:
-        """Move `objects`, which show the target around its centre, as the scene's shutter sees it; hold without one."""
+    def move(self, axes: Any, objects: Iterable[Any], scene: Scene) -> None:
+        """Move the `axes` around the target's centre, in which `objects` show it, as the scene's shutter sees it; hold
+        without one."""
         self.hold()
         if scene.shutter is None:
             return
@@ -50,12 +50,12 @@ class MotionRig:
         self._open_shutter(timing, steps)
         action, slot = self._action(relative_poses(scene, np.linspace(timing.start, timing.end, steps + 1)))
         for shown in objects:
-            shown.rotation_mode = "QUATERNION"
             assign(shown.cycles, {"use_motion_blur": True, "use_deform_motion": False})
             assign(shown.cycles, {"motion_steps": steps.bit_length() - 1})
-            animation = shown.animation_data_create()
-            animation.action, animation.action_slot = action, slot
-        self._moving = list(objects)
+        axes.rotation_mode = "QUATERNION"
+        animation = axes.animation_data_create()
+        animation.action, animation.action_slot = action, slot
+        self._moving = axes
 
     def _open_shutter(self, timing: "Timing", steps: int) -> None:
         """One frame of Blender's time for each step, so that poses fall on whole frames."""

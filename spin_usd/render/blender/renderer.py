@@ -82,7 +82,7 @@ class BlenderRenderer:
         if holes:
             self._target.number(scene.target.materials)
         numbers = self._numbers(label_bands(scene), region)
-        return Visibility(region=region, face=face_indices(numbers, len(scene.target.mesh.faces)))
+        return Visibility(region=region, face=face_indices(numbers, scene.target.mesh.count))
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
         """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
@@ -122,7 +122,7 @@ class BlenderRenderer:
         scene, target = required.scene, self._target
         view = View.blurred(scene)
         self._show(scene, view, required.primvars, camera_shader=required.camera_shader)
-        self._motion.move(target.groups.values(), scene)
+        self._motion.move(target.axes, target.objects, scene)
         target.dress(scene.target.materials, required.materials, glowing_lights=required.glowing_lights)
         self._lights.shine(scene.lights, required.lights, view, target.groups, shadows=required.shadows)
         self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)

@@ -1,0 +1,73 @@
+"""What a mesh's faces are, by their numbers: its own and those of its instances, which are worked out as asked for."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.scene.instances import Instances
+from spin_usd.scene.mesh import Mesh
+
+Numbers = NDArray[np.integer]
+
+
+def corners_of(mesh: Mesh, face: Numbers) -> Float:
+    """(N, 3, 3) body axes, metres."""
+    return _looked_up(mesh, face, lambda own: mesh.points[mesh.faces[own]], Instances.corners)
+
+
+def parts_of(mesh: Mesh, face: Numbers) -> NDArray[np.uint16]:
+    """(N,) part ids."""
+    return _looked_up(
+        mesh, face, lambda own: mesh.face_part[own], lambda each, place, n: each.parts[place, each.shape.face_part[n]]
+    )
+
+
+def materials_of(mesh: Mesh, face: Numbers) -> NDArray[np.int32]:
+    """(N,) indices into Target.materials."""
+    return _looked_up(mesh, face, lambda own: mesh.face_material[own], lambda each, _, n: each.shape.face_material[n])
+
+
+def groups_of(mesh: Mesh, face: Numbers) -> NDArray[np.uint16]:
+    """(N,) numbers that light links name."""
+    own = np.asarray(mesh.face_group)
+    return _looked_up(mesh, face, lambda n: own[n], lambda each, place, _: each.groups[place])
+
+
+def normals_of(mesh: Mesh, face: Numbers) -> NDArray[np.float32]:
+    """(N, 3, 3) unit shading normals at the corners, body axes."""
+    return _looked_up(mesh, face, lambda own: mesh.corner_normals[own], Instances.normals)
+
+
+def primvar_of(mesh: Mesh, name: str, face: Numbers) -> NDArray[np.float32]:
+    """(N, 3, C) values at the corners of the primvar `name`, which some shape has; 0 on those that lack it."""
+    channels = next(shape.primvars[name].shape[2] for shape in mesh.shapes if name in shape.primvars)
+    nothing = np.zeros((1, 3, channels), np.float32)
+
+    def values(each: Instances, place: Numbers, n: Numbers) -> NDArray[np.float32]:
+        return each.turned(place, each.shape.primvars[name][n]) if name in each.shape.primvars else nothing
+
+    return _looked_up(mesh, face, lambda own: mesh.primvars[name][own] if name in mesh.primvars else nothing, values)
+
+
+def _looked_up(
+    mesh: Mesh,
+    face: Numbers,
+    own: Callable[[Numbers], NDArray[Any]],
+    instanced: Callable[[Instances, Numbers, Numbers], NDArray[Any]],
+) -> NDArray[Any]:
+    """(N, ...) what `own` says of the mesh's own faces, and `instanced` of those in places (M,) of instances."""
+    if not mesh.instances:
+        return own(face)
+    first = np.array([0, *(number for number, _ in mesh.numbered)])
+    which = np.searchsorted(first, face, side="right") - 1
+    rows = [np.flatnonzero(which == each) for each in range(len(first))]
+    found = [own(face[rows[0]])]
+    for of, (number, each) in zip(rows[1:], mesh.numbered, strict=True):
+        found.append(instanced(each, *np.divmod(face[of] - number, len(each.shape.faces))))
+    result = np.empty((len(face), *found[0].shape[1:]), found[0].dtype)
+    for of, values in zip(rows, found, strict=True):
+        result[of] = values
+    return result
