@@ -32,8 +32,8 @@ class Job:
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
     """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, how many
-    of those lie within the target's outline and about how many show it, into how many light groups, and what of it
-    costs (see amounts.features)."""
+    of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
+    (see amounts.features), and the file that its pose was given for, "" where there is none."""
 
     variant: str
     index: int
@@ -47,6 +47,7 @@ class PlannedPicture:
     target_pixels: int
     light_groups: int
     features: tuple[str, ...]
+    source_file: str = ""
 
     @property
     def region_pixels(self) -> int:

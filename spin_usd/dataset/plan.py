@@ -147,7 +147,7 @@ def _planned(
         if tally:
             tally.add(scene, keys.radiance, has)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
-        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has), strict=True):
+        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has, frame.source_file), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
             progress(PROGRESS_EVERY)

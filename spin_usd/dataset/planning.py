@@ -15,7 +15,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 
 KEYS = ("geometry", "radiance", "exposure")
-COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features")
+COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
 
@@ -163,7 +163,7 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     for parts in zip(*answers, strict=True):  # of one variant
         for part in parts:
-            for index, frame, time_code, *keys, extent, groups, features in zip(
+            for index, frame, time_code, *keys, extent, groups, features, source_file in zip(
                 *(part[name] for name in COLUMNS), strict=True
             ):
                 geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
@@ -180,4 +180,5 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
                     target_pixels=extent[5],
                     light_groups=groups,
                     features=alike.setdefault(tuple(features), tuple(features)),
+                    source_file=known.setdefault(source_file, source_file),
                 )

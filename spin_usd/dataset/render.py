@@ -166,7 +166,14 @@ def _render(
     report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
-    counted = partial(remaining, store, wanted=wanted, finished=lambda each: report.add(faults(each)), work=lease.work)
+    counted = partial(
+        remaining,
+        store,
+        wanted=wanted,
+        target=plan.description["target"],
+        finished=lambda each: report.add(faults(each)),
+        work=lease.work,
+    )
     left = (counted(picture, stage=stages[picture.variant]) for picture in pictures)
     tasks = [task for task in left if task]
     report.reused = len(pictures) - len(tasks)

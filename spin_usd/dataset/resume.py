@@ -28,6 +28,7 @@ def remaining(
     wanted: Wanted,
     stage: Mapping[str, Any],
     *,
+    target: str,
     finished: Callable[[Mapping[str, Any]], None],
     work: Path,
 ) -> Task | None:
@@ -35,8 +36,8 @@ def remaining(
     channels that they are written in today.
 
     A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
-    state of the stage, has its record say that `stage` (the record's own block) makes it too; `finished` is told its
-    record. `work` is for temporary files.
+    state of the stage, has its record say that `stage` (the record's own block) makes it too, and how that calls its
+    `target` and its source; `finished` is told its record. `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
@@ -47,8 +48,15 @@ def remaining(
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
-        write_json(store.record(picture.variant, picture.frame), {**record, "index": picture.index}, work=work)
+        write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, target), work=work)
     return None
+
+
+def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) -> dict[str, Any]:
+    """The record with what the stage says of the picture that decides none of its files."""
+    rest = {name: value for name, value in record.items() if name != "source_file"}
+    source = {"source_file": picture.source_file} if picture.source_file else {}
+    return rest | source | {"index": picture.index, "target": {**record["target"], "name": target}}
 
 
 def is_finished(store: Store, picture: PlannedPicture, wanted: Wanted) -> bool:

@@ -3,10 +3,14 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.sunlight import phase_angle
 from spin_usd.sensor.exposure import LONGEST
 
 MIN_SHOWN = 0.25  # of the target's pixels: a picture that shows fewer is nearly black, or nearly white
+MOST_FRONTAL_DEG = 90.0  # a Sun further from the camera lights less than half of what is seen
 BLACK, WHITE, EXPOSURE_END = "nearly_black", "nearly_white", "exposure_end"
 WORDS = {BLACK: "nearly black", WHITE: "nearly white", EXPOSURE_END: "at an end of auto-exposure"}
 
@@ -25,7 +29,7 @@ def faults(record: Mapping[str, Any]) -> tuple[str, ...]:
 def tone_findings(record: Mapping[str, Any], name: str) -> Iterator[Finding]:
     """A warning for each, with what would cure it; `name` is the record's."""
     for fault in faults(record):
-        message = f"is {WORDS[fault]}: {_why(fault, record['tones'])}"
+        message = f"is {WORDS[fault]}: {_why(fault, record)}"
         yield Finding(code=fault.replace("_", "-"), where=name, message=message, severity=WARNING)
 
 
@@ -34,13 +38,27 @@ def counted_faults(counts: Mapping[str, int], pictures: int) -> str:
     return ", ".join(f"{count} of {pictures} {WORDS[fault]}" for fault, count in counts.items() if count)
 
 
-def _why(fault: str, tones: Mapping[str, Any]) -> str:
+def _why(fault: str, record: Mapping[str, Any]) -> str:
+    tones = record["tones"]
     less, more = "lower the light or the exposure (exposure.stops)", "raise the light or the exposure (exposure.stops)"
     if fault == BLACK:
-        do = f"let the Sun stand nearer the camera, seen from the target (target_lit_deg), or {more}"
-        return f"{1 - tones['dark']:.0%} of the target's pixels are within five stops of full scale; {do}"
+        few = f"only {1 - tones['dark']:.0%} of the target's pixels are brighter than 1/64 of full scale and the noise"
+        return f"{few}; {_more_sun(record) or more}"
     if fault == WHITE:
         return f"{tones['saturated']:.0%} of the target's pixels are at full scale; {less}"
     end = tones["exposure_end"]
     do = more if end == LONGEST else less
     return f"the {end} time that it may take is not enough; {do}, or widen spin:sensor:autoExposure:stops"
+
+
+def _more_sun(record: Mapping[str, Any]) -> str:
+    """What the Sun should do, where it is what is wrong; "" where it is not."""
+    sun = record.get("sun")
+    if sun is None:
+        return "there is no distant light: add one, or raise the others"
+    if sun["obscured"] == 1:
+        return "a planet hides the Sun: move it (limb_from_sun_deg), or raise the other lights"
+    phase = phase_angle(np.array(sun["towards_cam"]), np.array(record["pose"]["t_cam_body"]))
+    if phase > MOST_FRONTAL_DEG:
+        return f"the Sun is {phase:.0f} degrees from the camera, seen from the target: bring it nearer (target_lit_deg)"
+    return ""

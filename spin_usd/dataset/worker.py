@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 from numpy.typing import NDArray
 
@@ -32,6 +33,7 @@ from spin_usd.scene.keys import KeyMaker, picture_seed, render_seed
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.sunlight import Sunlight, sunlight
 from spin_usd.stage.read import StageReader
 
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
@@ -226,11 +228,14 @@ def make_record(
     """The picture's record, by schema record-1."""
     scene = making.scene
     camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
+    sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
     return {
         "schema": "record-1",
         "frame": scene.frame.name,
         "index": scene.frame.index,
         "variant": reader.variant,
+        **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
+        "target": {"name": scene.target.name, "range": float(np.linalg.norm(pose.translation))},
         "camera": {
             "width": camera.width,
             "height": camera.height,
@@ -241,6 +246,7 @@ def make_record(
             "distortion": list(camera.distortion),
         },
         "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        **({"sun": recorded_sun(sun)} if sun else {}),
         **({"tones": making.tones} if making.tones else {}),
         "files": files,
         "provenance": {
@@ -261,4 +267,13 @@ def make_record(
             "versions": versions,
             **making.notes,
         },
+    }
+
+
+def recorded_sun(sun: Sunlight) -> dict[str, Any]:
+    """What the record says of it."""
+    return {
+        "towards_cam": sun.towards_cam.tolist(),
+        "towards_body": sun.towards_body.tolist(),
+        "obscured": sun.obscured,
     }

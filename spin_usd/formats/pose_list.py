@@ -26,14 +26,16 @@ def read_pose_list(path: str | Path) -> PoseList:
     """The poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
     path = Path(path)
     entries = _entries(read_json_file(path), path)
+    files: list[str] = []
     names: list[str] = []
     q, t = np.empty((len(entries), 4)), np.empty((len(entries), 3))
     for i, entry in enumerate(entries):
         where = f"{path}, entry {i}"
         if not isinstance(entry, dict):
             raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
-        name = _name(entry, where)
+        file, name = _names(entry, where)
         where = f"{where} ({name!r})"
+        files.append(file)
         names.append(name)
         q[i] = _numbers(entry, QUATERNION_KEYS, 4, where)
         t[i] = _numbers(entry, POSITION_KEYS, 3, where)
@@ -41,7 +43,7 @@ def read_pose_list(path: str | Path) -> PoseList:
         where = f"{path}, entry {pair[1]} ({names[pair[1]]!r})"
         raise InputError(f"names the same picture as entry {pair[0]}", where=where, do="give every pose its own name")
     _check_norms(q, names, path)
-    return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, source=str(path))
+    return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, files=tuple(files), source=str(path))
 
 
 def slice_of(text: str) -> slice:
@@ -79,8 +81,8 @@ def _entries(document: Any, path: Path) -> Sequence[Any]:
     return document
 
 
-def _name(entry: dict[str, Any], where: str) -> str:
-    """The picture's name: the file name without an image format's extension."""
+def _names(entry: dict[str, Any], where: str) -> tuple[str, str]:
+    """The file's name, and the picture's: the same without an image format's extension."""
     filename = entry.get("filename")
     if not isinstance(filename, str):
         raise InputError("has no 'filename'", where=where)
@@ -92,7 +94,7 @@ def _name(entry: dict[str, Any], where: str) -> str:
             where=where,
             do=FRAME_NAME_RULE,
         )
-    return name
+    return filename, name
 
 
 def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[float]:

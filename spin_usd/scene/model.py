@@ -29,12 +29,13 @@ NOMINAL = "nominal"
 @dataclass(frozen=True, kw_only=True)
 class FrameId:
     """Which picture this is: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's, `variant`
-    the augmentation's name."""
+    the augmentation's name, `source_file` the file that its pose was given for, "" where there is none."""
 
     index: int
     name: str
     time_code: float
     variant: str = NOMINAL
+    source_file: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

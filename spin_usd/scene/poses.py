@@ -29,7 +29,8 @@ def repeated_name(names: Sequence[str]) -> tuple[int, int] | None:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PoseList:
     """names (N) are unique, also where capitals do not count · q_cam_body (N, 4) unit quaternions, scalar first ·
-    t_cam_body (N, 3) metres · source is where they come from.
+    t_cam_body (N, 3) metres · files (N): what the names are called where they come from, such as img000001.jpg; empty
+    where that is nowhere · source is where they come from.
 
     Quaternions are normalised; GeometryError when one is off by more than rounding.
     """
@@ -37,6 +38,7 @@ class PoseList:
     names: tuple[str, ...]
     q_cam_body: Float
     t_cam_body: Float
+    files: tuple[str, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -65,5 +67,6 @@ class PoseList:
             names=self.names[chosen],
             q_cam_body=self.q_cam_body[chosen],
             t_cam_body=self.t_cam_body[chosen],
+            files=self.files[chosen],
             source=self.source,
         )

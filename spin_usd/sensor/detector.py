@@ -77,6 +77,16 @@ def digitised(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArr
     return steps
 
 
+def in_the_dark(sensor: Sensor) -> tuple[float, float]:
+    """Mean and standard deviation of the signal, in the unit range, that comes of no light at all."""
+    if sensor.gain == 0:
+        return 0.0, 0.0
+    per_step, full_scale = sensor.gain * 100 / sensor.iso, 2**sensor.adc_bits - 1
+    electrons = sensor.dark_current * sensor.time
+    noise = float(np.hypot(np.sqrt(electrons), sensor.read_noise))
+    return (electrons / per_step + sensor.black_level) / full_scale, noise / per_step / full_scale
+
+
 def without_noise(light: NDArray[np.float32], sensor: Sensor) -> Float:
     """Numbers (H, W), or (H, W, 3) for an rgb sensor, before any rounding, of `light` (H, W, C): what `detect` would
     give were each pixel to hold exactly the electrons that are expected of a perfect one. Raises as it does."""

@@ -8,16 +8,19 @@ from numpy.typing import NDArray
 
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
+from spin_usd.sensor.detector import in_the_dark
+from spin_usd.sensor.exposure import exposed
 from spin_usd.sensor.tone import encode
 
-STOPS = 5  # below full scale; what is darker drowns in what detectors add of themselves
+STOPS = 6  # below full scale: the least light that shows, where the detector adds no noise ...
+DEVIATIONS = 3  # ... and where it does, at least so many standard deviations of what it adds in the dark
 COVERED = 0.5  # of a pixel: the target's
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tones:
     """Of the target's `pixels` in an image: their `mean`, as a share of the highest number; the share of them that is
-    `dark`, more than five stops below full scale in every channel, and that is `saturated`, at full scale in every."""
+    `dark`, in every channel too near to black to show, and that is `saturated`, at full scale in every."""
 
     pixels: int
     mean: float
@@ -36,12 +39,13 @@ def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Ton
     return Tones(
         pixels=len(numbers),
         mean=float(numbers.mean(dtype=np.float64)) / highest,
-        dark=float((numbers.max(-1) < _darkest_shown(sensor) * highest).mean()),
+        dark=float((numbers.max(-1) < _least_shown(exposed(sensor, radiance)) * highest).mean()),
         saturated=float((numbers.min(-1) == highest).mean()),
     )
 
 
-def _darkest_shown(sensor: Sensor) -> float:
-    """What is written, as a share of the highest number, of light five stops below full scale."""
-    black = sensor.black_level / (2**sensor.adc_bits - 1) if sensor.gain else 0.0
-    return float(encode(np.array(black + (1 - black) / 2**STOPS), sensor.encoding, sensor.gamma))
+def _least_shown(sensor: Sensor) -> float:
+    """What is written, as a share of the highest number, of the least light that shows."""
+    black, noise = in_the_dark(sensor)
+    signal = black + max((1 - black) / 2**STOPS, DEVIATIONS * noise)
+    return float(encode(np.clip(signal, 0, 1), sensor.encoding, sensor.gamma))

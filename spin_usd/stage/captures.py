@@ -26,7 +26,11 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
         named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
-    return tuple(FrameId(index=i, name=name, time_code=time, variant=variant) for i, (time, name) in enumerate(named))
+    files = _source_files(prim)
+    return tuple(
+        FrameId(index=i, name=name, time_code=time, variant=variant, source_file=files.get(time, ""))
+        for i, (time, name) in enumerate(named)
+    )
 
 
 def read_seed(stage: Usd.Stage) -> int:
@@ -34,6 +38,14 @@ def read_seed(stage: Usd.Stage) -> int:
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_SEED) if prim else None
     return int((attribute.Get() if attribute else 0) or 0)
+
+
+def _source_files(prim: Usd.Prim) -> dict[float, str]:
+    """By time code: the file that each picture's pose was given for, where that is known."""
+    attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
+    if not attribute:
+        return {}
+    return {time: str(attribute.Get(Usd.TimeCode(time))) for time in attribute.GetTimeSamples()}
 
 
 def _time_range(stage: Usd.Stage) -> list[float]:

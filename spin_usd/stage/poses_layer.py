@@ -31,6 +31,7 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
         author_metadata(layer, default_prim=WORLD.name, frames=len(poses))
         world, target = Sdf.CreatePrimInLayer(layer, WORLD), Sdf.CreatePrimInLayer(layer, TARGET)
         _samples(world, schema.CAPTURE_FRAME, Sdf.ValueTypeNames.String, list(poses.names))
+        _samples(world, schema.CAPTURE_SOURCE_FILE, Sdf.ValueTypeNames.String, list(poses.files))
         _samples(target, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t])
         _samples(target, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q])
         order = Sdf.AttributeSpec(target, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
@@ -53,6 +54,9 @@ def target_in_world(poses: PoseList) -> tuple[Float, Float]:
 
 
 def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:
+    """One at each time code; of none there is no attribute."""
+    if not values:
+        return
     attribute = Sdf.AttributeSpec(prim, name, kind)
     layer, path = prim.layer, attribute.path
     for time_code, value in enumerate(values):

@@ -77,6 +77,7 @@ OPTICS = {
 SHUTTER_READOUT_TIME = "spin:shutter:readoutTime"
 
 CAPTURE_FRAME = "spin:capture:frame"
+CAPTURE_SOURCE_FILE = "spin:capture:sourceFile"
 CAPTURE_SEED = "spin:capture:seed"
 
 TARGET_NAME = "spin:target:name"

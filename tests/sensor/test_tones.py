@@ -44,9 +44,19 @@ def test_of_colours_the_brightest_shows_and_the_darkest_saturates():
 
 @pytest.mark.parametrize("curve", [{"encoding": "linear"}, {"encoding": "srgb"}, {"encoding": "gamma", "gamma": 1.8}])
 @pytest.mark.parametrize("noise", [{}, {"gain": 100.0, "black_level": 200.0}])
-def test_dark_is_five_stops_below_full_scale_whatever_the_curve(curve, noise):
+def test_dark_is_six_stops_below_full_scale_whatever_the_curve(curve, noise):
     sensor = replace(LINEAR, **curve, **noise)
     share = 1 - sensor.black_level / 4095 if sensor.gain else 1
     light = np.zeros((3, 9, 1), np.float32)
-    light[AT.slices] = np.array([0, 2.0**-5.3, 2.0**-4.7, 2])[:, None] * share
+    light[AT.slices] = np.array([0, 2.0**-6.3, 2.0**-5.7, 2])[:, None] * share
     assert target_tones(detect(light, sensor, seed=0), seen(), sensor).dark == 0.5
+
+
+def test_noise_does_not_pass_for_light():
+    """Exposed for so long that its dark current alone is far above six stops below full scale, and its noise too."""
+    sensor = replace(LINEAR, time=100.0, dark_current=90.0, gain=10.0, read_noise=1500.0)
+    region = Region(x0=0, y0=0, x1=100, y1=50)
+    target = Radiance.of(region, np.ones((50, 100, 4), np.float32))
+    dark = detect(np.zeros((50, 100, 1), np.float32), sensor, seed=1)
+    assert dark.mean() > 65535 / 2**6
+    assert target_tones(dark, target, sensor).dark > 0.99
