@@ -25,14 +25,15 @@ def usd_bounds(
     variants `selections` of that prim; None where nothing has a size."""
     stage = Usd.Stage.Open(str(file))
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim() or stage.GetPseudoRoot()
+    time = Usd.TimeCode(time_code)
     stated = UsdGeom.StageHasAuthoredMetersPerUnit(stage)
     metres = root_number(stage, METRES_PER_UNIT) if stated else metres_per_unit
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         for name, variant in selections.items():
             root.GetVariantSet(name).SetVariantSelection(variant)
         _expand_instances(root)
+        _bake_skeletons(root, time)
         _forget_extents(root)
-    time = Usd.TimeCode(time_code)
     cache = UsdGeom.BBoxCache(time, list(DRAWN_PURPOSES), useExtentsHint=False)
     box = cache.ComputeLocalBound(root).ComputeAlignedRange()
     if box.IsEmpty():
@@ -49,6 +50,20 @@ def _expand_instances(root: Usd.Prim) -> None:
     while instances := [prim for prim in Usd.PrimRange(root) if prim.IsInstance()]:
         for prim in instances:
             prim.SetInstanceable(False)
+
+
+def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
+    """Make points of what skeletons bend at `time`: USD's own extent of a SkelRoot holds little more than its joints.
+    Animations stand still first, for what is baked of one that moves is only at its own samples."""
+    for prim in root.GetStage().Traverse():
+        if prim.IsA(UsdSkel.Animation):
+            for attribute in prim.GetAuthoredAttributes():
+                attribute.Set(attribute.Get(time))
+    moment = Gf.Interval(time.GetValue(), time.GetValue())
+    for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Root)]:
+        UsdSkel.BakeSkinning(UsdSkel.Root(prim), moment)
+    for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Skeleton)]:
+        UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)  # its joints are no part of the craft
 
 
 def _forget_extents(root: Usd.Prim) -> None:

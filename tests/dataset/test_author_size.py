@@ -17,6 +17,35 @@ POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_tr
 TRIANGLE = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\npoint3f[] points = "
 FLAT = f'uniform token subdivisionScheme = "none"\n{TRIANGLE}'
 FAR = "[(0, 0, 0), (9000, 0, 0), (0, 9000, 0)]"
+BONE = "((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))"
+API = '(\nprepend apiSchemas = ["SkelBindingAPI"]\n)'
+SKINNED = f"""def SkelRoot "Craft" {{
+    def Skeleton "Bones" {API} {{
+        uniform token[] joints = ["bone"]
+        uniform matrix4d[] bindTransforms = [{BONE}]
+        uniform matrix4d[] restTransforms = [{BONE}]
+        rel skel:animationSource = </W/Craft/Walk>
+    }}
+    def SkelAnimation "Walk" {{
+        uniform token[] joints = ["bone"]
+        float3[] translations.timeSamples = {{
+            -1: [(-800, 0, 0)],
+            1: [(800, 0, 0)],
+        }}
+        quatf[] rotations = [(1, 0, 0, 0)]
+        half3[] scales = [(8, 8, 8)]
+    }}
+    def Mesh "Skin" {API} {{
+        {FLAT}[(0, 0, 0), (100, 0, 0), (0, 50, 0)]
+        rel skel:skeleton = </W/Craft/Bones>
+        int[] primvars:skel:jointIndices = [0] (
+            interpolation = "constant"
+        )
+        float[] primvars:skel:jointWeights = [1] (
+            interpolation = "constant"
+        )
+    }}
+}}"""  # its one joint has no extent, and stands at the origin between two samples
 CAGE = trimesh.creation.box((100, 100, 100))
 
 
@@ -93,6 +122,7 @@ def test_a_part_that_was_lost_or_a_unit_taken_twice_is_refused(tmp_path: Path) -
         'def Xform "A" (\ninstanceable = true\nreferences = </W/Source>\n) {\ndouble3 xformOp:translate = (0, 0, 70)\n'
         'uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
         f'def Xform "Source" {{\ndef Mesh "M" {{\n{FLAT}[(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}}\n}}',
+        SKINNED,
     ],
 )
 def test_what_is_right_passes(tmp_path: Path, body: str) -> None:
