@@ -143,10 +143,15 @@ def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float,
     if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
         model.notes[f"{name!r} is made of points or lines, which are left out"] = None
         return
+    if _is_empty(model.document, primitive):
+        model.notes[f"{name!r} has no faces and is left out"] = None
+        return
     primitive, decoded = decompressed(model.document, primitive)
     values, attributes = partial(model.document.values, decoded=decoded), primitive["attributes"]
     points, linear = values(attributes["POSITION"]).astype(np.float64), to_body[:3, :3]
-    faces = _faces(values, primitive, len(points))
+    faces, spare = _faces(values, primitive, len(points))
+    if spare:
+        model.notes[f"{name!r} ends with {spare} corners that make no triangle, which are left out"] = None
     volume = np.linalg.det(linear)
     if volume < 0:
         faces = faces[:, ::-1]  # a mirrored face is seen from its other side
@@ -174,17 +179,25 @@ def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float,
     )
 
 
-def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> NDArray[np.int64]:
-    """(F, 3) of triangles, a strip or a fan, all wound as the standard says."""
+def _is_empty(document: Document, primitive: Mapping[str, Any]) -> bool:
+    """Whether its points or its indices are none: the standard forbids it, and exporters write it."""
+    indices = [primitive["indices"]] if "indices" in primitive else []
+    used = [at(document.entries("accessors"), index) for index in (primitive["attributes"]["POSITION"], *indices)]
+    return any(accessor["count"] == 0 for accessor in used)
+
+
+def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[NDArray[np.int64], int]:
+    """(F, 3) of triangles, a strip or a fan, all wound as the standard says; and how many corners are left over."""
     order = np.arange(points)
     if "indices" in primitive:
         order = values(primitive["indices"])[:, 0].astype(np.int64)
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
-        return order.reshape(-1, 3)
+        spare = len(order) % 3
+        return order[: len(order) - spare].reshape(-1, 3), spare
     if mode == FAN:
-        return np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1)
-    return strip_triangles(order)
+        return np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1), 0
+    return strip_triangles(order), 0
 
 
 def _material(

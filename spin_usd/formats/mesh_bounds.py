@@ -12,7 +12,7 @@ from spin_usd.scene.source_bounds import SourceBounds
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
     """The model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
     try:
-        scene = trimesh.load_scene(path, process=False)
+        scene = _loaded(path)
         corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
     # A parser of others' files raises whatever it stumbles over.
     except Exception:
@@ -22,6 +22,15 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
         return None
     box = np.stack([points.min(0), points.max(0)])
     return SourceBounds(whole=box, polygons=box, exact=True)
+
+
+def _loaded(path: Path) -> trimesh.Scene:
+    """The file's geometry alone: nothing that it names is read, but for the buffers of a .gltf."""
+    if path.suffix.lower() == ".gltf":
+        return trimesh.load_scene(path, process=False, skip_materials=True)
+    with path.open("rb") as opened:
+        kind = path.suffix.lower().removeprefix(".")
+        return trimesh.load_scene(opened, file_type=kind, process=False, skip_materials=True)
 
 
 def _corners(scene: trimesh.Scene, node: str) -> Float:

@@ -294,6 +294,28 @@ def test_draco_is_decompressed(gltf: GltfWriter, listed: str) -> None:
     assert asset.notes == ()
 
 
+@pytest.mark.parametrize("emptied", ["POSITION", "indices"])
+def test_a_mesh_without_faces_among_full_ones_is_noted(gltf: GltfWriter, emptied: str) -> None:
+    document = json.loads((path := gltf()).read_text())
+    empty = json.loads(json.dumps(document["meshes"][0] | {"name": "empty"}))
+    primitive = empty["primitives"][0]
+    (primitive["attributes"] if emptied == "POSITION" else primitive)[emptied] = len(document["accessors"])
+    document["accessors"].append({"componentType": 5126, "count": 0, "type": "VEC3"})
+    document["meshes"].append(empty)
+    document["nodes"][0]["children"] = [1]
+    document["nodes"].append({"mesh": 1})
+    path.write_text(json.dumps(document))
+    asset = read_mesh_file(path)
+    assert [part.name for part in asset.parts] == ["panel"]
+    assert asset.notes == ("'empty' has no faces and is left out",)
+
+
+def test_corners_that_make_no_triangle_are_left_out_with_a_note(gltf: GltfWriter) -> None:
+    asset = read_mesh_file(gltf(indices=np.append(FACES, FACES[:2])))
+    assert asset.faces == 2
+    assert asset.notes == ("'panel' ends with 2 corners that make no triangle, which are left out",)
+
+
 def test_a_webp_image_becomes_png_without_loss(gltf: GltfWriter) -> None:
     data = io.BytesIO()
     Image.open(io.BytesIO(PICTURE)).save(data, "WEBP", lossless=True)
