@@ -31,6 +31,7 @@ from spin_usd.stage.presets import Preset, open_preset, preset_by_name
 from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
 from spin_usd.stage.sampled_layer import write_sampled
 from spin_usd.stage.samples import Opinions, over
+from spin_usd.stage.target_notes import target_notes
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
@@ -163,6 +164,7 @@ def _author(
         )
         selected = settings.chosen(asset.variants) if settings else {}
         notes += check_written(folder / ROOT, target_file, asset, choices.units_per_metre, selected)
+        notes += target_notes(folder / ROOT)
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
         if choices.augment is not None:

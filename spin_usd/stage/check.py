@@ -12,7 +12,13 @@ from spin_usd.errors import InputError, StageError
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check_layers import layer_findings
 from spin_usd.stage.check_pictures import camera_findings, capture_findings, norm_findings, pose_findings
-from spin_usd.stage.check_prims import extent_findings, kind_findings, label_findings, light_findings
+from spin_usd.stage.check_prims import (
+    draw_mode_findings,
+    extent_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+)
 from spin_usd.stage.check_properties import property_findings
 from spin_usd.stage.check_scenes import Progress, TargetRule, scene_findings
 from spin_usd.stage.check_variants import variant_findings
@@ -33,6 +39,7 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
     label_findings,
     light_findings,
     extent_findings,
+    draw_mode_findings,
     property_findings,
     variant_findings,
 )

@@ -1,4 +1,4 @@
-"""Rules on prims: kinds, labels, lights, extents."""
+"""Rules on prims: kinds, labels, lights, extents, draw modes."""
 
 from collections.abc import Iterator
 
@@ -6,6 +6,7 @@ from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage import schema
+from spin_usd.stage.draw_modes import stand_ins
 from spin_usd.stage.drawn import ancestors
 
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
@@ -67,6 +68,13 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 def _of_target(prim: Usd.Prim) -> bool:
     return any(above.HasAPI(schema.TARGET_API) for above in ancestors(prim))
+
+
+def draw_mode_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """What others show of a model is what a picture shows."""
+    for prim, mode in stand_ins(stage.GetPseudoRoot()):
+        message = f"asks to be drawn as {mode}, as other programs do; a picture shows its geometry"
+        yield Finding(code="draw-mode", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
 def _is_surface(prim: Usd.Prim) -> bool:

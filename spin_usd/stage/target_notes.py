@@ -1,0 +1,54 @@
+"""What a user should know of the target in a stage that was just written, which no picture tells."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pxr import Usd
+
+from spin_usd.scene.model import NOMINAL
+from spin_usd.stage.captures import read_frames
+from spin_usd.stage.compose import open_stage
+from spin_usd.stage.draw_modes import stand_ins
+from spin_usd.stage.drawn import PROXIES
+from spin_usd.stage.target import find_target
+
+
+def target_notes(path: Path) -> tuple[str, ...]:
+    """Sentences on the target of the stage at `path`: where it moves in time, and where other programs
+    show something else in its place."""
+    stage = open_stage(path)
+    target = find_target(stage)
+    times = [frame.time_code for frame in read_frames(stage, NOMINAL)]
+    return (*_motion(target, times), *_draw_modes(target))
+
+
+def _motion(target: Usd.Prim, times: list[float]) -> Iterator[str]:
+    samples = [time for prim in _below(target) for ends in _ends(prim) for time in ends]
+    if samples:
+        first, last = min(samples), max(samples)
+        outside = sum(not first <= time <= last for time in times)
+        yield (
+            f"the target moves by itself between the stage's time codes {first:g} and {last:g}, where picture i is "
+            f"time code i; {outside} of {len(times)} pictures lie outside, and show it as it is at the nearer end"
+        )
+
+
+def _ends(prim: Usd.Prim) -> Iterator[tuple[float, float]]:
+    """The first and the last time sample of each attribute that changes."""
+    for attribute in prim.GetAuthoredAttributes():
+        if attribute.ValueMightBeTimeVarying():
+            samples = attribute.GetTimeSamples()
+            yield samples[0], samples[-1]
+
+
+def _draw_modes(target: Usd.Prim) -> Iterator[str]:
+    found = list(stand_ins(target))
+    if found:
+        prim, mode = found[0]
+        more = f", as {len(found) - 1} more do" if len(found) > 1 else ""
+        yield f"{prim.GetPath()} asks to be drawn as {mode}{more}; its geometry is rendered instead"
+
+
+def _below(target: Usd.Prim) -> Iterator[Usd.Prim]:
+    """All prims below the target, whose own attributes hold the poses of the pictures."""
+    return (prim for prim in Usd.PrimRange(target, PROXIES) if prim != target)
