@@ -36,6 +36,8 @@ def test_the_commands_work_in_their_order(tmp_path, spin_usd):
                 (tmp_path / path).write_text(text)
     pictures = [path.read_bytes() for path in sorted((tmp_path / "noisy" / "image").rglob("*.png"))]
     assert len(pictures) == len(set(pictures)) == 4
+    found = json.loads(spin_usd("check", tmp_path / "noisy", "--json").stdout)["findings"]
+    assert not {"nearly-black", "nearly-white", "exposure-end"} & {finding["code"] for finding in found}
 
 
 @pytest.mark.slow

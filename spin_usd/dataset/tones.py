@@ -48,7 +48,9 @@ def _why(fault: str, record: Mapping[str, Any]) -> str:
         return f"{tones['saturated']:.0%} of the target's pixels are at full scale; {less}"
     end = tones["exposure_end"]
     do = more if end == LONGEST else less
-    return f"the {end} time that it may take is not enough; {do}, or widen spin:sensor:autoExposure:stops"
+    return (
+        f"the {end} time that it may take leaves it more than a stop off; {do}, or widen spin:sensor:autoExposure:stops"
+    )
 
 
 def _more_sun(record: Mapping[str, Any]) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 
+STOP = 2.0  # times as much light
 SHORTEST, LONGEST = "shortest", "longest"
 
 
@@ -17,10 +18,10 @@ def metered(sensor: Sensor, radiance: Radiance) -> float:
 
 
 def exposure_end(sensor: Sensor, radiance: Radiance) -> str | None:
-    """Which end of its range auto-exposure stopped at, "shortest" or "longest", for the target wanted less or more;
+    """Which end of its range auto-exposure stopped at, "shortest" or "longest", more than a stop short of its level;
     None where it did not."""
     wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
-    if wanted is None or low <= wanted <= high:
+    if wanted is None or low / STOP <= wanted <= high * STOP:
         return None
     return LONGEST if wanted > high else SHORTEST
 

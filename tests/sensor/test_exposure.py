@@ -60,9 +60,12 @@ def test_it_weighs_colours_as_the_detector_does():
     assert metered(sensor, red) * 10 * 0.5 * 0.6 == pytest.approx(0.4)
 
 
-def test_the_end_that_it_stops_at_is_told():
+def test_the_end_that_it_stops_at_more_than_a_stop_short_is_told():
     sensor = Sensor(auto_exposure=replace(RULE, stops=(-2, 3)))
-    ends = {value: exposure_end(sensor, radiance([value], np.array([1]))) for value in (1e6, 1.5, 0.4, 0.06, 1e-6, 0)}
-    assert ends == {1e6: "shortest", 1.5: None, 0.4: None, 0.06: None, 1e-6: "longest", 0: "longest"}
+    ends = {
+        value: exposure_end(sensor, radiance([value], np.array([1])))
+        for value in (1e6, 3.3, 3.1, 0.4, 0.026, 0.024, 1e-6, 0)
+    }
+    assert list(ends.values()) == ["shortest"] * 2 + [None] * 3 + ["longest"] * 3
     assert exposure_end(Sensor(), radiance([0], np.array([1]))) is None
     assert exposure_end(sensor, radiance([0], np.array([0]))) is None
