@@ -34,6 +34,8 @@ def face_findings(target: Target) -> Iterator[Finding]:
     chosen = evenly_spread(mesh)
     area /= area[chosen].sum()
     pairs = coincident_faces(mesh, chosen)
+    if not len(pairs):
+        return
     pairs = pairs[_in_the_open(target, pairs[:, 0])]
     share = float(area[np.unique(pairs[:, 0])].sum())
     if share >= LEAST_SHARE:

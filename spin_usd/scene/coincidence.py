@@ -1,6 +1,7 @@
 """Faces of a mesh that lie in one another: which of two is seen there is chance, and the picture's light is wrong."""
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,13 +48,15 @@ def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], 
     tree, left = cKDTree(middles), MOST_PAIRS
     for start in range(0, mesh.count, CHUNK):
         corners = corners_of(mesh, np.arange(start, min(start + CHUNK, mesh.count))) - mesh.centre
-        within = tree.query_ball_point(*_bounding_spheres(corners), return_sorted=False)
-        count = np.array([len(each) for each in within])
+        centre, radius = _bounding_spheres(corners)
+        count = tree.query_ball_point(centre, radius, return_length=True)
         left -= int(count.sum())
         if left < 0:
             return
-        point = np.concatenate([np.zeros(0, np.intp), *(np.asarray(each, np.intp) for each in within)])
-        which = np.repeat(np.arange(len(count)), count)
+        some = np.flatnonzero(count)
+        within = tree.query_ball_point(centre[some], radius[some], return_sorted=False)
+        point = np.fromiter(chain.from_iterable(within), np.intp, int(count.sum()))
+        which = np.repeat(some, count[some])
         yield point, start + which, corners[which]
 
 
