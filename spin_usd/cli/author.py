@@ -27,6 +27,9 @@ def author(
     units_per_metre: Annotated[
         float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
     ] = None,
+    prim: Annotated[
+        str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
+    ] = None,
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
     preset: Annotated[
@@ -69,6 +72,7 @@ def author(
         "camera": camera,
         "out": str(out),
         "units_per_metre": units_per_metre,
+        "prim": prim,
         "frames": frames,
         "seed": seed,
         "preset": preset,

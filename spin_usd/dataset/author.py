@@ -56,11 +56,12 @@ class AuthorReport:
 class Choices:
     """`target`, `camera`, `preset`, `lights`, `environment` and `augment` are names of what travels with spin_usd, or
     files; the lights and environment stand instead of the preset's. `augment`: a specification to write over it.
-    `additions`: what is written over the stage before that."""
+    `prim`: the path of what of a USD target is taken. `additions`: what is written over the stage before that."""
 
     target: str | Path
     camera: str | Path
     units_per_metre: float | None = None
+    prim: str | None = None
     seed: int = 0
     preset: str | Path | None = None
     lights: str | Path | None = None
@@ -149,7 +150,7 @@ def _author(
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
     origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
     with new_folder(out) as folder:
-        asset, notes = _write_target(target_file, folder, choices.units_per_metre)
+        asset, notes = _write_target(target_file, folder, choices.units_per_metre, choices.prim)
         notes += _unused(settings, asset)
         poses = pictures(lens_of(layer), box_corners(asset))
         write_stage(
@@ -226,11 +227,16 @@ def _target_file(given: str) -> Path:
     return Path(given)
 
 
-def _write_target(file: Path, folder: Path, units_per_metre: float | None) -> tuple[TargetAsset, tuple[str, ...]]:
+def _write_target(
+    file: Path, folder: Path, units_per_metre: float | None, prim: str | None
+) -> tuple[TargetAsset, tuple[str, ...]]:
     name = target_name(file.stem)
     place = folder / "targets" / name
     if file.suffix.lower() in USD_SUFFIXES:
-        return copy_usd_target(file, place, name, units_per_metre), ()
+        asset = copy_usd_target(file, place, name, units_per_metre, prim)
+        return asset, asset.notes
+    if prim is not None:
+        raise InputError("--prim is given, and only USD files have prims", where=file, do="leave --prim out")
     model = read_mesh_file(file, units_per_metre)
     return describe(write_mesh_target(model, place, name), name), model.notes
 

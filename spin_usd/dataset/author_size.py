@@ -37,7 +37,7 @@ def check_written(
         source = mesh_bounds(file, units_per_metre)
     else:
         metres = asset.metres_per_unit
-        source = usd_bounds(file, asset.prim, metres_per_unit=metres, selections=selections, time_code=time_code)
+        source = usd_bounds(file, asset.source_prim, metres_per_unit=metres, selections=selections, time_code=time_code)
     if source is None:
         return ("the target's size could not be compared with its file's: no other reader opens it", *notes)
     _refuse_another_size(file, _box(target), source)

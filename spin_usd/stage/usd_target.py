@@ -1,7 +1,8 @@
 """A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,10 +13,13 @@ from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage import schema
 from spin_usd.stage.compose import silenced
+from spin_usd.stage.gathered_roots import gather_roots
 from spin_usd.stage.layer import open_layer, reason, writing
 from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.missing_images import dispensable_images
 from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.slashes import slashes
+from spin_usd.stage.target_root import notes_on_root, outside, target_root
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
@@ -27,7 +31,8 @@ class TargetAsset:
 
     file lies there · prim is its root, None for the default prim · xformable: whether the root's type has a transform ·
     has_kind, order: the root's kind and xformOpOrder · keypoints: path of the Points prim below the root, or None ·
-    gprims: how many there are outside instances · variants: of each variant set of the root, their names.
+    gprims: how many there are outside instances · variants: of each variant set of the root, their names · source_prim:
+    path of the root in the file that was given · notes: sentences on what of that file is the target.
     """
 
     name: str
@@ -40,6 +45,8 @@ class TargetAsset:
     keypoints: str | None
     gprims: int
     variants: Mapping[str, tuple[str, ...]]
+    source_prim: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 def target_names() -> tuple[str, ...]:
@@ -58,32 +65,58 @@ def target_by_name(name: str) -> Path:
     return stages() / "targets" / name / f"{name}.usda"
 
 
-def copy_usd_target(source: Path, folder: Path, name: str, units_per_metre: float | None) -> TargetAsset:
-    """Copy the asset at `source` with all it depends on into `folder`, which must not be there yet.
+def copy_usd_target(
+    source: Path, folder: Path, name: str, units_per_metre: float | None, prim: str | None = None
+) -> TargetAsset:
+    """Copy the asset at `source` with all it depends on into `folder`, which must not be there yet. `prim` is the path
+    of what of it is the target, where that is not its default prim.
 
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
-    layer = open_layer(source)
-    with silenced():
+    open_layer(source)
+    with silenced(), _readable(source), slashes(source):
         spared = _refuse_missing(source)
-        found = describe(source, name, units_per_metre)
+        stage = _opened(source)
+        root = target_root(stage, source, prim)
+        alone = _stands_alone(stage, source, root)
         with writing(folder):
             folder.mkdir(parents=True)
             copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
             _anchor(folder)
-        file = folder / Path(layer.realPath).name
+        file = folder / source.resolve().name
         if not (copied or spared) or composition_errors(Usd.Stage.Open(str(file))):
             raise InputError("cannot be copied with what it depends on", where=source)
-    return replace(found, file=file)
+        if not alone:
+            file = gather_roots(file, root)
+        chosen = str(root) if alone and root != stage.GetDefaultPrim().GetPath() else None
+        found = describe(file, name, units_per_metre, prim=chosen, source=source)
+        return replace(found, source_prim=str(root), notes=notes_on_root(stage, root, prim))
+
+
+def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
+    """Whether a reference to `root` brings all of it. Raises InputError where it refers to what is not there."""
+    if root == Sdf.Path.absoluteRootPath:
+        return False
+    found = list(outside(stage, root))
+    lost = next(((prim, path) for prim, path in found if not stage.GetPrimAtPath(path)), None)
+    if lost:
+        raise InputError(f"its prim {lost[0].GetPath()} refers to {lost[1]}, which is not there", where=source)
+    return not found
+
+
+@contextmanager
+def _readable(source: Path) -> Iterator[None]:
+    """Names the file where what it depends on cannot be read."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        raise InputError(f"depends on a file that cannot be read: {reason(error)}", where=source) from None
 
 
 def _refuse_missing(source: Path) -> bool:
     """Whether some images are missing that have fallbacks. Raises InputError for other missing files."""
-    try:
-        unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
-    except Tf.ErrorException as error:
-        raise InputError(f"depends on a file that cannot be read: {reason(error)}", where=source) from None
-    dispensable = dispensable_images(_opened(source)) if unresolved else set()
+    unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
+    dispensable = dispensable_images(Usd.Stage.Open(str(source))) if unresolved else set()
     needed = [path for path in unresolved if Path(path).resolve() not in dispensable]
     if needed:
         raise InputError(
@@ -113,26 +146,31 @@ def _anchor(folder: Path) -> None:
             layer.Save()
 
 
-def describe(source: Path, name: str, units_per_metre: float | None = None) -> TargetAsset:
-    """The asset in the file at `source`, as it lies. Raises InputError that names the file."""
-    stage = _opened(source)
-    errors = composition_errors(stage)
-    if errors:
-        raise InputError(f"does not compose: {errors[0]}", where=source)
-    root = _root(stage, source)
-    _refuse_nested_targets(root, source)
-    _refuse_outside(root, source)
+def describe(
+    file: Path,
+    name: str,
+    units_per_metre: float | None = None,
+    *,
+    prim: str | None = None,
+    source: Path | None = None,
+) -> TargetAsset:
+    """The asset in the file at `file`, as it lies: what is at and below `prim`, or its default prim. Raises InputError
+    that names the file, or `source`, which it is a copy of."""
+    where = source or file
+    stage = _opened(file)
+    root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
+    _refuse_nested_targets(root, where)
     found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
     if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
-        raise InputError("holds no geometry", where=source)
+        raise InputError("holds no geometry", where=where)
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
     xformable = root.IsA(UsdGeom.Xformable)
     order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if xformable else None
     return TargetAsset(
         name=name,
-        file=source,
-        prim=None if stage.GetDefaultPrim() else str(root.GetPath()),
-        metres_per_unit=_metres_per_unit(stage, source, units_per_metre),
+        file=file,
+        prim=prim,
+        metres_per_unit=_metres_per_unit(stage, where, units_per_metre),
         xformable=xformable,
         has_kind=bool(Usd.ModelAPI(root).GetKind()),
         keypoints=str(keypoints[0].GetPath().MakeRelativePath(root.GetPath())) if keypoints else None,
@@ -144,18 +182,14 @@ def describe(source: Path, name: str, units_per_metre: float | None = None) -> T
 
 def _opened(source: Path) -> Usd.Stage:
     try:
-        return Usd.Stage.Open(str(source))
+        stage = Usd.Stage.Open(str(source))
     except Tf.ErrorException as error:
         do = "write it again with a program that follows USD's types"
         raise InputError(f"USD cannot read it: {reason(error)}", where=source, do=do) from None
-
-
-def _root(stage: Usd.Stage, source: Path) -> Usd.Prim:
-    """The default prim, or the only root prim."""
-    prims = [stage.GetDefaultPrim()] if stage.GetDefaultPrim() else list(stage.GetPseudoRoot().GetChildren())
-    if len(prims) != 1:
-        raise InputError(f"has no defaultPrim and {len(prims)} root prims", where=source, do="author a defaultPrim")
-    return prims[0]
+    errors = composition_errors(stage)
+    if errors:
+        raise InputError(f"does not compose: {errors[0]}", where=source)
+    return stage
 
 
 def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
@@ -164,17 +198,6 @@ def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
     if nested:
         found = f"its prim {nested[0].GetPath()} has {schema.TARGET_API}, which only the whole target may have"
         raise InputError(found, where=source, do="remove it there")
-
-
-def _refuse_outside(root: Usd.Prim, source: Path) -> None:
-    """A reference brings what is below the root only, and USD drops bindings to anything else with a mere warning."""
-    for prim in Usd.PrimRange(root):
-        names = [n for n in prim.GetPropertyNames() if n.startswith("material:binding") or n == "prototypes"]
-        for relation in (prim.GetRelationship(name) for name in names):
-            outside = [path for path in relation.GetTargets() if not path.HasPrefix(root.GetPath())] if relation else []
-            if outside:
-                found = f"its prim {prim.GetPath()} refers to {outside[0]}, which lies outside of {root.GetPath()}"
-                raise InputError(found, where=source, do=f"move that below {root.GetPath()}")
 
 
 def _instanced(root: Usd.Prim) -> bool:

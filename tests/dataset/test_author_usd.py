@@ -1,16 +1,20 @@
 """USD files of others as targets: whatever their roots are, what is rendered has the size that the file says."""
 
+import base64
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Sdf
+import trimesh
+from pxr import Sdf, UsdUtils
 
 from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.model import Scene
+from spin_usd.scene.texture import Texture
+from spin_usd.stage.check import check_stage
 from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
@@ -160,3 +164,154 @@ def test_a_plan_tells_what_a_stage_renders_otherwise(authored: Any, spin_usd: An
     report = authored(layer('def Xform "W"\n{\n def Cube "C"\n {\n }\n def Mesh "Empty"\n {\n }\n}\n'))
     planned = spin_usd("plan", report.root, "--renderer", "raycast")
     assert "note: /World/Target/Model/Empty: is a mesh without faces" in planned.stderr
+
+
+ROOTS = """def Xform "Body"
+{
+    double3 xformOp:translate = (300, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Cube "C" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        double size = 200
+        rel material:binding = </Looks/Paint>
+    }
+}
+def "Boom" (
+    instanceable = true
+    references = </Shape>
+)
+{
+}
+def Scope "Looks"
+{
+    def Material "Paint"
+    {
+        token outputs:surface.connect = </Looks/Paint/Surface.outputs:surface>
+        def Shader "Surface"
+        {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (0.25, 0.5, 0.75)
+            token outputs:surface
+        }
+    }
+}
+class Xform "Shape"
+{
+    def Cube "C"
+    {
+        double size = 100
+        color3f[] primvars:displayColor = [(1, 0, 0)]
+    }
+}
+def Camera "View"
+{
+}
+"""
+PIXEL = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP438AAAAQBAYDFKhhdAAAAAElFTkSuQmCC"
+"""A PNG image of one pixel."""
+PAINT, RED = (0.25, 0.5, 0.75), (1.0, 0.0, 0.0)
+
+
+def shown(root: str) -> dict[str, tuple[tuple[float, ...], list[float]]]:
+    """By the end of its path, each part's colour and the least and greatest x of its box, metres."""
+    target = first_scene(root).target
+    found = {}
+    for part in target.parts:
+        faces = np.flatnonzero(target.mesh.face_part == part.id)
+        x = target.mesh.points[target.mesh.faces[faces]][..., 0]
+        color: Any = target.materials[target.mesh.face_material[faces[0]]].diffuse_color
+        found[part.path.split("/Model/")[1]] = (color, [float(x.min()), float(x.max())])
+    return found
+
+
+def test_without_a_default_prim_all_roots_are_the_target(authored: Any) -> None:
+    report = authored(layer(ROOTS, default=""))
+    assert shown(report.root) == {"Body/C": (PAINT, [2, 4]), "Boom/C": (RED, [-0.5, 0.5])}
+    assert report.notes == (
+        "no defaultPrim: all 4 root prims are the target (/Body, /Boom, /Looks, /View); --prim chooses one",
+    )
+    assert {finding.severity for finding in check_stage(report.root)} <= {"warning"}
+
+
+def test_a_root_comes_with_the_materials_beside_it(authored: Any) -> None:
+    """As the default prim: nothing else of the file is rendered."""
+    report = authored(layer(ROOTS, default="Body"))
+    assert shown(report.root) == {"Body/C": (PAINT, [2, 4])}
+    assert report.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("prim", "expected"),
+    [
+        ("/Body", {"Body/C": (PAINT, [2, 4])}),
+        ("/Body/C", {"C": (PAINT, [-1, 1])}),
+        ("/Boom", {"C": (RED, [-0.5, 0.5])}),
+        ("/", {"Body/C": (PAINT, [2, 4]), "Boom/C": (RED, [-0.5, 0.5])}),
+    ],
+)
+@pytest.mark.parametrize("default", ["", "Body"])
+def test_a_prim_is_chosen_as_a_reference_to_it_would(authored: Any, default: str, prim: str, expected: Any) -> None:
+    assert shown(authored(layer(ROOTS, default=default), prim=prim).root) == expected
+
+
+def test_what_roots_name_travels_also_out_of_a_package(authored: Any, tmp_path: Path) -> None:
+    """The image is found within the package by the layer that gathers its roots."""
+    (tmp_path / "none.png").write_bytes(base64.b64decode(PIXEL))
+    text = FALLBACK.replace("FALLBACK", "") + 'def Cube "Other"\n{\n double size = 400\n}\n'
+    (tmp_path / "craft.usda").write_text(layer(text, default=""))
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "craft.usda"), str(tmp_path / "craft.usdz"))
+    report = authored(tmp_path / "craft.usdz")
+    (tmp_path / "none.png").unlink()
+    copied = copy_stage(report.root, tmp_path / "copy")
+    assert size(str(copied)) == pytest.approx([4, 4, 4], rel=FLOAT32)
+    assert "none.png" in {
+        value.image.name
+        for material in first_scene(str(copied)).target.materials
+        for value in vars(material).values()
+        if isinstance(value, Texture)
+    }
+
+
+@pytest.mark.parametrize(
+    ("body", "options", "saying"),
+    [
+        (
+            ROOTS,
+            {"prim": "/None"},
+            r"has no prim '/None'; choose /Body, /Boom, /Looks, /View, a prim below, or / for all",
+        ),
+        (ROOTS, {"prim": "Body"}, "has no prim 'Body'"),
+        (ROOTS, {"prim": "/Looks"}, "holds no geometry"),
+        (ROOTS.replace("= </Looks/Paint>", "= </Looks/None>"), {"prim": "/Body"}, "/Looks/None, which is not there"),
+        ("", {}, "holds no geometry"),
+    ],
+)
+def test_a_prim_that_cannot_be_the_target_is_told(authored: Any, body: str, options: Any, saying: str) -> None:
+    with pytest.raises(InputError, match=saying):
+        authored(layer(body, default=""), **options)
+
+
+def test_a_prim_of_a_file_without_prims_is_told(authored: Any, tmp_path: Path) -> None:
+    trimesh.creation.box((2, 3, 4)).export(tmp_path / "box.stl")
+    with pytest.raises(InputError, match="only USD files have prims"):
+        authored(tmp_path / "box.stl", prim="/Box", units_per_metre=1)
+
+
+def test_lights_of_the_targets_own_file_are_told(authored: Any) -> None:
+    body = 'def Xform "W"\n{\n def Cube "C"\n {\n }\n def SphereLight "Lamp"\n {\n }\n}\n'
+    assert "1 lights of the target's own file shine in every picture (/W/Lamp)" in authored(layer(body)).notes
+
+
+def test_a_file_named_with_backslashes_is_found(authored: Any, tmp_path: Path) -> None:
+    (tmp_path / "models" / "textures").mkdir(parents=True)
+    (tmp_path / "models" / "textures" / "a.png").write_bytes(base64.b64decode(PIXEL))
+    text = layer(FALLBACK.replace("FALLBACK", "").replace("./none.png", ".\\textures\\a.png"))
+    report = authored(text)
+    copied = copy_stage(report.root, tmp_path / "copy")
+    color = first_scene(str(copied)).target.materials[0].diffuse_color
+    assert isinstance(color, Texture)
+    assert color.image.name == "a.png"
+    assert (tmp_path / "models" / "craft.usda").read_text() == text
+    assert "\\textures" in Sdf.Layer.FindOrOpen(str(tmp_path / "models" / "craft.usda")).ExportToString()

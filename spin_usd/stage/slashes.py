@@ -1,0 +1,33 @@
+"""Asset paths with backslashes, as exporters on Windows write them and only Windows reads them."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pxr import Sdf, UsdUtils
+
+
+@contextmanager
+def slashes(source: Path) -> Iterator[None]:
+    """For the time being, and in memory only, let the layers that the one at `source` depends on name with slashes
+    the files that they name with backslashes and that are there."""
+    changed = [layer for layer in UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[0] if _mend(layer)]
+    try:
+        yield
+    finally:
+        for layer in changed:
+            layer.Reload(force=True)
+
+
+def _mend(layer: Sdf.Layer) -> bool:
+    folder, found = Path(layer.realPath).parent, []
+
+    def slashed(path: str) -> str:
+        other = path.replace("\\", "/")
+        if other == path or (folder / path).exists() or not (folder / other).is_file():
+            return path
+        found.append(path)
+        return other
+
+    UsdUtils.ModifyAssetPaths(layer, slashed)
+    return bool(found)

@@ -1,0 +1,61 @@
+"""Which prim of a USD file is the target, and whether it stands alone."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdLux
+
+from spin_usd.errors import InputError
+
+MAX_NAMED = 5  # prims in a sentence
+
+
+def target_root(stage: Usd.Stage, source: Path, prim: str | None) -> Sdf.Path:
+    """The path of `prim`, where one is asked for; else of the default prim, or of the only root prim; the absolute root
+    where there are several, which usdview and Blender show all. Raises InputError for a prim that is not there."""
+    if prim is not None:
+        return _asked(stage, source, prim)
+    if stage.GetDefaultPrim():
+        return stage.GetDefaultPrim().GetPath()
+    roots = stage.GetPseudoRoot().GetChildren()
+    return roots[0].GetPath() if len(roots) == 1 else Sdf.Path.absoluteRootPath
+
+
+def _asked(stage: Usd.Stage, source: Path, prim: str) -> Sdf.Path:
+    found = stage.GetPrimAtPath(prim) if Sdf.Path.IsValidPathString(prim) and prim.startswith("/") else None
+    if not found or not (found.IsPseudoRoot() or (found.IsActive() and found.IsDefined())):
+        names = [str(root.GetPath()) for root in stage.GetPseudoRoot().GetChildren()]
+        do = f"choose {_listed(names)}, a prim below, or / for all" if names else "give a file with prims"
+        raise InputError(f"has no prim {prim!r}", where=source, do=do)
+    return found.GetPath()
+
+
+def outside(stage: Usd.Stage, root: Sdf.Path) -> Iterator[tuple[Usd.Prim, Sdf.Path]]:
+    """The prims at and below `root` that are bound to materials or prototypes elsewhere, and those. A reference to
+    `root` would lose them, with a mere warning of USD's."""
+    for prim in Usd.PrimRange(stage.GetPrimAtPath(root)):
+        names = [n for n in prim.GetPropertyNames() if n.startswith("material:binding") or n == "prototypes"]
+        for relation in (prim.GetRelationship(name) for name in names):
+            for path in relation.GetTargets() if relation else ():
+                if not path.HasPrefix(root):
+                    yield prim, path
+
+
+def notes_on_root(stage: Usd.Stage, root: Sdf.Path, prim: str | None) -> tuple[str, ...]:
+    """Sentences on what was taken for the target where `prim`, what was asked for, left it open, and on its lights."""
+    names = [str(each.GetPath()) for each in stage.GetPseudoRoot().GetChildren()]
+    notes = []
+    if prim is None and root == Sdf.Path.absoluteRootPath:
+        notes.append(
+            f"no defaultPrim: all {len(names)} root prims are the target ({_listed(names)}); --prim chooses one"
+        )
+    lights = [each for each in Usd.PrimRange(stage.GetPrimAtPath(root)) if each.HasAPI(UsdLux.LightAPI)]
+    if lights:
+        named = _listed([str(each.GetPath()) for each in lights])
+        notes.append(f"{len(lights)} lights of the target's own file shine in every picture ({named})")
+    return tuple(notes)
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+    return ", ".join(names[:MAX_NAMED]) + more
