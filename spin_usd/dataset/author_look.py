@@ -12,7 +12,7 @@ def look_notes(reader: StageReader) -> tuple[str, ...]:
     frame = reader.frames[0]
     materials = reader.target_at(frame.time_code).materials
     if all(material.opacity == 0 for material in materials):
-        return ("every material of the target has opacity 0: no picture will show it, though labels will",)
+        return ("every material of the target has opacity 0: pictures show at most its reflections, labels all of it",)
     if all(material.emissive_color == BLACK for material in materials):
         return ()
     try:

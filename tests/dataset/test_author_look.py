@@ -25,7 +25,7 @@ def notes_of(folder: Path, material: str) -> tuple[str, ...]:
 
 def test_a_target_that_nothing_shows_is_told(tmp_path: Path) -> None:
     assert notes_of(tmp_path, "d 0") == (
-        "every material of the target has opacity 0: no picture will show it, though labels will",
+        "every material of the target has opacity 0: pictures show at most its reflections, labels all of it",
     )
 
 
