@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.captures import read_frames
@@ -14,12 +14,12 @@ from spin_usd.stage.target import find_target
 
 
 def target_notes(path: Path) -> tuple[str, ...]:
-    """Sentences on the target of the stage at `path`: where it moves in time, and where other programs
-    show something else in its place."""
+    """Sentences on the target of the stage at `path`: where it moves in time, where other programs show something else
+    in its place, and where it is smoother than whoever wrote it may have meant."""
     stage = open_stage(path)
     target = find_target(stage)
     times = [frame.time_code for frame in read_frames(stage, NOMINAL)]
-    return (*_motion(target, times), *_draw_modes(target))
+    return (*_motion(target, times), *_draw_modes(target), *_smoothed(target))
 
 
 def _motion(target: Usd.Prim, times: list[float]) -> Iterator[str]:
@@ -47,6 +47,23 @@ def _draw_modes(target: Usd.Prim) -> Iterator[str]:
         prim, mode = found[0]
         more = f", as {len(found) - 1} more do" if len(found) > 1 else ""
         yield f"{prim.GetPath()} asks to be drawn as {mode}{more}; its geometry is rendered instead"
+
+
+def _smoothed(target: Usd.Prim) -> Iterator[str]:
+    """Who writes normals means polygons; USD's default scheme, catmullClark, does not look at them."""
+    found = [prim for prim in Usd.PrimRange(target, PROXIES) if prim.IsA(UsdGeom.Mesh) and _means_polygons(prim)]
+    if found:
+        more = f" (as {len(found) - 1} more meshes)" if len(found) > 1 else ""
+        yield (
+            f"{found[0].GetPath()}{more} has normals and no subdivisionScheme: by USD's default it is subdivided to a "
+            "smooth surface, without these normals; author subdivisionScheme = none if polygons are meant"
+        )
+
+
+def _means_polygons(prim: Usd.Prim) -> bool:
+    mesh = UsdGeom.Mesh(prim)
+    normals = mesh.GetNormalsAttr().HasAuthoredValue() or UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
+    return bool(normals) and not mesh.GetSubdivisionSchemeAttr().HasAuthoredValue()
 
 
 def _below(target: Usd.Prim) -> Iterator[Usd.Prim]:

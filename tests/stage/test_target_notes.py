@@ -1,5 +1,6 @@
 """What is said of a target that moves by itself, or that other programs show by a stand-in."""
 
+import pytest
 from pxr import Usd
 
 from spin_usd.stage.check import check_stage
@@ -74,3 +75,18 @@ def test_a_group_has_a_stand_in_only_where_it_says_so(make_stage):
     applied = modelled(make_stage(CARDS.format(kind="group", apply="uniform bool model:applyDrawMode = 1")))
     assert (target_notes(silent), draw_modes(silent)) == ((), [])
     assert len(target_notes(applied)) == len(draw_modes(applied)) == 1
+
+
+@pytest.mark.parametrize(("scheme", "told"), [("", True), ('uniform token subdivisionScheme = "catmullClark"', False)])
+def test_normals_that_the_default_scheme_ignores_are_told(make_stage, scheme, told):
+    mesh = f"""def Mesh "Fin"
+    {{
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+        normal3f[] normals = [(0, 0, 1), (0, 0, 1), (0, 0, 1), (0, 0, 1)]
+        {scheme}
+    }}"""
+    notes = target_notes(make_stage(mesh))
+    assert bool(notes) == told
+    assert all(note.startswith("/World/Target/Fin has normals and no subdivisionScheme") for note in notes)
