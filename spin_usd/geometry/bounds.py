@@ -19,10 +19,11 @@ TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)])
 ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None]
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
+NEAR = 1e-6  # metres before the camera: what is nearer has no place in the picture
 
 
 def region_of_interest(
-    camera: Camera, hull_cam: ArrayLike, near: float = 1e-6, *, reach: ArrayLike | None = None
+    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, reach: ArrayLike | None = None
 ) -> Region:
     """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres, each
     smeared by `reach` (N,) in undistorted normalised coordinates.
@@ -44,7 +45,7 @@ def region_around(camera: Camera, outline: Float) -> Region:
 
 
 def outline_of(
-    camera: Camera, hull_cam: ArrayLike, near: float = 1e-6, *, reach: ArrayLike | None = None
+    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, reach: ArrayLike | None = None
 ) -> Float | None:
     """Pixels (N, 2) one after another around what the hull covers of the frame and 2 px more; arguments are those of
     `region_of_interest`. None of them when it lies behind the camera or out of view; None where it crosses the
@@ -118,7 +119,7 @@ def _outline_pixels(camera: Camera, hull: Float) -> Float:
 
     The lens is one to one there, so the image of the outline is the outline of the image.
     """
-    outline = _clip(hull, *_field_of_view(camera))
+    outline = clip(hull, *field_of_view(camera)[1])
     if not camera.distorted:
         return camera.pixels(outline)
     edges = outline[:, None] + ALONG_EDGE * (_following(outline) - outline)[:, None]
@@ -126,14 +127,29 @@ def _outline_pixels(camera: Camera, hull: Float) -> Float:
 
 
 @lru_cache(maxsize=16)
-def _field_of_view(camera: Camera) -> tuple[Float, Float]:
-    """Corners (low, high) of the box, in undistorted normalised coordinates, that holds the frame and 2 px more."""
-    xy = camera.normalised(camera.rim(RIM_SAMPLES))
+def field_of_view(camera: Camera) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
+    """Corners (low, high) of two boxes, in undistorted normalised coordinates: one within the frame, and one that holds
+    the frame and 2 px more. The one within has its corners the wrong way round where a lens leaves no room for it."""
+    rim = camera.normalised(camera.rim(RIM_SAMPLES))
+    top, right, bottom, left = rim.reshape(4, RIM_SAMPLES, 2)
     margin = np.array([PADDING_PX / camera.fx, PADDING_PX / camera.fy])
-    return xy.min(0) - margin, xy.max(0) + margin
+    low, high = (left[:, 0].max(), top[:, 1].max()), (right[:, 0].min(), bottom[:, 1].min())
+    return (np.array(low), np.array(high)), (rim.min(0) - margin, rim.max(0) + margin)
 
 
-def _clip(polygon: Float, low: Float, high: Float) -> Float:
+def in_front(hull_cam: Float) -> Float:
+    """Corners (M, 3) of what lies before the camera, beyond NEAR, of the hull with the corners (N, 3), camera frame:
+    the same ones where all of it does."""
+    front = hull_cam[:, 2] > NEAR
+    if front.all():
+        return hull_cam
+    before, behind = hull_cam[front, None], hull_cam[~front]
+    share = (before[..., 2] - 2 * NEAR) / (before[..., 2] - behind[:, 2])
+    crossings = before + share[..., None] * (behind - before)
+    return np.concatenate([hull_cam[front], crossings.reshape(-1, 3)])
+
+
+def clip(polygon: Float, low: Float, high: Float) -> Float:
     """A convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974)."""
     for axis in (0, 1):
         for sign, limit in ((1, low[axis]), (-1, -high[axis])):

@@ -31,14 +31,20 @@ def unit_quaternion(q: ArrayLike) -> Float:
 
 def matrix_from_quaternion(q: ArrayLike) -> Float:
     """Rotation matrix (3, 3) of the unit quaternion `q` (4,), scalar first."""
-    w, x, y, z = unit_quaternion(q)
-    return np.array(
+    return matrices_from_quaternions(unit_quaternion(q))
+
+
+def matrices_from_quaternions(q: Float) -> Float:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), scalar first, which are known to be of unit length."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+    return np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def quaternion_from_matrix(rotation: ArrayLike) -> Float:

@@ -70,6 +70,14 @@ class Instances:
         """`points` (N, 3) of the shape's axes in the body's, metres."""
         return affine(self.matrices[place], points)
 
+    def area_vectors(self, vectors: Float) -> Float:
+        """(K * N, 3) in body axes, in all places, of `vectors` (N, 3) in the shape's axes that stand across faces and
+        are as long as their areas."""
+        linear = self.matrices[..., :3]
+        cofactors = np.linalg.det(linear)[:, None, None] * np.linalg.inv(linear).mT
+        turned: Float = vectors @ cofactors.mT
+        return turned.reshape(-1, 3)
+
     def faces(self, place: int) -> NDArray[np.int32]:
         """(F, 3) indices into the shape's points, counter-clockwise in this place."""
         return self.shape.faces[:, TURNED] if self.mirrored[place] else self.shape.faces

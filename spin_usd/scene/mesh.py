@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float, digest
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.convexity import is_convex
+from spin_usd.geometry.facing import few_axes
+from spin_usd.geometry.triangles import normals
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.shape import MAX_FACES, Shape, hull_points
 
@@ -70,6 +72,18 @@ class Mesh(Shape):
         """Digest of what only the picture depends on."""
         own = self.own_shading_key
         return digest(own, [each.shading_key for each in self.instances]) if self.instances else own
+
+    @cached_property
+    def size(self) -> Float:
+        """(3,) edges of the bounding box along the body's axes, metres."""
+        return np.ptp(self.hull, axis=0)
+
+    @cached_property
+    def face_axes(self) -> Float:
+        """(A, 3) few directions that stand for those of all faces, as `geometry.facing` has them."""
+        own = few_axes(normals(self.points[self.faces]))
+        placed = [each.area_vectors(few_axes(normals(each.shape.points[each.shape.faces]))) for each in self.instances]
+        return few_axes(np.concatenate([own, *placed]))
 
     @cached_property
     def centre(self) -> Float:

@@ -1,0 +1,29 @@
+"""Which sizes a spacecraft has, and which unit of length its model may be in where it has another."""
+
+from collections.abc import Callable, Sequence
+
+from spin_usd.arrays import Float
+
+SIZES = (
+    0.02,
+    200.0,
+)  # metres, of the longest edge of its box: a chip satellite's, and nearly twice the largest station's
+UNITS = ((1.0, 100.0, 1000.0), (10.0, 39.37007874, 3.280839895))
+"""Units in a metre of which one is likely: metres, centimetres, millimetres; else decimetres, inches, feet."""
+
+
+def is_plausible(size: Sequence[float] | Float) -> bool:
+    """Whether a craft with a bounding box of `size` (3,), metres, is neither too large nor too small for one."""
+    return bool(SIZES[0] <= max(size) <= SIZES[1])
+
+
+def likely_units(size: Float, units: float, fits: Callable[[float], bool]) -> float | None:
+    """The units in a metre at which a model, of `size` (3,), metres, at `units` of them, is a plausible craft that
+    `fits` the pictures when it is so many times as large: the largest such craft, in the usual units before others.
+    None where there are none."""
+    for group in UNITS:
+        for other in sorted(group):
+            scale = units / other
+            if other != units and is_plausible(size * scale) and fits(scale):
+                return other
+    return None

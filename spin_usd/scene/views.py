@@ -1,0 +1,161 @@
+"""What pictures show of their target: its size, how far it is, and which have it out of sight or in the dark."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.framing import Framing, framings
+from spin_usd.scene.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
+
+TINY = np.finfo(np.float64).tiny
+FEW_PX = 5.0  # across: a target that is smaller is a dot
+SMALL_SHARE = 0.1  # of the frame's shorter side
+MAX_NAMES = 10  # of pictures of a kind
+CHUNK = 4096  # pictures looked at together
+
+BEHIND, OUTSIDE, CUT_OFF, INSIDE = "behind", "outside", "cut_off", "camera_inside"
+FEW_PIXELS, SMALL, UNLIT, DARK = "few_pixels", "small", "unlit", "dark"
+FRAMED = {Framing.BEHIND: BEHIND, Framing.OUTSIDE: OUTSIDE, Framing.CUT_OFF: CUT_OFF, Framing.AROUND: INSIDE}
+KINDS = (INSIDE, BEHIND, OUTSIDE, CUT_OFF, FEW_PIXELS, SMALL, UNLIT, DARK)
+
+Span = tuple[float, float]
+"""The least and the most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Some:
+    """How many of the `among` pictures that were looked at are of a kind, and the names of the first of them."""
+
+    count: int
+    among: int
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Views:
+    """What `pictures` pictures show. size (3,): edges of the target's bounding box along the body's axes, metres, where
+    it is largest · distance: from the camera to the middle of that box, metres · pixels: across the ball around the
+    target, where it is in the frame (None where it never is) · of: by kind, of KINDS, those there are."""
+
+    pictures: int
+    size: tuple[float, float, float]
+    distance: Span
+    pixels: Span | None
+    of: Mapping[str, Some] = field(default_factory=dict)
+
+    def count(self, *kinds: str) -> int:
+        """How many pictures are of one of the `kinds`, which exclude one another."""
+        return sum(self.of[kind].count for kind in kinds if kind in self.of)
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Self:
+        """Of what as_json gave, also after it went through JSON."""
+        of = {kind: Some(**{**some, "names": tuple(some["names"])}) for kind, some in fields["of"].items()}
+        spans = {name: fields[name] and tuple(fields[name]) for name in ("size", "distance", "pixels")}
+        return cls(pictures=fields["pictures"], of=of, **spans)
+
+
+def views_of(
+    mesh: Mesh,
+    camera: Camera,
+    names: Sequence[str],
+    rotations: Float,
+    translations: Float,
+    suns: Mapping[int, Suns],
+) -> Views:
+    """Of the pictures `names` (M), at least one, at the poses T_cam_body of `rotations` (M, 3, 3) and `translations`
+    (M, 3), metres. suns: of those whose light is to be looked at, by their places among the names."""
+    centres = rotations @ mesh.centre + translations
+    away = np.linalg.norm(centres, axis=1)
+    pixels = 2 * mesh.radius * max(camera.fx, camera.fy) / np.maximum(away, TINY)
+    framing = framings(camera, mesh.hull, rotations, translations)
+    shown = (framing == Framing.WHOLE) | (framing == Framing.CUT_OFF)
+    lit = [i for i in suns if shown[i]]
+    dark = np.array([suns[i] == () for i in lit], bool)
+    unlit = lit_shares(mesh.face_axes, centres[lit], rotations[lit], [suns[i] for i in lit]) < UNLIT_SHARE
+    found = {
+        **{kind: np.flatnonzero(framing == code) for code, kind in FRAMED.items()},
+        FEW_PIXELS: np.flatnonzero(shown & (pixels < FEW_PX)),
+        SMALL: np.flatnonzero(shown & (pixels < SMALL_SHARE * min(camera.width, camera.height))),
+        UNLIT: np.array(lit)[unlit & ~dark],
+        DARK: np.array(lit)[dark],
+    }
+    among = {kind: len(suns) if kind in (UNLIT, DARK) else len(names) for kind in KINDS}
+    x, y, z = mesh.size.tolist()
+    return Views(
+        pictures=len(names),
+        size=(x, y, z),
+        distance=_span(away),
+        pixels=_span(pixels[shown]) if shown.any() else None,
+        of={kind: _some(names, found[kind], among[kind]) for kind in KINDS if len(found[kind])},
+    )
+
+
+def together(parts: Sequence[Views]) -> Views | None:
+    """What the pictures of all `parts` show, in their order, where the light of all of them was looked at; None where
+    there are none."""
+    if not parts:
+        return None
+    pixels = [part.pixels for part in parts if part.pixels]
+    kinds = {kind for part in parts for kind in part.of}
+    return Views(
+        pictures=sum(part.pictures for part in parts),
+        size=max((part.size for part in parts), key=max),
+        distance=_span(np.array([part.distance for part in parts])),
+        pixels=_span(np.array(pixels)) if pixels else None,
+        of={kind: _joined(parts, kind) for kind in KINDS if kind in kinds},
+    )
+
+
+class ViewCollector:
+    """Looks at one scene after another, and works out many at once."""
+
+    def __init__(self) -> None:
+        self._parts: list[Views] = []
+        self._waiting: list[tuple[str, Float, Float, Suns]] = []
+        self._mesh: Mesh | None = None
+        self._camera: Camera | None = None
+
+    def add(self, scene: Scene, name: str | None = None) -> None:
+        """The picture of `scene`, as `name`, else the picture's own."""
+        mesh, camera, pose = scene.target.mesh, scene.camera, scene.T_cam_body
+        if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
+            self._work_out()
+        self._mesh, self._camera = mesh, camera
+        self._waiting.append((name or scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
+
+    def views(self) -> Views | None:
+        """Of all pictures so far; None where there were none."""
+        self._work_out()
+        return together(self._parts)
+
+    def _work_out(self) -> None:
+        if self._waiting and self._mesh and self._camera:
+            names, rotations, translations, suns = zip(*self._waiting, strict=True)
+            poses = np.array(rotations), np.array(translations)
+            self._parts.append(views_of(self._mesh, self._camera, names, *poses, dict(enumerate(suns))))
+        self._waiting = []
+
+
+def _span(values: Float) -> Span:
+    return float(values.min()), float(values.max())
+
+
+def _some(names: Sequence[str], found: NDArray[np.intp], among: int) -> Some:
+    return Some(count=len(found), among=among, names=tuple(names[i] for i in found[:MAX_NAMES]))
+
+
+def _joined(parts: Sequence[Views], kind: str) -> Some:
+    some = [part.of[kind] for part in parts if kind in part.of]
+    names = tuple(name for each in some for name in each.names)[:MAX_NAMES]
+    return Some(count=sum(each.count for each in some), among=sum(part.pictures for part in parts), names=names)
