@@ -125,13 +125,18 @@ def check(
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
     from spin_usd.dataset.check import check as find
+    from spin_usd.scene.view_text import summary
 
     with shown(context.obj["quiet"]) as progress:
-        kind, findings = find(path, progress=progress)
+        checked = find(path, progress=progress)
+    kind, findings, views = checked.kind, checked.findings, checked.views
     errors = [finding for finding in findings if finding.severity == "error"]
     if as_json:
-        print(json.dumps({"kind": kind, "findings": [asdict(finding) for finding in findings]}))
+        shows = {"views": views.as_json()} if views else {}
+        print(json.dumps({"kind": kind, "findings": [asdict(finding) for finding in findings], **shows}))
     else:
+        if views:
+            print(summary(views))
         for finding in findings:
             print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
         warnings = counted(len(findings) - len(errors), "warning")

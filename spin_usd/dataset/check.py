@@ -1,6 +1,7 @@
 """Findings on a stage or a dataset."""
 
 from collections.abc import Callable, Iterator, Set
+from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.check_cache import cache_findings
@@ -13,22 +14,32 @@ from spin_usd.dataset.store import DESCRIPTION, LOCK, OWN, RECORDS, STAGE, Store
 from spin_usd.dataset.tree import STRANGE, Node, NodeType, file_at, type_of, walk
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.scene.views import Views
 
 Progress = Callable[[str, int, int], None]
 
 
-def check(path: Path, *, progress: Progress) -> tuple[str, list[Finding]]:
-    """What `path` is ("stage" or "dataset") and the findings on it. InputError when it is neither."""
+@dataclass(frozen=True, kw_only=True)
+class Checked:
+    """kind: "stage" or "dataset" · findings on it · views: what a stage's own pictures show, where they can be read."""
+
+    kind: str
+    findings: list[Finding]
+    views: Views | None = None
+
+
+def check(path: Path, *, progress: Progress) -> Checked:
+    """What there is to say of `path`. InputError when it is neither a stage nor a dataset."""
     if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
-        return "dataset", list(dataset_findings(path.absolute(), progress=progress))
+        return Checked(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
     if (root := root_layer(path)).is_file():
-        return "stage", stage_findings(root, progress=progress)
+        return check_stage(root, progress=progress)
     do = "give a .usda file, or a folder with dataset.json"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
 
 
-def stage_findings(root: Path, *, progress: Progress) -> list[Finding]:
-    """Findings on the stage whose root layer is `root`."""
+def check_stage(root: Path, *, progress: Progress) -> Checked:
+    """What there is to say of the stage whose root layer is `root`."""
     try:
         with Child(memory=stage_memory()) as child:
             found = child.call(
@@ -38,8 +49,10 @@ def stage_findings(root: Path, *, progress: Progress) -> list[Finding]:
                 within_s=STAGE_PATIENCE_S,
             )
     except ChildDiedError as died:
-        return [Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")]
-    return [Finding(**finding) for finding in found]
+        unreadable = Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")
+        return Checked(kind="stage", findings=[unreadable])
+    views = Views.from_json(found["views"]) if found["views"] else None
+    return Checked(kind="stage", findings=[Finding(**finding) for finding in found["findings"]], views=views)
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
@@ -81,7 +94,7 @@ def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) ->
         yield Finding(code="stage", where=root, message="the stage's root layer is missing")
         return
     try:
-        yield from stage_findings(store.root / root, progress=progress)
+        yield from check_stage(store.root / root, progress=progress).findings
     except SpinError as e:
         yield Finding(code="stage", where=str(e.where or root), message=e.found)
 

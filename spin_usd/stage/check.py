@@ -20,7 +20,7 @@ from spin_usd.stage.check_prims import (
     light_findings,
 )
 from spin_usd.stage.check_properties import property_findings
-from spin_usd.stage.check_scenes import Progress, TargetRule, scene_findings
+from spin_usd.stage.check_scenes import OnViews, Progress, TargetRule, scene_findings
 from spin_usd.stage.check_variants import variant_findings
 from spin_usd.stage.compose import open_for_check
 from spin_usd.stage.materialx import names_document
@@ -50,9 +50,10 @@ def check_stage(
     *,
     progress: Progress = lambda done, total: None,
     target_rule: TargetRule = lambda target: iter(()),
+    on_views: OnViews = lambda views: None,
 ) -> tuple[Finding, ...]:
     """All findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one more, on
-    each shape of its target.
+    each shape of its target; `on_views` is told what the stage's own pictures show.
 
     A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
     when there is no file at `path`.
@@ -67,7 +68,7 @@ def check_stage(
     found = [*validator_findings(stage)]
     for rule in RULES:
         found += rule(stage)
-    found += scene_findings(path, stage, progress=progress, target_rule=target_rule)
+    found += scene_findings(path, stage, progress=progress, target_rule=target_rule, on_views=on_views)
     return tuple(found)
 
 

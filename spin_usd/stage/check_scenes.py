@@ -8,9 +8,10 @@ from pxr import Usd
 from spin_usd.errors import SpinError
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
+from spin_usd.scene.views import ViewCollector, Views
 from spin_usd.stage.check_blending import BlendedPoses
 from spin_usd.stage.check_same import SameVariants
-from spin_usd.stage.check_small import SmallTargets
+from spin_usd.stage.check_views import view_findings
 from spin_usd.stage.compose import variants
 from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.read import StageReader
@@ -22,14 +23,16 @@ Progress = Callable[[int, int], None]
 """Told how many pictures were read and how many there are."""
 TargetRule = Callable[[Target], Iterator[Finding]]
 """What there is to say of a target's shape."""
+OnViews = Callable[[Views], None]
+"""Told what a stage's own pictures show, those of its first variant."""
 
 
 def scene_findings(
-    path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule
+    path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule, on_views: OnViews
 ) -> Iterator[Finding]:
     """What a render of the stage at `path` would refuse: the first picture of each variant that cannot be read, in the
     reader's own words. What variants share is told once, of the first; of each of the target's shapes what
-    `target_rule` finds.
+    `target_rule` finds. `on_views` is told what the pictures show where they can be read.
 
     `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
     """
@@ -44,6 +47,8 @@ def scene_findings(
     for place, name in enumerate(names[:MAX_VARIANTS]):
         check = _VariantCheck(path, name, told, same, shapes)
         yield from check.findings(place, min(len(names), MAX_VARIANTS), progress)
+        if place == 0 and check.views:
+            on_views(check.views)
 
 
 class Shapes:
@@ -72,19 +77,22 @@ class _VariantCheck:
     ) -> None:
         self.path, self.variant, self.told, self.same, self.shapes = path, variant, told, same, shapes
         self.picture = ""
+        self.views: Views | None = None
 
     def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
         """`place` among `count` variants, for the progress."""
         try:
             reader = StageReader(self.path, variant=self.variant)
-            blended, small = BlendedPoses(reader), SmallTargets()
+            blended, seen = BlendedPoses(reader), ViewCollector()
+            target = ""
             for done, frame in enumerate(reader.frames):
                 if done % PROGRESS_EVERY == 0:
                     progress(place * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 scene = reader.scene(frame)
                 blended.add(scene)
-                small.add(scene)
+                seen.add(scene)
+                target = scene.target.path
                 yield from self.shapes.findings(scene.target)
                 self.same.see(scene, len(reader.frames))
             progress((place + 1) * len(reader.frames), count * len(reader.frames))
@@ -98,9 +106,9 @@ class _VariantCheck:
         if blended.pictures:
             self.picture = blended.pictures[0]
             yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
-        if small.pictures:
-            self.picture = small.pictures[0]
-            yield from self._told_once("target-small", small.where, small.found, "", WARNING)
+        self.picture, self.views = "", seen.views()
+        for finding in view_findings(self.views, target) if self.views else ():
+            yield from self._told_once(finding.code, finding.where, finding.message, "", finding.severity)
 
     def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
         if (str(where), found) not in self.told:

@@ -1,0 +1,32 @@
+"""Rules on what the pictures show: the target's size, and those that have it out of sight or in the dark."""
+
+from collections.abc import Iterator
+
+from spin_usd.scene import views
+from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.scene.plausible import SIZES, is_plausible
+from spin_usd.scene.view_text import WORDS, number_text, sentence, size_text
+from spin_usd.scene.views import Views
+
+CODES = {
+    views.INSIDE: "camera-inside",
+    views.BEHIND: "target-behind",
+    views.OUTSIDE: "target-outside",
+    views.CUT_OFF: "target-cut-off",
+    views.FEW_PIXELS: "target-small",
+    views.UNLIT: "target-unlit",
+    views.DARK: "target-dark",
+}
+
+
+def view_findings(found: Views, where: str) -> Iterator[Finding]:
+    """What there is to say of the views of the target at the prim `where`: warnings, for each may be meant, but errors
+    where no picture has the target in sight."""
+    if not is_plausible(found.size):
+        least, most = map(number_text, SIZES)
+        message = f"the target is {size_text(found.size)}: crafts are {least} to {most} m; check its unit"
+        yield Finding(code="target-size", where=where, message=message, severity=WARNING)
+    unseen = found.count(views.BEHIND, views.OUTSIDE) == found.pictures
+    for kind in (kind for kind in found.of if kind in WORDS):
+        severity = ERROR if unseen and kind in (views.BEHIND, views.OUTSIDE) else WARNING
+        yield Finding(code=CODES[kind], where=where, message=sentence(found, kind), severity=severity)
