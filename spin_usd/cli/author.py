@@ -62,10 +62,15 @@ def author(
         str | None,
         typer.Option(metavar="X,Y,Z", help="To the Sun, in the target's body axes: it turns with the target."),
     ] = None,
+    any_size: Annotated[
+        bool, typer.Option("--any-size", help="Take a model of any size, even one with the camera inside it.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
     from spin_usd.dataset.child import Child
+    from spin_usd.scene.view_text import summary
+    from spin_usd.scene.views import Views
 
     choices: dict[str, Any] = {
         "target": target,
@@ -86,6 +91,7 @@ def author(
             "sun_direction": _numbers(sun_direction, "--sun-direction"),
             "sun_from_target": _numbers(sun_from_target, "--sun-from-target"),
         },
+        "any_size": any_size,
     }
     call, source = _pictures_to_author(poses, example, count, choices)
     with Child() as child:
@@ -96,6 +102,8 @@ def author(
     for note in report["notes"]:
         print(f"note: {note}", file=sys.stderr)
     print(f"{report['root']}   ({report['frames']} pictures)")
+    if report["views"]:
+        print(summary(Views.from_json(report["views"])))
 
 
 def _pictures_to_author(

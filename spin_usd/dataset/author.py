@@ -11,15 +11,19 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.additions import Additions, read_additions
 from spin_usd.dataset.augment import augment_stage
 from spin_usd.dataset.author_size import check_written
+from spin_usd.dataset.author_views import Look, look_at
 from spin_usd.dataset.example import open_example
 from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shots
 from spin_usd.dataset.new_folder import new_folder
-from spin_usd.errors import InputError
+from spin_usd.dataset.plausible_target import ModelUnit, refuse_implausible, refuse_size
+from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.formats.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.poses import PoseList
+from spin_usd.scene.view_text import sentences
+from spin_usd.scene.views import Views
 from spin_usd.stage.author import ROOT, write_stage
 from spin_usd.stage.authorship import Origin
 from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, lens_of, open_camera_layer
@@ -28,6 +32,7 @@ from spin_usd.stage.extent import box_corners
 from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
+from spin_usd.stage.read import StageReader
 from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
 from spin_usd.stage.sampled_layer import write_sampled
 from spin_usd.stage.samples import Opinions, over
@@ -39,13 +44,15 @@ USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 @dataclass(frozen=True, kw_only=True)
 class AuthorReport:
-    """root is the root layer's path · notes are sentences on what a user should know."""
+    """root is the root layer's path · views: what the pictures show, None where a render will refuse the stage · notes
+    are sentences on what a user should know."""
 
     root: str
     frames: int
     target: str
     meshes: int
     camera: str
+    views: Views | None
     notes: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -56,7 +63,8 @@ class AuthorReport:
 class Choices:
     """`target`, `camera`, `preset`, `lights`, `environment` and `augment` are names of what travels with spin_usd, or
     files; the lights and environment stand instead of the preset's. `augment`: a specification to write over it.
-    `prim`: the path of what of a USD target is taken. `additions`: what is written over the stage before that."""
+    `prim`: the path of what of a USD target is taken. `additions`: what is written over the stage before that.
+    `any_size`: take a target of a size that no craft has, and one inside which the camera is."""
 
     target: str | Path
     camera: str | Path
@@ -68,6 +76,7 @@ class Choices:
     environment: str | Path | None = None
     augment: str | None = None
     additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
+    any_size: bool = False
 
 
 def author_stage(
@@ -152,7 +161,11 @@ def _author(
     with new_folder(out) as folder:
         asset, notes = _write_target(target_file, folder, choices.units_per_metre, choices.prim)
         notes += _unused(settings, asset)
-        poses = pictures(lens_of(layer), box_corners(asset))
+        corners, lens = box_corners(asset), lens_of(layer)
+        unit = _unit(choices, target_file, asset)
+        if light is not None and not choices.any_size:
+            refuse_size(corners, unit)  # poses are drawn for it, and would never have all of it in the picture
+        poses = pictures(lens, corners)
         write_stage(
             folder,
             poses=poses,
@@ -163,11 +176,13 @@ def _author(
             preset=settings,
             rigs=rigs,
         )
-        selected = settings.chosen(asset.variants) if settings else {}
-        notes += check_written(folder / ROOT, target_file, asset, choices.units_per_metre, selected)
         notes += target_notes(folder / ROOT)
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
+        selected = settings.chosen(asset.variants) if settings else {}
+        look, remarks = _look(folder, poses, target_file, asset, choices.units_per_metre, selected)
+        if not choices.any_size:
+            refuse_implausible(look.mesh.hull if look else corners, unit, lens, poses)
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(
@@ -176,7 +191,8 @@ def _author(
         target=asset.name,
         meshes=asset.gprims,
         camera=camera_file.name,
-        notes=notes,
+        views=look.views if look else None,
+        notes=(*notes, *remarks),
     )
 
 
@@ -187,6 +203,36 @@ def _write_light(root: Path, frames: int, light: Callable[[Any], Opinions] | Non
     both = over(sun, drawn) if sun and drawn else sun or drawn
     if both is not None:
         write_sampled(root, both, frames)
+
+
+def _look(
+    folder: Path,
+    poses: PoseList,
+    file: Path,
+    asset: TargetAsset,
+    units_per_metre: float | None,
+    selections: Mapping[str, str],
+) -> tuple[Look | None, tuple[str, ...]]:
+    """What the pictures of the stage in `folder` show, and notes on it and on the target; no look at one that a render
+    will refuse. Raises as check_written."""
+    notes: tuple[str, ...] = ()
+    unknown = "the target's size could not be compared with its file's"
+    try:
+        reader = StageReader(folder / ROOT)
+        notes = check_written(reader, file, asset, units_per_metre, selections)
+        unknown = "what its pictures show is not known"
+        look = look_at(reader, poses)
+    except (StageError, UnsupportedError, GeometryError) as refused:
+        reason = str(refused).replace(f"{folder}/", "")
+        return None, (*notes, f"{unknown}, for it cannot be rendered: {reason}")
+    return look, (*notes, *sentences(look.views))
+
+
+def _unit(choices: Choices, file: Path, target: TargetAsset) -> ModelUnit:
+    per_metre = choices.units_per_metre or 1 / target.metres_per_unit
+    if file.suffix.lower() in READERS and choices.units_per_metre is None:
+        per_metre = 1.0
+    return ModelUnit(file=file, per_metre=per_metre, given=choices.units_per_metre is not None)
 
 
 def _camera(given: str) -> tuple[Layer, Path]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.author_look import look_notes
-from spin_usd.errors import InputError, StageError, UnsupportedError
+from spin_usd.errors import InputError
 from spin_usd.formats.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh_file import READERS
 from spin_usd.scene.finding import in_sentences
@@ -19,19 +19,18 @@ from spin_usd.stage.usd_target import TargetAsset
 
 
 def check_written(
-    root: Path, file: Path, asset: TargetAsset, units_per_metre: float | None, selections: Mapping[str, str]
+    reader: StageReader,
+    file: Path,
+    asset: TargetAsset,
+    units_per_metre: float | None,
+    selections: Mapping[str, str],
 ) -> tuple[str, ...]:
-    """Notes on the target that the stage at `root` has from the model `file`, with the variants `selections`.
+    """Notes on the target that the stage of the `reader` has from the model `file`, with the variants `selections`.
 
-    Raises InputError when its size is another than the file's.
+    Raises InputError when its size is another than the file's, StageError or UnsupportedError as a render would.
     """
-    try:
-        reader = StageReader(root)
-        time_code = reader.frames[0].time_code
-        target = reader.target_at(time_code)
-    except (StageError, UnsupportedError) as error:
-        reason = str(error).replace(f"{root.parent}/", "")
-        return (f"the target's size could not be compared with its file's, for it cannot be rendered: {reason}",)
+    time_code = reader.frames[0].time_code
+    target = reader.target_at(time_code)
     notes = (*in_sentences(reader.notes), *look_notes(reader))
     if file.suffix.lower() in READERS:
         source = mesh_bounds(file, units_per_metre)

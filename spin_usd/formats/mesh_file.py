@@ -19,7 +19,6 @@ from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.shape import MAX_FACES
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
-PLAUSIBLE_SIZE = (1e-3, 1e3)  # metres
 UNIT_LIMITS = (1e-9, 1e9)
 GLTF = (".gltf", ".glb")
 
@@ -99,10 +98,7 @@ def _kept(part: MeshPart, keep: NDArray[np.bool_]) -> MeshPart:
 def _remarks(asset: MeshAsset, path: Path, scale: float) -> list[str]:
     if asset.faces > MAX_FACES:
         raise GeometryError(f"the model has {asset.faces} faces, expected at most {MAX_FACES}")
-    size = float(asset.size.max())
     notes = []
-    if not PLAUSIBLE_SIZE[0] <= size <= PLAUSIBLE_SIZE[1]:
-        notes.append(f"the model is {size:.3g} m long at {scale:g} units per metre: check the unit")
     if path.suffix.lower() in GLTF and scale != 1:
         notes.append(f"glTF is in metres by its standard; {scale:g} units per metre was used, as given")
     return notes

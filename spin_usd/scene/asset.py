@@ -124,9 +124,3 @@ class MeshAsset:
     @property
     def faces(self) -> int:
         return sum(len(part.face_counts) for part in self.parts)
-
-    @property
-    def size(self) -> Float:
-        """(3,) edges of the bounding box, metres."""
-        points = np.concatenate([part.points[np.unique(part.face_indices)] for part in self.parts])
-        return np.asarray(points.max(0) - points.min(0))

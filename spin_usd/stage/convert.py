@@ -1,5 +1,7 @@
 """All conversions between numpy and USD's own value types."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Gf, Tf, Vt
@@ -17,9 +19,9 @@ def quatd(q: ArrayLike) -> Gf.Quatd:
     return Gf.Quatd(w, x, y, z)
 
 
-def quaternion(q: Gf.Quatd | Gf.Quatf | Gf.Quath) -> Float:
-    """(4,) scalar first."""
-    return np.array([q.GetReal(), *q.GetImaginary()], np.float64)
+def quaternions(values: Iterable[Gf.Quatd | Gf.Quatf | Gf.Quath]) -> Float:
+    """(N, 4) scalar first."""
+    return np.array([(q.real, *q.imaginary) for q in values], np.float64).reshape(-1, 4)
 
 
 def vec3f_array(v: ArrayLike) -> Vt.Vec3fArray:

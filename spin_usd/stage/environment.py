@@ -40,6 +40,11 @@ class EnvironmentReader:
         self._kept = Kept([*self._planets, *self._stars, *plates])
         self._last = Environment()
 
+    @property
+    def still(self) -> bool:
+        """Whether nothing of it changes or moves in the world in time."""
+        return self._kept.all_still
+
     def read(
         self,
         time: Usd.TimeCode,

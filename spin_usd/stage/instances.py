@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.stage.convert import quaternion
+from spin_usd.stage.convert import quaternions
 from spin_usd.stage.xforms import HALF_NORM_TOLERANCE, NORM_TOLERANCE, norm_error
 
 
@@ -72,7 +72,7 @@ def _check_arrays(
 
 
 def _check_norms(values: Any, name: str, where: Any) -> None:
-    worst = norm_error(np.array([quaternion(value) for value in values]).reshape(-1, 4))
+    worst = norm_error(quaternions(values))
     if worst > (HALF_NORM_TOLERANCE if name == "orientations" else NORM_TOLERANCE):
         found = f"its {name} hold a quaternion whose norm is off 1 by {worst:.3g}"
         raise StageError(found, where=where, do="normalise them")

@@ -32,6 +32,11 @@ class LightReader:
         self._images = images
         self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
 
+    @property
+    def still(self) -> bool:
+        """Whether no light changes or moves in the world in time."""
+        return self._kept.all_still
+
     def read(
         self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
     ) -> tuple[Light, ...]:

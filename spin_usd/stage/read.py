@@ -104,6 +104,11 @@ class StageReader:
         """Where the camera is in the stage."""
         return str(self._camera_prim.GetPath())
 
+    @property
+    def light_is_still(self) -> bool:
+        """Whether lights, and planets that could hide them, are the same in camera axes in all pictures."""
+        return self._lights.still and self._environment.still and not self._T_world_usdcam.varies
+
     @cached_property
     def variant_selections(self) -> dict[str, str]:
         """What is selected of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""

@@ -14,20 +14,23 @@ class Steady[T]:
     """What `read` gives at a time, read again only where it `varies` and the time is another."""
 
     def __init__(self, varies: bool, read: Callable[[Usd.TimeCode], T]) -> None:
-        self._varies, self._read = varies, read
+        self.varies, self._read = varies, read
         self._known: tuple[Usd.TimeCode, T] | None = None
 
     def at(self, time: Usd.TimeCode) -> T:
-        if self._known is None or (self._varies and time != self._known[0]):
+        if self._known is None or (self.varies and time != self._known[0]):
             self._known = time, self._read(time)
         return self._known[1]
 
 
 class Kept:
-    """Values read off prims in camera axes, kept while neither the prim nor the camera moves or changes."""
+    """Values read off prims in camera axes, kept while neither the prim nor the camera moves or changes. all_still:
+    whether none of the prims ever does."""
 
     def __init__(self, prims: Iterable[Usd.Prim]) -> None:
-        self._still = {prim.GetPath() for prim in prims if not (_varies(prim) or _hides_or_moves(prim))}
+        found = list(prims)
+        self._still = {prim.GetPath() for prim in found if not (_varies(prim) or _hides_or_moves(prim))}
+        self.all_still = len(self._still) == len(found)
         self._values: dict[Sdf.Path, tuple[object, object]] = {}
         self._tuples: dict[Hashable, tuple[object, ...]] = {}
 

@@ -9,7 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
-from spin_usd.stage.convert import quaternion
+from spin_usd.stage.convert import quaternions
 from spin_usd.stage.notes import Notes
 
 # USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.
@@ -134,8 +134,8 @@ def orient_norm_error(op: UsdGeom.XformOp) -> float:
     """How far the norm of the worst of an orientation's values is off 1; infinity for NaN."""
     attribute = op.GetAttr()
     times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
-    values = [attribute.Get(time) for time in times]
-    return norm_error(np.array([quaternion(value) for value in values if value is not None]).reshape(-1, 4))
+    values = [value for value in (attribute.Get(time) for time in times) if value is not None]
+    return norm_error(quaternions(values))
 
 
 def norm_error(quaternions: Float) -> float:

@@ -24,7 +24,7 @@ CAMERA = {"Nu": 64, "Nv": 48, "ppx": 1e-5, "ppy": 1e-5, "cameraMatrix": [[90, 0,
 KEYPOINTS = {"tip": [0, 0, 1.2], "third": [1 / 3, -0.6, 0.1234567890123]}
 ROUNDED = 1e-8  # of a unit vector whose quaternion has nine decimals
 POSES = [
-    {"filename": f"p{i}.png", "q_vbs2tango_true": q, "r_Vo2To_vbs_true": [0, 0, 9 + i]}
+    {"filename": f"p{i}.png", "q_vbs2tango_true": q, "r_Vo2To_vbs_true": [0, 0, 12 + i]}
     for i, q in enumerate([[1, 0, 0, 0], [0.6, 0, 0.8, 0], [0, 0, 0.6, -0.8]])
 ]
 
@@ -228,7 +228,7 @@ def test_keypoints_that_were_edited_without_their_points_are_refused(inputs: dic
 def test_given_keypoints_stand_in_place_of_the_targets(inputs: dict[str, Any], tmp_path: Path) -> None:
     made = author_stage(**inputs | {"target": "cubesat"}, additions={"keypoints": tmp_path / "keypoints.json"})
     assert scenes(made.root)[0].target.keypoint_names == tuple(KEYPOINTS)
-    assert check_stage(made.root) == ()
+    assert {finding.code for finding in check_stage(made.root)} <= {"target-small"}
 
 
 def test_the_sun_stands_where_it_is_asked_to_in_camera_axes(inputs: dict[str, Any]) -> None:

@@ -37,7 +37,7 @@ def inputs(tmp_path: Path) -> dict[str, Any]:
         "poses": tmp_path / "poses.json",
         "target": tmp_path / "box.stl",
         "camera": "speedplus",
-        "units_per_metre": 1000,
+        "units_per_metre": 10,
         "out": tmp_path / "stage",
     }
 
@@ -69,7 +69,7 @@ def test_a_mesh_becomes_a_stage_without_findings(inputs: dict[str, Any]) -> None
     assert (report.frames, report.target, report.meshes) == (4, "box", 1)
     assert json.loads(json.dumps(report.as_json()))["root"] == str(inputs["out"] / "dataset.usda")
     assert check_stage(report.root) == ()
-    assert span(report) == pytest.approx([0.002, 0.003, 0.004], abs=FLOAT32_METRES)
+    assert span(report) == pytest.approx([0.2, 0.3, 0.4], abs=FLOAT32_METRES)
     names = set(tree(inputs["out"]))
     assert {"dataset.usda", "layers/poses.usdc", "layers/camera.usda", "layers/lights.usda"} <= names
     assert {"layers/environment.usda", "layers/render.usda", "targets/box/box.usda"} <= names
@@ -89,7 +89,7 @@ def test_a_stage_composes_the_same_after_it_was_moved(inputs: dict[str, Any], tm
     root = tmp_path / "moved" / "dataset.usda"
     assert not UsdUtils.ComputeAllDependencies(str(root))[2]
     assert check_stage(root) == ()
-    assert before == span(AuthorReport(root=str(root), frames=4, target="", meshes=1, camera="", notes=()))
+    assert before == span(AuthorReport(root=str(root), frames=4, target="", meshes=1, camera="", views=None, notes=()))
 
 
 def test_who_made_it_from_what_is_told_twice(inputs: dict[str, Any]) -> None:

@@ -11,9 +11,10 @@ import trimesh
 from spin_usd.dataset.author import AuthorReport, author_stage
 from spin_usd.dataset.author_size import check_written
 from spin_usd.errors import InputError
+from spin_usd.stage.read import StageReader
 from spin_usd.stage.usd_target import describe
 
-POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]
+POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 25]}]
 TRIANGLE = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\npoint3f[] points = "
 FLAT = f'uniform token subdivisionScheme = "none"\n{TRIANGLE}'
 FAR = "[(0, 0, 0), (9000, 0, 0), (0, 9000, 0)]"
@@ -81,7 +82,7 @@ def test_another_size_than_the_files_is_refused_with_both(tmp_path: Path, suffix
             "2 x 3 x 4.04 m .* but 2 x 3 x 4 m" if suffix == "glb" else "0.2 x 0.3 x 0.404 m .* but 0.2 x 0.3 x 0.4 m"
         )
     with pytest.raises(InputError, match=f"other.{suffix}.*{expected}"):
-        check_written(root, other, asset, None if suffix == "glb" else 10, {})
+        check_written(StageReader(root), other, asset, None if suffix == "glb" else 10, {})
 
 
 def test_a_part_that_was_lost_or_a_unit_taken_twice_is_refused(tmp_path: Path) -> None:
@@ -93,10 +94,10 @@ def test_a_part_that_was_lost_or_a_unit_taken_twice_is_refused(tmp_path: Path) -
     asset = describe(root.parent / "targets" / "model" / "model.usda", "model")
     with_more.write_text(usd(f'{cube}def Mesh "Lost" {{\n{FLAT}[(0, 0, 0), (0, 0, 60), (0, 50, 0)]\n}}'))
     with pytest.raises(InputError, match=r"1\.05 x 0\.55 x 0\.65 m .* but 1\.05 x 0\.55 x 0\.1 m"):
-        check_written(root, with_more, asset, None, {})
+        check_written(StageReader(root), with_more, asset, None, {})
     larger.write_text(usd(cube).replace("0.01", "1"))
     with pytest.raises(InputError, match=r"105 x 55 x 10 m .* but 1\.05 x 0\.55 x 0\.1 m"):
-        check_written(root, larger, asset, None, {})
+        check_written(StageReader(root), larger, asset, None, {})
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,9 @@ def test_a_mesh_file_with_points_and_spikes_that_no_picture_shows_passes(tmp_pat
 
 def test_a_mirrored_turned_and_scaled_gltf_passes(tmp_path: Path) -> None:
     scene = trimesh.Scene()
-    turn = trimesh.transformations.compose_matrix(angles=(0.3, 0.2, 0.1), translate=(1, 2, 3), scale=(2, -3, 0.5))
+    turn = trimesh.transformations.compose_matrix(
+        angles=(0.3, 0.2, 0.1), translate=(0.1, 0.2, 0.3), scale=(1, -1.5, 0.5)
+    )
     scene.add_geometry(trimesh.creation.box((2, 3, 4)), transform=turn)
     scene.export(tmp_path / "model.glb")
     assert author(tmp_path, tmp_path / "model.glb").notes == ()
@@ -153,4 +156,4 @@ def test_the_real_tango_is_as_large_as_trimesh_says(shared: Path, tmp_path: Path
     asset = describe(root.parent / "targets" / "tango" / "tango.usda", "tango")
     other.write_text(usd(""))
     with pytest.raises(InputError, match=f"but {size[0]:.6g} x {size[1]:.6g} x {size[2]:.6g} m"):
-        check_written(root, other, asset, None, {})
+        check_written(StageReader(root), other, asset, None, {})

@@ -145,12 +145,6 @@ def test_faces_without_area_are_dropped_with_a_note(tmp_path: Path) -> None:
     assert any("2 of 5" in note for note in asset.notes)
 
 
-@pytest.mark.parametrize(("units", "said"), [(1e6, True), (100, False), (1e-3, True)])
-def test_an_implausible_size_is_noted(tmp_path: Path, units: float, said: bool) -> None:
-    notes = read_mesh_file(write(tmp_path, CUBE), units).notes
-    assert any("check the unit" in note for note in notes) == said
-
-
 @pytest.mark.parametrize(
     ("text", "found"),
     [

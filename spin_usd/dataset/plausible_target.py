@@ -1,0 +1,78 @@
+"""Refuses a target whose size no spacecraft has, or which holds the camera in most pictures: its unit is wrong."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.formats.mesh_file import READERS
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.framing import Framing, around, framings
+from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.scene.plausible import is_plausible, likely_units
+from spin_usd.scene.poses import PoseList
+from spin_usd.scene.view_text import number_text, size_text
+
+INSISTS = "--any-size insists"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelUnit:
+    """How long a unit of the model in `file` is: `per_metre` of them are a metre; `given`, by --units-per-metre."""
+
+    file: Path
+    per_metre: float
+    given: bool
+
+    def words(self, per_metre: float) -> str:
+        """What would say that so many are a metre."""
+        if self.given or self.file.suffix.lower() in READERS:
+            return f"--units-per-metre {number_text(per_metre)}"
+        return f"metersPerUnit = {number_text(1 / per_metre)} in {self.file.name}"
+
+    @property
+    def said(self) -> str:
+        """The beginning of a sentence on what comes of the unit."""
+        if self.given or self.file.suffix.lower() not in READERS:
+            return f"with {self.words(self.per_metre)} "
+        return "in metres, the unit of its format, "
+
+
+def refuse_size(corners: Float, unit: ModelUnit) -> None:
+    """Raise InputError for a target with the corners `corners` (N, 3), metres, of which its size alone is enough to
+    know that it is not plausible."""
+    size = np.ptp(corners, axis=0)
+    if not is_plausible(size):
+        raise _implausible(corners, unit, None, None, "")
+
+
+def refuse_implausible(corners: Float, unit: ModelUnit, camera: Camera, poses: PoseList) -> None:
+    """Raise InputError, which names the likely unit, for a target with the corners `corners` (N, 3), body frame,
+    metres, of a size that no craft has, or inside whose bounding box the camera is in most of the pictures."""
+    rotations = matrices_from_quaternions(poses.q_cam_body)
+    inside = int(around(corners, rotations, poses.t_cam_body).sum())
+    if is_plausible(np.ptp(corners, axis=0)) and 2 * inside <= len(poses):
+        return
+    among = f", and the camera is inside its bounding box in {inside} of {len(poses)} pictures" if inside else ""
+    raise _implausible(corners, unit, camera, poses, among)
+
+
+def _implausible(
+    corners: Float, unit: ModelUnit, camera: Camera | None, poses: PoseList | None, among: str
+) -> InputError:
+    def fits(scale: float) -> bool:
+        """Whether most pictures would show all of a target that is so many times as large."""
+        if camera is None or poses is None:
+            return True
+        rotations = matrices_from_quaternions(poses.q_cam_body)
+        framing = framings(camera, corners * scale, rotations, poses.t_cam_body)
+        return bool(2 * (framing == Framing.WHOLE).sum() > len(poses))
+
+    size = np.ptp(corners, axis=0)
+    likely = likely_units(size, unit.per_metre, fits)
+    do = f"check the unit of the model and that of the poses, which are in metres; {INSISTS}"
+    if likely is not None:
+        do = f"did you mean {unit.words(likely)} ({size_text(size * unit.per_metre / likely)})? {INSISTS}"
+    return InputError(f"{unit.said}the target is {size_text(size)}{among}", where=unit.file, do=do)
