@@ -1,5 +1,8 @@
-"""Every stage of the USD working group's assets but `foundation`, authored as a target: read as it says of itself. What a stage says is in its prim names, in its texture's letters and colours, and in what its parts have in
-common: two ways to write the same look must give the same numbers."""
+"""Every stage of the USD working group's assets but `foundation`, authored as a target: read as it says of itself.
+
+What a stage says is in its prim names, in its texture's letters and colours, and in what its parts have in common: two
+ways to write the same look must give the same numbers.
+"""
 
 import json
 from dataclasses import dataclass, field
