@@ -14,6 +14,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.deformation import Deformation
+from spin_usd.stage.nurbs import read_nurbs_patch
 from spin_usd.stage.primvars import FoundPrimvar
 from spin_usd.stage.triangles import Int, Triangles, face_normals, unit
 
@@ -113,6 +114,7 @@ SHAPES: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Triangles]] = {
     "Cone": _cone,
     "Capsule": _capsule,
     "Capsule_1": _tapered_capsule,
+    "NurbsPatch": read_nurbs_patch,
 }
 
 

@@ -347,7 +347,7 @@ def test_keypoints_that_are_none(read_scene, old, new, error, saying):
         read_scene(KEYPOINTS.replace(old, new))
 
 
-@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "NurbsPatch", "Volume", "TetMesh"])
+@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "Volume", "TetMesh"])
 def test_geometry_that_is_not_read_is_refused_by_name(read_scene, kind):
     with pytest.raises(UnsupportedError, match=f"^/World/Target/Thing: is a {kind}"):
         read_scene(f'def Cube "Box" {{}}\ndef {kind} "Thing" {{}}')
