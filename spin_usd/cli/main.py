@@ -17,7 +17,7 @@ from spin_usd.cli.command import Command
 from spin_usd.cli.counted import counted
 from spin_usd.cli.diff import diff
 from spin_usd.cli.measure import measure
-from spin_usd.cli.options import Json, NoCache, Prune, Workers
+from spin_usd.cli.options import Json, NoCache, Prune, Replace, Verify, Workers
 from spin_usd.cli.plan import plan
 from spin_usd.cli.progress import shown
 from spin_usd.cli.request import show_doubts, with_request
@@ -94,6 +94,8 @@ def render(
     workers: Workers = None,
     no_cache: NoCache = False,
     prune: Prune = False,
+    replace: Replace = False,
+    verify: Verify = False,
     as_json: Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
@@ -102,7 +104,14 @@ def render(
 
     with shown(context.obj["quiet"]) as progress:
         report = rendering.render(
-            request, out, workers=workers, keep_cache=not no_cache, prune=prune, progress=progress
+            request,
+            out,
+            workers=workers,
+            keep_cache=not no_cache,
+            prune=prune,
+            replace=replace,
+            verify=verify,
+            progress=progress,
         )
     show_doubts(report.doubts)
     if as_json:

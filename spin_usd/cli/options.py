@@ -41,6 +41,16 @@ NoCache = Annotated[
     bool, typer.Option("--no-cache", help="Keep no renders for later runs; changes no byte of a picture.")
 ]
 Prune = Annotated[bool, typer.Option("--prune", help="Remove the dataset's pictures that the stage does not have.")]
+Replace = Annotated[
+    bool,
+    typer.Option(
+        help="Replace pictures of another stage: one that author made from other files, units or seed, or that has "
+        "another root layer's name where author did not make it."
+    ),
+]
+Verify = Annotated[
+    bool, typer.Option(help="Read what is there before it is used again, and make damaged pictures anew.")
+]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")

@@ -32,6 +32,7 @@ def plan(
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
     from spin_usd.dataset import render as rendering
+    from spin_usd.dataset import same_stage
     from spin_usd.dataset.chosen import doubts
     from spin_usd.dataset.foreign import foreign_pictures, in_words
     from spin_usd.dataset.matrix import matrix
@@ -45,13 +46,14 @@ def plan(
     renders, damage = measured_beside(request.stage, found, method)
     cost = matrix(found, method, request.image_suffix, out, renders)
     foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
+    other = same_stage.other_origin(Store(root=out.absolute()), found) if out else ()
     workers = rendering.default_workers()
     seconds = cost.seconds(workers, len(usable_cpus()))
     notes = [*doubts(request.chosen, found.stages), *damage, *found.notes]
     show_doubts(notes)
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
-        wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign)}
+        wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign), "other_stage": other}
         chosen = request.chosen.as_json(found.stages) if request.chosen else None
         effort = {"renderer": request.renderer, "effort": asdict(request.effort), "chosen": chosen, "notes": notes}
         left_out = {"left_out": [asdict(each) for each in found.spared]} if explain else {}
@@ -64,6 +66,8 @@ def plan(
         print(request.chosen.reason)
     if out:
         print(f"already made: {cost.finished} pictures")
+    if other:
+        print(f"note: {out} {same_stage.in_words(other)}; a render needs --replace, or another folder")
     if foreign:
         print(f"note: {out} {in_words(foreign)}; a render needs --prune, which removes them, or another folder")
     total = cost.total

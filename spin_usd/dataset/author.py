@@ -157,7 +157,9 @@ def _author(
     rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
     files |= {kind.lower(): file for kind, file in rig_files.items()} | dict(choices.additions.files)
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
-    origin = Origin(inputs={role: (file.name, _sha256(file)) for role, file in files.items()})
+    inputs = {role: (file.name, _sha256(file)) for role, file in files.items()}
+    numbers = {"seed": choices.seed, "units_per_metre": choices.units_per_metre}
+    origin = Origin(inputs=inputs, numbers={name: value for name, value in numbers.items() if value is not None})
     with new_folder(out) as folder:
         asset, notes = _write_target(target_file, folder, choices.units_per_metre, choices.prim)
         notes += _unused(settings, asset)

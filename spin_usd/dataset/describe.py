@@ -24,7 +24,7 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
     hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}
     return {
         "schema": "dataset-1",
-        "stage": {"root": root, "hashes": hashes},
+        "stage": {"root": root, "origin": dict(plan.origin), "hashes": hashes},
         "target": plan.description["target"],
         "parts": plan.description["parts"],
         "keypoints": plan.description["keypoints"],

@@ -22,6 +22,7 @@ from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.stage import schema
+from spin_usd.stage.authorship import origin_of
 from spin_usd.stage.copies import copy_stage
 from spin_usd.stage.read import StageReader
 
@@ -32,7 +33,7 @@ def open_plan(
     *, stage: str, variants: Sequence[str], frames: str | None, seed: int | None, copy_to: str | None = None
 ) -> dict[str, Any]:
     """What a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names, which of
-    them are chosen, and what dataset.json says of the target.
+    them are chosen, what the stage was made from, and what dataset.json says of the target.
 
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `copy_to`:
     first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
@@ -49,6 +50,7 @@ def open_plan(
         "known_variants": list(reader.variants),
         "names": [frame.name for frame in reader.frames],
         "chosen": [chosen.start, chosen.stop, chosen.step],
+        "origin": origin_of(reader.stage),
         "description": _description(reader),
     }
 

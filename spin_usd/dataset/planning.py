@@ -45,9 +45,9 @@ class Plan:
     """What the stage holds and what a run would make of it.
 
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
-    pictures · stages: by variant, what a record says of the stage · description: what dataset.json says of the target ·
-    pictures: by variant, then in the stage's order · spared: what of their work they do not need, where that was asked.
-    notes: sentences on what is rendered otherwise than the stage says.
+    pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
+    dataset.json says of the target · pictures: by variant, then in the stage's order · spared: what of their work they
+    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says.
     """
 
     root: Path
@@ -56,6 +56,7 @@ class Plan:
     known_variants: tuple[str, ...]
     names: tuple[str, ...]
     stages: Mapping[str, Mapping[str, Any]]
+    origin: Mapping[str, str]
     description: Mapping[str, Any]
     pictures: tuple[PlannedPicture, ...]
     spared: tuple[Spared, ...] = ()
@@ -112,6 +113,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         known_variants=tuple(opened["known_variants"]),
         names=tuple(opened["names"]),
         stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
+        origin=opened["origin"],
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),

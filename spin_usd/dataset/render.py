@@ -11,6 +11,7 @@ from typing import Any
 
 import psutil
 
+from spin_usd.dataset import same_stage
 from spin_usd.dataset.amounts import Making, Method
 from spin_usd.dataset.atomic import write_json
 from spin_usd.dataset.cache import MEASURED, remove_entries, used
@@ -121,13 +122,16 @@ def render(
     workers: int | None = None,
     keep_cache: bool = True,
     prune: bool = False,
+    replace: bool = False,
+    verify: bool = False,
     progress: Progress,
 ) -> RenderReport:
     """Make the dataset in the folder `out`, or what is missing of it.
 
     Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
     renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
-    InputError, or are removed with `prune`.
+    InputError, or are removed with `prune`; those of another stage raise it too, unless told to `replace` them. With
+    `verify` pictures whose files are not as their records say are made again.
     """
     began = time.monotonic()
     store = Store(root=out.absolute())
@@ -135,21 +139,27 @@ def render(
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     store.prepare()
     with store.locked() as lease:
-        report = _render(store, lease, request, workers, keep_cache, prune, progress)
+        options = _RunOptions(workers=workers, keep_cache=keep_cache, prune=prune, replace=replace, verify=verify)
+        report = _render(store, lease, request, options, progress)
         if not report.failed:
             _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
     return report
 
 
+@dataclass(frozen=True, kw_only=True)
+class _RunOptions:
+    """What `render` is told of the run, by its own names."""
+
+    workers: int | None
+    keep_cache: bool
+    prune: bool
+    replace: bool
+    verify: bool
+
+
 def _render(
-    store: Store,
-    lease: Lease,
-    request: RenderRequest,
-    workers: int | None,
-    keep_cache: bool,
-    prune: bool,
-    progress: Progress,
+    store: Store, lease: Lease, request: RenderRequest, options: _RunOptions, progress: Progress
 ) -> RenderReport:
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     copied = store.stage.resolve() if own else lease.work / STAGE
@@ -158,14 +168,16 @@ def _render(
     if not own:
         refuse_changed(store.stage)
     root = (Path(STAGE) / plan.root.relative_to(copied)).as_posix()
+    if not options.replace:
+        same_stage.refuse(store, same_stage.other_origin(store, plan))
     foreign = foreign_pictures(store, plan)
-    (remove if prune else refuse)(store, foreign)
+    (remove if options.prune else refuse)(store, foreign)
     write_json(store.description, describe(store, plan, root, request.kinds), work=lease.work)
     if not own:
         _adopt_stage(store, lease.work)
     report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
-    wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix)
+    wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix, verify=options.verify)
     counted = partial(
         remaining,
         store,
@@ -178,7 +190,7 @@ def _render(
     tasks = [task for task in left if task]
     report.reused = len(pictures) - len(tasks)
     if tasks:
-        if not keep_cache:
+        if not options.keep_cache:
             _keep_only_shared_renders(tasks)
         job = Job(
             root=str(store.root),
@@ -188,7 +200,7 @@ def _render(
             settings=plan.settings,
             chosen=request.chosen,
         )
-        count = min(workers or default_workers(), len(tasks))
+        count = min(options.workers or default_workers(), len(tasks))
         alone = partial(one_core, workers=count, cores=len(usable_cpus()))
         listener = _Listener(report, progress, method_of(request, plan), alone)
         _run(job, tasks, count, lease, listener)

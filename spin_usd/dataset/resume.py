@@ -7,7 +7,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.atomic import write_json
+from spin_usd.dataset.atomic import sha256_of, write_json
 from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.picture import IMAGE, KINDS, LAYOUTS, RADIANCE
 from spin_usd.dataset.store import Store
@@ -16,10 +16,12 @@ from spin_usd.dataset.supervise import Task
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """The kinds of file asked for, and the image's file name extension."""
+    """The kinds of file asked for, the image's file name extension, and whether every byte of files that are there is
+    verified before they are used again."""
 
     kinds: tuple[str, ...]
     image_suffix: str
+    verify: bool = False
 
 
 def remaining(
@@ -71,7 +73,11 @@ def _is_finished(
 ) -> bool:
     """Whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
     return (
-        bool(had) and _same_content(record, picture, had) and _same_channels(record) and _complete(store, had, wanted)
+        bool(had)
+        and _same_content(record, picture, had)
+        and _same_channels(record)
+        and _complete(store, had, wanted)
+        and (not wanted.verify or _as_recorded(store, record))
     )
 
 
@@ -115,3 +121,9 @@ def _complete(store: Store, had: Mapping[str, str], wanted: Wanted) -> bool:
         return False
     # As text: paths as objects take most of the time of a resumed run's 240,000 records.
     return set(wanted.kinds) <= set(had) and all(isfile(f"{store.root}/{path}") for path in had.values())
+
+
+def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
+    """Whether all files that the record lists hold the bytes that it says."""
+    entries = record["files"].values()
+    return all(sha256_of(store.root / entry["path"]) == entry.get("sha256") for entry in entries)

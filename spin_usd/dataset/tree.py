@@ -70,7 +70,8 @@ def file_at(root: Path, name: str) -> Path:
         and type_of(path) is NodeType.FILE
     ):
         return path
-    raise InputError("is missing, or is no file of this folder's own", where=path)
+    found = "is missing" if type_of(path) is None else "is no file, or is reached over a link"
+    raise InputError(found, where=path)
 
 
 def remove_file(root: Path, name: str) -> None:

@@ -138,6 +138,7 @@ def a_plan(pictures, variants):
         known_variants=variants,
         names=(),
         stages={},
+        origin={},
         description={},
         pictures=tuple(pictures),
     )

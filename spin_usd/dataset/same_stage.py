@@ -1,0 +1,37 @@
+"""Whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
+
+A stage is the same while `author` made it from the same files, units and seed, and one that `author` did not make while
+its root layer's name is the same: what dataset.json keeps as its origin.
+"""
+
+from collections.abc import Sequence
+
+from spin_usd.dataset.planning import Plan
+from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store import Store
+from spin_usd.dataset.tree import NodeType, type_of
+from spin_usd.errors import InputError
+
+
+def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
+    """By name, what the planned stage was made from other than the dataset's own was; none where it is the same stage,
+    or none of the dataset's pictures is one that it has."""
+    if type_of(store.description) is not NodeType.FILE:
+        return ()
+    names, variants = set(plan.names), set(plan.known_variants)
+    if not any(path.stem in names and path.parent.name in variants for path in store.records()):
+        return ()
+    before = read_json(store.description, "dataset-1")["stage"].get("origin", plan.origin)
+    return tuple(sorted(name for name in {*before, *plan.origin} if before.get(name) != plan.origin.get(name)))
+
+
+def in_words(other: Sequence[str]) -> str:
+    """What the dataset does with the pictures."""
+    return f"holds pictures of another stage (of another {', '.join(other)})"
+
+
+def refuse(store: Store, other: Sequence[str]) -> None:
+    """Raise InputError where there is any."""
+    if other:
+        do = "choose another folder, or add --replace, which makes them anew from this one"
+        raise InputError(in_words(other), where=store.root, do=do)
