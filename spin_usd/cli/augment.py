@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+from spin_usd.cli.built_in import named
 from spin_usd.cli.counted import counted
 from spin_usd.cli.options import STAGE_HELP, Json
 from spin_usd.cli.progress import shown
@@ -19,7 +20,7 @@ def augment(
     context: typer.Context,
     stage: Annotated[Path | None, typer.Argument(help=STAGE_HELP)] = None,
     spec: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in specification's name, or a TOML file.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('specifications')}, or a TOML file.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")

@@ -7,22 +7,33 @@ from typing import Annotated, Any
 
 import typer
 
+from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
 from spin_usd.errors import InputError
 
 
 def author(
-    out: Annotated[Path, typer.Option(help="Folder to make.")],
-    poses: Annotated[Path | None, typer.Option(help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")] = None,
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder to make.")],
+    poses: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")
+    ] = None,
     example: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A published data set's likeness instead of a pose list.")
+        str | None,
+        typer.Option(
+            metavar="NAME_OR_FILE",
+            help="The sampler: draws poses and light from the seed instead of reading --poses, as a published data set "
+            f"has them ({named('examples')}) or as a TOML file says; --target, --camera, --preset, --lights and "
+            "--environment stand in place of its own.",
+        ),
     ] = None,
     count: Annotated[int | None, typer.Option(metavar="N", help="Pictures of the example; all if not given.")] = None,
     target: Annotated[
-        str | None, typer.Option(help="A built-in target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.")
+        str | None,
+        typer.Option(metavar="NAME_OR_FILE", help=f"{named('targets')}; an OBJ, PLY, STL, glTF, GLB or USD file."),
     ] = None,
     camera: Annotated[
-        str | None, typer.Option(help="A built-in camera's name, a camera.json or a camera layer.")
+        str | None,
+        typer.Option(metavar="NAME_OR_FILE", help=f"{named('cameras')}; a SPEED+ camera.json, or a camera layer."),
     ] = None,
     units_per_metre: Annotated[
         float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
@@ -33,16 +44,20 @@ def author(
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
     preset: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in preset's name, or a preset layer.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('presets')}, or a preset layer.")
     ] = None,
     lights: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="Built-in lights' name, or a lights layer.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('lights')}, or a lights layer.")
     ] = None,
     environment: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A built-in environment's name, or an environment layer.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('environments')}, or an environment layer.")
     ] = None,
     augment: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A specification of augmentations to write over it.")
+        str | None,
+        typer.Option(
+            metavar="NAME_OR_FILE",
+            help=f"A specification of augmentations to write over it: {named('specifications')}, or a TOML file.",
+        ),
     ] = None,
     keypoints: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Named points: JSON, CSV or TOML; metres, body axes.")
@@ -110,8 +125,11 @@ def _pictures_to_author(
     poses: Path | None, example: str | None, count: int | None, choices: dict[str, Any]
 ) -> tuple[str, dict[str, Any]]:
     """What to ask a child for, and the arguments that say where the pictures come from. Raises InputError."""
-    if (poses is None) == (example is None):
-        raise InputError("neither or both of --poses and --example are given", do="give one of them")
+    if poses is None and example is None:
+        do = "give a pose list with --poses, or let the sampler draw poses with --example"
+        raise InputError("neither --poses nor --example is given", do=do)
+    if poses is not None and example is not None:
+        raise InputError("--poses and --example are given together", do="give one of them")
     if example is not None:
         return "author_example", {"example": example, "count": count}
     if count is not None:

@@ -1,13 +1,31 @@
-"""A command that refuses an option given twice, where typer silently takes the last."""
+"""A command that refuses an option given twice, where typer silently takes the last, and shows flags as flags."""
 
 from typing import Any
 
 import typer
-from typer.core import TyperCommand, TyperOption
+from typer.core import TyperCommand, TyperGroup, TyperOption
+
+
+def without_types_of_flags(params: list[Any]) -> list[Any]:
+    """The `params`, whose flags say in the help that they take nothing, where typer shows "<bool>"."""
+    for param in params:
+        if getattr(param, "is_flag", False) and param.metavar is None:
+            param.metavar = ""
+    return params
+
+
+class Group(TyperGroup):
+    """All commands together."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return without_types_of_flags(super().get_params(ctx))
 
 
 class Command(TyperCommand):
     """Raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return without_types_of_flags(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         _, _, given = self.make_parser(ctx).parse_args(args=list(args))

@@ -13,9 +13,10 @@ import typer
 import spin_usd
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
-from spin_usd.cli.command import Command
+from spin_usd.cli.command import Command, Group
 from spin_usd.cli.counted import counted
 from spin_usd.cli.diff import diff
+from spin_usd.cli.examples import examples_of
 from spin_usd.cli.measure import measure
 from spin_usd.cli.options import Json, NoCache, Prune, Replace, Verify, Workers
 from spin_usd.cli.plan import plan
@@ -26,6 +27,7 @@ from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
 INTERRUPTED = 130
 
 app = typer.Typer(
+    cls=Group,
     name="spin-usd",
     help="Labelled, traceable, reproducible imagery of a spacecraft from layered USD stages.",
     epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, "
@@ -72,19 +74,19 @@ def demo(
     _exit_if_failed(made.report.failed)
 
 
-app.command(cls=Command)(author)
+app.command(cls=Command, epilog=examples_of("author"))(author)
 
 
-app.command(cls=Command)(augment)
+app.command(cls=Command, epilog=examples_of("augment"))(augment)
 
 
-app.command(cls=Command)(plan)
+app.command(cls=Command, epilog=examples_of("plan"))(plan)
 
 
-app.command(cls=Command)(measure)
+app.command(cls=Command, epilog=examples_of("measure"))(measure)
 
 
-@app.command(cls=Command)
+@app.command(cls=Command, epilog=examples_of("render"))
 @with_request
 def render(
     context: typer.Context,
@@ -126,7 +128,7 @@ def render(
     _exit_if_failed(report.failed)
 
 
-@app.command(cls=Command)
+@app.command(cls=Command, epilog=examples_of("check"))
 def check(
     context: typer.Context,
     path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
@@ -154,10 +156,10 @@ def check(
         raise typer.Exit(FINDINGS)
 
 
-app.command(cls=Command)(diff)
+app.command(cls=Command, epilog=examples_of("diff"))(diff)
 
 
-@app.command(cls=Command)
+@app.command(cls=Command, epilog=examples_of("reproduce"))
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
     frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],

@@ -27,7 +27,9 @@ def plan(
     *,
     out: Annotated[Path | None, typer.Option(help="A dataset: plan what is missing of it.")] = None,
     request: Any,
-    explain: Annotated[bool, typer.Option(help="What is left out because no picture needs it, and why.")] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="What is left out because no picture needs it, and why.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""

@@ -9,7 +9,7 @@ from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.dataset.sampled import Pictures, drawn, samples_for
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.stream import stream
@@ -35,7 +35,7 @@ class AugmentReport:
 
 def spec_names() -> tuple[str, ...]:
     """The specifications that travel with spin_usd."""
-    return tuple(sorted(path.stem for path in (stages() / "augmentations").glob("*.toml")))
+    return tuple(bundled("specifications"))
 
 
 def spec_path(given: str) -> Path:
@@ -45,7 +45,7 @@ def spec_path(given: str) -> Path:
     if given not in spec_names():
         found = f"there is no specification named {given!r}"
         raise InputError(found, do=f"name one of {', '.join(spec_names())}, or a .toml file")
-    return stages() / "augmentations" / f"{given}.toml"
+    return bundled("specifications")[given]
 
 
 def augment_stage(

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 
 
 def example_names() -> tuple[str, ...]:
     """The examples that travel with spin_usd."""
-    return tuple(sorted(path.stem for path in (stages() / "examples").glob("*.toml")))
+    return tuple(bundled("examples"))
 
 
 def example_by_name(name: str) -> Path:
@@ -18,7 +18,7 @@ def example_by_name(name: str) -> Path:
     if name not in example_names():
         found = f"there is no example named {name!r}"
         raise InputError(found, do=f"name one of {', '.join(example_names())}, or an example file")
-    return stages() / "examples" / f"{name}.toml"
+    return bundled("examples")[name]
 
 
 def read_example_file(path: str | Path) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 from spin_usd.stage import schema
 from spin_usd.stage.layer import author_metadata, open_layer, writing
 from spin_usd.stage.lens import author_lens, read_lens, usd_focal_length
@@ -44,7 +44,7 @@ def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -
 
 
 def camera_names() -> tuple[str, ...]:
-    return tuple(sorted(path.stem for path in (stages() / "cameras").glob("*.usda")))
+    return tuple(bundled("cameras"))
 
 
 def camera_by_name(name: str) -> Path:
@@ -53,7 +53,7 @@ def camera_by_name(name: str) -> Path:
         raise InputError(
             f"there is no camera named {name!r}", do=f"name one of {', '.join(camera_names())}, or a camera file"
         )
-    return stages() / "cameras" / f"{name}.usda"
+    return bundled("cameras")[name]
 
 
 def open_camera_layer(path: str | Path) -> Sdf.Layer:

@@ -11,7 +11,7 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 from spin_usd.stage.layer import open_layer
 from spin_usd.stage.rigs import composed, extracted
 
@@ -71,7 +71,7 @@ class Preset:
 
 def preset_names() -> tuple[str, ...]:
     """The presets that travel with spin_usd."""
-    return tuple(sorted(path.stem for path in (stages() / "presets").glob("*.usda")))
+    return tuple(bundled("presets"))
 
 
 def preset_by_name(name: str) -> Path:
@@ -79,7 +79,7 @@ def preset_by_name(name: str) -> Path:
     if name not in preset_names():
         found = f"there is no preset named {name!r}"
         raise InputError(found, do=f"name one of {', '.join(preset_names())}, or a preset layer")
-    return stages() / "presets" / f"{name}.usda"
+    return bundled("presets")[name]
 
 
 def open_preset(path: str | Path) -> Preset:

@@ -9,18 +9,18 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 from spin_usd.stage.layer import author_metadata, open_layer, reason
 
 LIGHTS, ENVIRONMENT = "Lights", "Environment"
+KINDS = {LIGHTS: "lights", ENVIRONMENT: "environments"}
 USUAL: Mapping[str, str] = {LIGHTS: "sun", ENVIRONMENT: "deep_space"}
 """The rig of each kind that a stage has unless another is chosen."""
 
 
 def rig_names(kind: str) -> tuple[str, ...]:
     """The rigs of that kind, LIGHTS or ENVIRONMENT, that travel with spin_usd."""
-    files = sorted((stages() / "environments").glob("*.usda"))
-    return tuple(file.stem for file in files if open_layer(file).defaultPrim == kind)
+    return tuple(bundled(KINDS[kind]))
 
 
 def rig_by_name(name: str, kind: str) -> Path:
@@ -29,7 +29,7 @@ def rig_by_name(name: str, kind: str) -> Path:
     if name not in names:
         found = f"there are no {kind.lower()} named {name!r}" if kind == LIGHTS else f"there is no environment {name!r}"
         raise InputError(found, do=f"name one of {', '.join(names)}, or a layer")
-    return stages() / "environments" / f"{name}.usda"
+    return bundled(KINDS[kind])[name]
 
 
 def open_rig(path: str | Path, kind: str) -> Sdf.Layer:

@@ -10,7 +10,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
+from spin_usd.resources import bundled
 from spin_usd.stage import schema
 from spin_usd.stage.compose import silenced
 from spin_usd.stage.gathered_roots import gather_roots
@@ -51,9 +51,7 @@ class TargetAsset:
 
 def target_names() -> tuple[str, ...]:
     """The targets that travel with spin_usd."""
-    return tuple(
-        sorted(path.parent.name for path in (stages() / "targets").glob("*/*.usda") if path.stem == path.parent.name)
-    )
+    return tuple(bundled("targets"))
 
 
 def target_by_name(name: str) -> Path:
@@ -62,7 +60,7 @@ def target_by_name(name: str) -> Path:
         raise InputError(
             f"there is no target named {name!r}", do=f"name one of {', '.join(target_names())}, or a model file"
         )
-    return stages() / "targets" / name / f"{name}.usda"
+    return bundled("targets")[name]
 
 
 def copy_usd_target(

@@ -1,0 +1,39 @@
+"""Examples of each command for its help."""
+
+EXAMPLES = {
+    "author": (
+        "spin-usd author --poses poses.json --target tango --camera speedplus --out my_stage",
+        "spin-usd author --poses poses.json --target craft.glb --camera camera.json --channels rgb "
+        "--keypoints keypoints.json --parts parts.csv --out my_stage",
+        "spin-usd author --example speedplus --count 100 --target tango --camera speedplus --out drawn",
+        "spin-usd author --minimal --out by_hand",
+    ),
+    "augment": (
+        "spin-usd augment my_stage --spec my_stage/noisy.toml",
+        "spin-usd augment --list",
+    ),
+    "plan": (
+        "spin-usd plan my_stage",
+        "spin-usd plan my_stage --variants 'noisy_*' --quality draft --explain",
+    ),
+    "render": (
+        "spin-usd render my_stage --out my_dataset --frames 0:10",
+        "spin-usd render my_stage --out my_dataset --variants all --quality draft",
+        "spin-usd render my_stage --out preview --renderer raycast --samples 4",
+    ),
+    "check": (
+        "spin-usd check my_stage",
+        "spin-usd check my_dataset",
+    ),
+    "diff": ("spin-usd diff my_stage nominal noisy_1",),
+    "measure": (
+        "spin-usd measure my_stage",
+        "spin-usd render my_stage --out my_dataset --error 0.05",
+    ),
+    "reproduce": ("spin-usd reproduce my_dataset img000001",),
+}
+
+
+def examples_of(command: str) -> str:
+    """The end of the command's help."""
+    return "\n\n".join(("For example:", *EXAMPLES[command]))
