@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.check_cache import cache_findings
-from spin_usd.dataset.check_pictures import Inventory, picture_findings
+from spin_usd.dataset.check_pictures import AGAIN, Inventory, picture_findings
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.lock import token_in
 from spin_usd.dataset.schema import read_json
@@ -70,7 +70,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
         yield from _stage_of(store, description["stage"]["root"], present, progress)
     records = list(store.records())
     if not records:
-        yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture")
+        yield Finding(code="empty", where=RECORDS, message="the dataset holds no picture; run spin-usd render")
     inventory = Inventory(description=description, present=present)
     for done, path in enumerate(records):
         progress("checking: picture", done, len(records))
@@ -91,7 +91,7 @@ def _strange(node: Node) -> Finding:
 
 def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) -> Iterator[Finding]:
     if root not in present:
-        yield Finding(code="stage", where=root, message="the stage's root layer is missing")
+        yield Finding(code="stage", where=root, message=f"the stage's root layer is missing; {AGAIN}")
         return
     try:
         yield from check_stage(store.root / root, progress=progress).findings
@@ -104,4 +104,4 @@ def _strays(store: Store, inventory: Inventory) -> Iterator[Finding]:
     of_a_run = store.work(token_in(store.lock) or "").name
     for name in sorted(inventory.present - inventory.files):
         if name.count("/") == 2 and name.partition("/")[0] not in (RECORDS, STAGE, of_a_run):
-            yield Finding(code="stray", where=name, message="is in no record", severity=WARNING)
+            yield Finding(code="stray", where=name, message="is in no record; remove it", severity=WARNING)

@@ -21,6 +21,7 @@ from spin_usd.scene.finding import WARNING, Finding
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
 DEPTH_RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much
+AGAIN = "run spin-usd render again with the stage that did"
 MEND = "remove its record and run spin-usd render again"
 
 
@@ -47,7 +48,7 @@ def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator
         yield Finding(code="record", where=name, message=f"{e.found}; {MEND}")
         return
     if (record["variant"], record["frame"]) != (path.parent.name, path.stem):
-        yield Finding(code="record", where=name, message="its frame and variant differ from its own path")
+        yield Finding(code="record", where=name, message=f"its frame and variant differ from its own path; {MEND}")
     files = list(record["files"].values())
     inventory.files.update(entry["path"] for entry in files)
     inventory.uses |= uses(record)
@@ -83,7 +84,8 @@ def _provenance(store: Store, record: dict[str, Any], name: str, inventory: Inve
         if (layer, sha256) not in inventory.layers:
             inventory.layers.add((layer, sha256))
             for finding in _digest(store, (folder / layer).as_posix(), sha256, inventory):
-                yield Finding(code="layer", where=finding.where, message="is not the layer that made the pictures")
+                message = f"is not the layer that made the pictures; {AGAIN}"
+                yield Finding(code="layer", where=finding.where, message=message)
 
 
 def _labels(store: Store, record: dict[str, Any], name: str, parts: int) -> Iterator[Finding]:
@@ -92,20 +94,20 @@ def _labels(store: Store, record: dict[str, Any], name: str, parts: int) -> Iter
     shape = (record["camera"]["height"], record["camera"]["width"])
     for kind, array in arrays.items():
         if array.shape[:2] != shape:
-            message = f"is {array.shape[:2]}, the camera is {shape}"
+            message = f"is {array.shape[:2]}, the camera is {shape}; {MEND}"
             yield Finding(code="size", where=record["files"][kind]["path"], message=message)
             return
     ids, depth, dense = (arrays.get(kind) for kind in ("segmentation", "depth", "dense_pose"))
     if ids is None:
         return
     if int(ids.max(initial=0)) > parts:
-        message = f"segmentation holds id {ids.max()}, dataset.json lists {parts}"
+        message = f"segmentation holds id {ids.max()}, dataset.json lists {parts}; {MEND}"
         yield Finding(code="parts", where=name, message=message)
     if depth is not None and ((ids > 0) != (depth > 0)).any():
-        yield Finding(code="support", where=name, message="segmentation and depth cover different pixels")
+        yield Finding(code="support", where=name, message=f"segmentation and depth cover different pixels; {MEND}")
     if dense is not None:
         if dense[ids == 0].any():
-            yield Finding(code="support", where=name, message="dense pose reaches beyond the segmentation")
+            yield Finding(code="support", where=name, message=f"dense pose reaches beyond the segmentation; {MEND}")
         yield from _points(record, name, ids, dense, depth)
 
 
@@ -118,8 +120,12 @@ def _points(
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=t).points(dense[rows, columns])
     off = np.abs(camera.project(points) - np.stack([columns + 0.5, rows + 0.5], -1)).max(initial=0)
     if not off <= REPROJECTION_PX:
-        yield Finding(code="reprojection", where=name, message=f"dense pose projects {off:.3g} px beside its pixels")
+        yield Finding(
+            code="reprojection", where=name, message=f"dense pose projects {off:.3g} px beside its pixels; {MEND}"
+        )
     if depth is not None:
         off = (np.abs(depth[rows, columns] - points[:, 2]) / points[:, 2]).max(initial=0)
         if not off <= DEPTH_RELATIVE:
-            yield Finding(code="depth", where=name, message=f"depth and dense pose differ by {off:.3g} of the range")
+            yield Finding(
+                code="depth", where=name, message=f"depth and dense pose differ by {off:.3g} of the range; {MEND}"
+            )

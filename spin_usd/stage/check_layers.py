@@ -9,7 +9,21 @@ from spin_usd.stage import schema
 from spin_usd.stage.named_assets import named_assets, opened_assets
 
 ALWAYS = ("upAxis", "metersPerUnit")
+UNCONVERTED = {
+    "upAxis": "what it brings lies on its side; turn the prim that refers to it",
+    "metersPerUnit": "what it brings is of another size; scale the prim that refers to it",
+}
 OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+FALLBACKS = {
+    "upAxis": "upAxis Y",
+    "metersPerUnit": "metersPerUnit 0.01",
+    "timeCodesPerSecond": "24 time codes a second",
+    "framesPerSecond": "24 frames a second",
+    "startTimeCode": "a start at 0",
+    "endTimeCode": "an end at 0",
+    "defaultPrim": "no default prim",
+}
+"""What USD takes where a layer that is root does not say."""
 UNIT_TOLERANCE = 1e-6  # relative, of metersPerUnit
 
 
@@ -38,7 +52,8 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
         yield Finding(
             code="layer-metadata",
             where=layer.identifier,
-            message=f"the layer does not author {', '.join(missing)}, which every layer that may be root must",
+            message=f"the layer does not author {', '.join(missing)}, so where it is root USD takes "
+            f"{', '.join(FALLBACKS[name] for name in missing)}; author what is meant",
             severity=WARNING,
         )
 
@@ -51,7 +66,7 @@ def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
             code="layer-time",
             where=layer.identifier,
             message=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
-            f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples",
+            f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples, off the pictures; make them equal",
             severity=ERROR if named else WARNING,
         )
 
@@ -64,7 +79,8 @@ def _paths(layer: Sdf.Layer) -> Iterator[Finding]:
             yield Finding(
                 code="path-not-anchored",
                 where=layer.identifier,
-                message=f"the asset path {path!r} does not begin with './': USD also looks for it elsewhere",
+                message=f"the asset path {path!r} does not begin with './', so USD also looks for it elsewhere; "
+                "write './' before it",
                 severity=WARNING,
             )
 
@@ -89,7 +105,8 @@ def _units(stage: Usd.Stage) -> Iterator[Finding]:
                 yield Finding(
                     code="layer-units",
                     where=layer.identifier,
-                    message=f"{name} is {here}, the root layer's is {there}, and USD does not convert",
+                    message=f"{name} is {here}, the root layer's is {there}, and USD does not convert: "
+                    f"{UNCONVERTED[name]}",
                     severity=WARNING,
                 )
 

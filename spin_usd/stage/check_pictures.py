@@ -10,13 +10,14 @@ from spin_usd.errors import SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.stage import schema
-from spin_usd.stage.cameras import find_camera
+from spin_usd.stage.cameras import find_camera, read_camera
 from spin_usd.stage.lens import derived_values, read_lens
 from spin_usd.stage.root_metadata import root_number
 from spin_usd.stage.xforms import NORM_TOLERANCE, orient_norm_error
 
 ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: what it turns no label can show
 SEEN_RAD = 1e-6  # 0.003 px of SPEED+'s camera
+LENS = "spin:lens:"
 FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32
 
 
@@ -30,7 +31,8 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
         yield Finding(
             code="capture-range",
             where=str(prim.GetPath()),
-            message=f"the stage runs from {start:g} to {end:g}, its pictures from {times[0]:g} to {times[-1]:g}",
+            message=f"the stage runs from {start:g} to {end:g}, its pictures from {times[0]:g} to {times[-1]:g}, so "
+            "other programs play other times; make them equal",
             severity=WARNING,
         )
 
@@ -60,21 +62,34 @@ def norm_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Every camera has a lens, from which USD's own attributes and omni:lensdistortion:* follow."""
+    """Every camera has a size in pixels; from our lens USD's own attributes and omni:lensdistortion:* follow."""
     for prim in (prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)):
         where = str(prim.GetPath())
         if not prim.HasAPI(schema.LENS_API):
-            message = f"the camera has no {schema.LENS_API}: its intrinsics are not given in pixels"
-            yield Finding(code="lens-none", where=where, message=message, severity=WARNING)
+            yield from _unsized(prim)
             continue
         try:
             camera = read_lens(prim)
             camera.check_invertible()
         except SpinError as error:
             if prim != _taken(stage):  # what is wrong with that one, its pictures tell
-                yield Finding(code="lens", where=where, message=error.found)
+                yield Finding(code="lens", where=where, message="; ".join(filter(None, (error.found, error.do))))
             continue
         yield from _derived_findings(prim, camera)
+
+
+def _unsized(prim: Usd.Prim) -> Iterator[Finding]:
+    """A camera that USD's own attributes and the RenderSettings' resolution do not make one of pixels, or whose numbers
+    for that nothing reads."""
+    if numbers := [name for name in prim.GetAuthoredPropertyNames() if name.startswith(LENS)]:
+        message = f"the camera has {numbers[0]} without {schema.LENS_API}, so nothing reads it; apply the API"
+        yield Finding(code="lens-none", where=str(prim.GetPath()), message=message, severity=WARNING)
+    try:
+        read_camera(prim, Usd.TimeCode.EarliestTime())
+    except SpinError as error:
+        if prim != _taken(prim.GetStage()):  # what is wrong with that one, its pictures tell
+            message = f"the camera {error.found}, so no picture can be taken with it; {error.do}"
+            yield Finding(code="lens-none", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
 def _taken(stage: Usd.Stage) -> Usd.Prim | None:
@@ -117,11 +132,11 @@ def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
     attributes = {name: prim.GetAttribute(name) for name in ("focalLength", *wanted)}
     absent = [name for name, attribute in attributes.items() if not (attribute and attribute.HasAuthoredValue())]
     if absent:
-        message = f"the camera does not author {', '.join(absent)}, by which other programs know its lens"
+        message = f"the camera does not author {', '.join(absent)}, so other programs show another lens; author them"
         yield Finding(code="lens-derived", where=where, message=message, severity=WARNING)
     for name, want in wanted.items():
         if name not in absent and not _agree(have := attributes[name].Get(), want):
-            message = f"{name} is {have}, but {want} follows from the lens in spin:lens:*"
+            message = f"{name} is {have}, but {want} follows from spin:lens:*, which is rendered: set it to that"
             yield Finding(code="lens-derived", where=where, message=message)
 
 

@@ -2,13 +2,17 @@
 
 from collections.abc import Iterator
 
+import numpy as np
 from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
 
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage import schema
+from spin_usd.stage.camera_layer import SOLAR_IRRADIANCE
 from spin_usd.stage.draw_modes import stand_ins
 from spin_usd.stage.drawn import ancestors
 
+LOOKS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
+"""By the irradiance below which a picture that is exposed for the Sun looks so."""
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
 
 
@@ -20,7 +24,8 @@ def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
             yield Finding(
                 code="kind-broken",
                 where=str(prim.GetPath()),
-                message=f"has kind {kind}, but not every ancestor is a group or an assembly: USD does not see a model",
+                message=f"has kind {kind}, but not every ancestor is a group or an assembly, so USD does not see a "
+                "model; give all of those such a kind, or remove this one",
                 severity=WARNING,
             )
 
@@ -35,7 +40,8 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
                 yield Finding(
                     code="label-none",
                     where=str(prim.GetPath()),
-                    message=f"has no {schema.CLASS_LABELS}, its own or inherited: its class is unknown",
+                    message=f"has no {schema.CLASS_LABELS}, its own or inherited, so its class is unknown in every "
+                    "picture; label it, or a prim above it",
                     severity=WARNING,
                 )
 
@@ -49,7 +55,7 @@ def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
         if missing:
             wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing and not _of_target(prim)
-            message = f"the light does not author {' and '.join(missing)}"
+            message = f"the light does not author {' and '.join(missing)}, so {_effect(prim, missing)}"
             severity = ERROR if wrong else WARNING
             yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
 
@@ -62,8 +68,33 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
             and _is_drawn(prim)
             and not UsdGeom.Boundable(prim).GetExtentAttr().HasAuthoredValue()
         ):
-            message = "has no extent: viewers must read all its points to frame it"
+            message = "has no extent, so viewers must read all its points to frame it; author extent"
             yield Finding(code="extent-none", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
+def _effect(prim: Usd.Prim, missing: list[str]) -> str:
+    """What comes of it that the light does not author the inputs that are `missing`, and what to do."""
+    if not prim.IsA(UsdLux.DistantLight):
+        effects = {"inputs:intensity": "its intensity is 1", "inputs:normalize": "its light grows with its area"}
+        return f"{' and '.join(effects[name] for name in missing)}; author what is meant"
+    watts = irradiance(prim)
+    look = next((look for limit, look in LOOKS if watts < limit), "white")
+    return (
+        f"it gives {watts:.3g} W/m2 where the Sun gives {SOLAR_IRRADIANCE:g}, and pictures that are exposed for the "
+        f"Sun are {look}; author inputs:normalize = 1 and as inputs:intensity the irradiance in W/m2"
+    )
+
+
+def irradiance(prim: Usd.Prim) -> float:
+    """W/m2 of a distant light of white colour, at its default time: see `distant_light`."""
+    light = UsdLux.LightAPI(prim)
+    half = np.radians(float(prim.GetAttribute("inputs:angle").Get())) / 2
+    size = 1.0 if half == 0 or _normalised(prim) else np.pi * np.sin(half) ** 2
+    return float(light.GetIntensityAttr().Get() * np.exp2(light.GetExposureAttr().Get()) * size)
+
+
+def _normalised(prim: Usd.Prim) -> bool:
+    return bool(UsdLux.LightAPI(prim).GetNormalizeAttr().Get())
 
 
 def _of_target(prim: Usd.Prim) -> bool:

@@ -18,7 +18,7 @@ def property_findings(stage: Usd.Stage) -> Iterator[Finding]:
         for name in prim.GetAuthoredPropertyNames():
             if name.startswith(NAMESPACE) and name not in _known():
                 near = get_close_matches(name, sorted(_known()), n=1)
-                hint = f": is {near[0]} meant?" if near else ""
+                hint = f": is {near[0]} meant?" if near else "; remove it"
                 message = f"no schema defines {name}, so it does nothing{hint}"
                 yield Finding(code="property-unknown", where=str(prim.GetPath()), message=message, severity=WARNING)
 

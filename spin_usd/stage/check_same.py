@@ -35,7 +35,7 @@ class SameVariants:
             if other == variant:
                 return
             if probes == self._probes.get(variant) and self._equal(other, variant):
-                message = f"the pictures of variant {variant} are all those of {other}, but for drawn noise"
+                message = f"the pictures of variant {variant} are all those of {other}, but for drawn noise; remove it"
                 yield Finding(code="variant-same", where=str(self.path), message=message, severity=WARNING)
                 return
 

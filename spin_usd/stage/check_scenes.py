@@ -1,6 +1,7 @@
 """Rules on what the pictures need: every picture of every variant is read as for a render."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from pxr import Usd
@@ -10,9 +11,10 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
 from spin_usd.scene.views import ViewCollector, Views
 from spin_usd.stage.check_blending import BlendedPoses
+from spin_usd.stage.check_refusals import refusals
 from spin_usd.stage.check_same import SameVariants
 from spin_usd.stage.check_views import view_findings
-from spin_usd.stage.compose import variants
+from spin_usd.stage.compose import open_stage, variants
 from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.read import StageReader
 
@@ -30,9 +32,9 @@ OnViews = Callable[[Views], None]
 def scene_findings(
     path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule, on_views: OnViews
 ) -> Iterator[Finding]:
-    """What a render of the stage at `path` would refuse: the first picture of each variant that cannot be read, in the
-    reader's own words. What variants share is told once, of the first; of each of the target's shapes what
-    `target_rule` finds. `on_views` is told what the pictures show where they can be read.
+    """What a render of the stage at `path` would refuse: of each variant the first picture that cannot be read, and all
+    that is wrong there, in the readers' own words. What variants share is told once, of the first; of each of the
+    target's shapes what `target_rule` finds. `on_views` is told what the pictures show where they can be read.
 
     `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
     """
@@ -97,8 +99,9 @@ class _VariantCheck:
                 self.same.see(scene, len(reader.frames))
             progress((place + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
-            do = f"; {error.do}" if error.do else ""
-            yield from self._told_once("scene", error.where or self.path, error.found, do)
+            for each in (error, *self._others()):
+                do = f"; {each.do}" if each.do else ""
+                yield from self._told_once("scene", each.where or self.path, each.found, do)
             return
         for note in reader.notes:
             yield from self._told_once(note.code, note.where, note.message, "", note.severity)
@@ -109,6 +112,11 @@ class _VariantCheck:
         self.picture, self.views = "", seen.views()
         for finding in view_findings(self.views, target) if self.views else ():
             yield from self._told_once(finding.code, finding.where, finding.message, "", finding.severity)
+
+    def _others(self) -> Iterator[SpinError]:
+        """What else the variant's readers refuse; reading a picture ended at the first of them."""
+        with suppress(SpinError):  # a variant that is not opened was told of already
+            yield from refusals(open_stage(self.path, variant=self.variant))
 
     def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
         if (str(where), found) not in self.told:

@@ -111,7 +111,7 @@ def _unknown(prim: Usd.Prim, name: str, variant: str, what: str) -> Iterator[Fin
         there = f"the set has {_listed(sets.GetVariantSet(name).GetVariantNames())}"
     else:
         return
-    yield Finding(code="variant-unknown", where=str(prim.GetPath()), message=f"{what}, but {there}")
+    yield Finding(code="variant-unknown", where=str(prim.GetPath()), message=f"{what}, but {there}: USD ignores it")
 
 
 def _listed(names: list[str], what: str = "") -> str:
@@ -124,7 +124,7 @@ def _fights(said: dict[str, Statements]) -> Iterator[Finding]:
         for where, what in sorted(strong.keys() & weak.keys()):
             message = (
                 f"variants {strong[where, what]} and {weak[where, what]} both author {what}: "
-                f"where both are selected, {winner} wins"
+                f"where both are selected, {winner} wins; keep it in one of them"
             )
             yield Finding(code="variant-overlap", where=where, message=message, severity=WARNING)
 
@@ -185,11 +185,12 @@ class _VariantOpinions:
             return
         says = f"variant {self.tried} authors {what}"
         if by.through:
-            message = f"{says}, and so does variant {by.through[-1]}, which is stronger"
+            message = f"{says}, and so does variant {by.through[-1]}, which is stronger; keep it in one of them"
             yield Finding(code="variant-overlap", where=where, message=message, severity=WARNING)
         else:
             file = by.spec.layer.GetDisplayName()
-            yield Finding(code="variant-dead", where=where, message=f"{says}, but the local one in {file} beats it")
+            message = f"{says}, but the local one in {file} beats it: bring that one by reference"
+            yield Finding(code="variant-dead", where=where, message=message)
 
 
 def _unreached(prim: Usd.Prim) -> str:

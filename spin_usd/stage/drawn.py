@@ -1,5 +1,7 @@
 """What of a stage would be drawn: visibility, purpose, and which prims are geometry."""
 
+from collections.abc import Iterator
+
 from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
@@ -53,14 +55,30 @@ def is_geometry(prim: Usd.Prim) -> bool:
 
 def refuse_geometry_outside(target: Usd.Prim) -> None:
     """Raise UnsupportedError for geometry that would be drawn, at any time, outside the target."""
+    for error in geometry_outside(target):
+        raise error
+
+
+def geometry_outside(target: Usd.Prim) -> Iterator[UnsupportedError]:
+    """What is wrong with each prim that would be drawn, at any time, outside the target."""
     waiting = [(prim, "default") for prim in target.GetStage().GetPseudoRoot().GetFilteredChildren(PROXIES)]
     while waiting:
         prim, inherited = waiting.pop()
         if prim == target or is_always_invisible(prim):
             continue
         purpose = own_purpose(prim, inherited)
-        if purpose in DRAWN_PURPOSES and is_geometry(prim):
-            found = f"lies outside the target {target.GetPath()}, and only the target is drawn yet"
-            do = "move it below the target, make it invisible, or give it purpose guide"
-            raise UnsupportedError(found, where=prim.GetPath(), do=do)
+        if purpose in DRAWN_PURPOSES and (error := _outside(prim, target)):
+            yield error
         waiting += [(child, purpose) for child in prim.GetFilteredChildren(PROXIES)]
+
+
+def _outside(prim: Usd.Prim, target: Usd.Prim) -> UnsupportedError | None:
+    """What is wrong with `prim`, which is outside the target; None where it is no geometry."""
+    try:
+        if not is_geometry(prim):
+            return None
+    except UnsupportedError as error:
+        return error
+    found = f"lies outside the target {target.GetPath()}, and only the target is drawn yet"
+    do = "move it below the target, make it invisible, or give it purpose guide"
+    return UnsupportedError(found, where=prim.GetPath(), do=do)

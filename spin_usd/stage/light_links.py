@@ -29,7 +29,7 @@ class LightLinks:
         """The number of the group that the faces of the gprim or point instancer `prim` belong to."""
         return self._number[self._membership(prim)] if self._queries else 0
 
-    def linked[L: (AreaLight, DistantLight)](self, light: L, prim: Usd.Prim) -> L:
+    def linked[L: AreaLight | DistantLight](self, light: L, prim: Usd.Prim) -> L:
         """`light`, read from `prim`, with the groups that it reaches and that cast its shadows."""
         if not self._queries:
             return light

@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.light import Light
+from spin_usd.scene.light import DomeLight, Light
 from spin_usd.stage.area_lights import read_area_light
 from spin_usd.stage.distant_light import read_distant_light
 from spin_usd.stage.dome_light import is_dome, read_dome_light
@@ -56,29 +56,48 @@ class LightReader:
         world: UsdGeom.XformCache,
         metres: float,
     ) -> Light | None:
-        """None where it is invisible."""
-        if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
-            return None
-        T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
-        if is_dome(prim):
-            return read_dome_light(prim, time, T_cam_world, world, self._images)
-        if prim.IsA(UsdLux.DistantLight):
-            return self.links.linked(read_distant_light(prim, time, T_cam_world, world), prim)
-        light = read_area_light(prim, time, T_world_usdcam, world, metres, self._images)
-        return self.links.linked(light, prim)
+        light = read_light(prim, time, T_world_usdcam, world, metres, self._images)
+        return light if light is None or isinstance(light, DomeLight) else self.links.linked(light, prim)
+
+
+def read_light(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    T_world_usdcam: Transform,
+    world: UsdGeom.XformCache,
+    metres: float,
+    images: Images,
+) -> Light | None:
+    """The light `prim` as LightReader.read has it, links left out; None where it is invisible."""
+    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
+        return None
+    T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
+    if is_dome(prim):
+        return read_dome_light(prim, time, T_cam_world, world, images)
+    if prim.IsA(UsdLux.DistantLight):
+        return read_distant_light(prim, time, T_cam_world, world)
+    return read_area_light(prim, time, T_world_usdcam, world, metres, images)
 
 
 def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
     """All lights of the stage that can be visible. Raises UnsupportedError for those that are not drawn."""
-    found = []
-    for prim in Usd.PrimRange.Stage(stage, PROXIES):
-        if not prim.HasAPI(UsdLux.LightAPI) or any(is_always_invisible(p) for p in (*ancestors(prim), prim)):
-            continue
-        if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
-            found_kind = f"is a {prim.GetTypeName()} that shines, which is not drawn"
-            raise UnsupportedError(found_kind, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
-        refuse_undrawn(prim)
-        if is_dome(prim):
-            refuse_links(prim)
-        found.append(prim)
-    return tuple(found)
+    found = visible_lights(stage)
+    for prim in found:
+        refuse_light(prim)
+    return found
+
+
+def visible_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
+    """All lights of the stage that can be visible, whether or not they are drawn."""
+    lights = (prim for prim in Usd.PrimRange.Stage(stage, PROXIES) if prim.HasAPI(UsdLux.LightAPI))
+    return tuple(prim for prim in lights if not any(is_always_invisible(p) for p in (*ancestors(prim), prim)))
+
+
+def refuse_light(prim: Usd.Prim) -> None:
+    """Raise UnsupportedError for a light that is not drawn."""
+    if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
+        found = f"is a {prim.GetTypeName()} that shines, which is not drawn"
+        raise UnsupportedError(found, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
+    refuse_undrawn(prim)
+    if is_dome(prim):
+        refuse_links(prim)

@@ -67,7 +67,7 @@ class StageReader:
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
-        self.metres = _metres_per_unit(self.stage)
+        self.metres = metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
         self._target_prim = find_target(self.stage)
         refuse_geometry_outside(self._target_prim)
@@ -233,7 +233,7 @@ def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: fl
     return placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=metres, where=prim.GetPath())
 
 
-def _metres_per_unit(stage: Usd.Stage) -> float:
+def metres_per_unit(stage: Usd.Stage) -> float:
     """Raises StageError for units or an up axis that are none."""
     where = stage.GetRootLayer().realPath
     metres = root_number(stage, METRES_PER_UNIT)

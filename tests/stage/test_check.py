@@ -1,6 +1,7 @@
 """Checks of a stage: none on what was just authored, and each rule finds what breaks it."""
 
 import os
+import re
 import shutil
 import time
 from collections.abc import Callable
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdValidation
 
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
@@ -232,8 +233,11 @@ BREAKS = {
 def test_each_rule_finds_what_breaks_it(copied: Path, name: str) -> None:
     break_it, code = BREAKS[name]
     break_it(copied)
-    found = codes(copied)
-    assert any(each.startswith(code) for each in found), found
+    found = check_stage(copied)
+    assert any(finding.code.startswith(code) for finding in found), found
+    for finding in found:
+        if not finding.code.startswith("usd"):  # USD's own say what is wrong and no more
+            assert re.search("[;:?]", finding.message.partition(" (picture")[0]), finding
 
 
 def findings(path: Path) -> list[tuple[str, str]]:
@@ -430,3 +434,57 @@ def test_samples_between_the_pictures_show_the_motion(make_stage: Callable[..., 
     names = 'token spin:capture:frame.timeSamples = { 0: "a", 4: "b", 8: "c" }'
     path.write_text(path.read_text().replace('def Xform "World"\n{', capture + names, 1))
     assert not [finding for finding in check_stage(path) if finding.code in ("pose-blended", "scene")]
+
+
+def test_all_of_a_stages_errors_are_told_at_once(copied: Path) -> None:
+    """One for each reader: of the camera, the target, its gprims, what lies outside, the lights."""
+
+    def spoil(stage: Usd.Stage) -> None:
+        UsdGeom.Cube.Define(stage, "/World/Stray")
+        UsdGeom.BasisCurves.Define(stage, "/World/Wire")
+        UsdGeom.Sphere.Define(stage, "/World/Target/Ball").CreateRadiusAttr(-1)
+        UsdGeom.Cone.Define(stage, "/World/Target/Cone").CreateHeightAttr(-1)
+        lamp = UsdLux.RectLight.Define(stage, "/World/Lamp")
+        lamp.CreateWidthAttr(-1)
+        UsdLux.PortalLight.Define(stage, "/World/Portal")
+        stage.OverridePrim("/World/Camera").GetAttribute("projection").Set("orthographic")
+
+    edit(ROOT, spoil)(copied)
+    wrong = {finding.where for finding in check_stage(copied) if finding.code == "scene"}
+    assert wrong == {
+        "/World/Stray", "/World/Wire", "/World/Target/Ball", "/World/Target/Cone", "/World/Lamp.inputs:width",
+        "/World/Portal", "/World/Camera",
+    }  # fmt: skip
+
+
+def test_what_is_wrong_with_geometry_is_told_where_no_target_is_named_yet(tmp_path: Path) -> None:
+    cube = 'def Cube "Body" {\n double size = -1\n}\n'
+    (tmp_path / "by_hand.usda").write_text(f'#usda 1.0\ndef Camera "Camera" {{\n}}\n{cube}')
+    found = [
+        (f.where.rpartition("/")[2], f.message) for f in check_stage(tmp_path / "by_hand.usda") if f.code == "scene"
+    ]
+    assert [where for where, _ in found] == ["by_hand.usda", "Camera", "Body"]
+    assert "apply SpinTargetAPI" in found[0][1]
+
+
+@pytest.mark.parametrize(
+    ("intensity", "angle", "normalize", "look"),
+    [(1000, 0.53, False, "nearly black"), (1361, 0, False, "as bright as"), (None, 0.53, True, "white")],
+)
+def test_a_sun_that_does_not_say_its_power_is_told_with_what_it_gives(
+    copied: Path, intensity: float | None, angle: float, normalize: bool, look: str
+) -> None:
+    """The irradiance is that which pictures are rendered with."""
+
+    def change(stage: Usd.Stage) -> None:
+        light = UsdLux.DistantLight(stage.GetPrimAtPath("/Lights/Sun"))
+        light.GetAngleAttr().Set(angle)
+        light.GetIntensityAttr().Clear() if intensity is None else light.GetIntensityAttr().Set(intensity)
+        light.GetNormalizeAttr().Set(True) if normalize else light.GetNormalizeAttr().Clear()
+
+    edit(LIGHTS, change)(copied)
+    (finding,) = [finding for finding in check_stage(copied) if finding.code == "light"]
+    reader = StageReader(copied)
+    (sun,) = reader.scene(reader.frames[0]).lights
+    assert f"it gives {sun.irradiance[0]:.3g} W/m2 where the Sun gives 1361" in finding.message
+    assert look in finding.message
