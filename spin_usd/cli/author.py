@@ -13,6 +13,7 @@ from spin_usd.errors import InputError
 
 
 def author(
+    context: typer.Context,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder to make.")],
     poses: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")
@@ -80,6 +81,9 @@ def author(
     any_size: Annotated[
         bool, typer.Option("--any-size", help="Take a model of any size, even one with the camera inside it.")
     ] = False,
+    minimal: Annotated[
+        bool, typer.Option("--minimal", help="Write a stage of one page, with all it needs, to be edited by hand.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
@@ -108,6 +112,9 @@ def author(
         },
         "any_size": any_size,
     }
+    if minimal:
+        _write_minimal(context, out, as_json)
+        return
     call, source = _pictures_to_author(poses, example, count, choices)
     with Child() as child:
         report = child.call(call, **source, **choices)
@@ -152,3 +159,16 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
         return [float(each) for each in text.split(",")]
     except ValueError:
         raise InputError(f"{option} {text!r} is not X,Y,Z", do="write for example 0.5,-0.7,-0.5") from None
+
+
+def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
+    """Raises InputError for options that are given besides."""
+    from spin_usd.dataset.minimal import write_minimal
+
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+    if given := [name for name in asked if name not in ("out", "minimal", "as_json")]:
+        names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
+    root = write_minimal(out)
+    print(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")

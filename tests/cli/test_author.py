@@ -1,0 +1,63 @@
+"""`spin-usd author`: what its help tells, and the stage of one page."""
+
+import json
+import re
+import shlex
+
+import pytest
+import typer
+from conftest import REPOSITORY
+
+from spin_usd.cli.examples import EXAMPLES
+from spin_usd.cli.main import app
+from spin_usd.resources import BUNDLED, bundled
+from spin_usd.stage.layer import open_layer
+
+COMMANDS = typer.main.get_command(app).commands
+
+
+def test_the_help_names_all_that_travels_along(spin_usd):
+    said = set(re.findall(r"[\w]+", spin_usd("author", "--help").stdout))
+    for kind in BUNDLED:
+        assert bundled(kind)
+        assert set(bundled(kind)) <= said
+
+
+def test_lights_and_environments_are_told_apart_as_usd_reads_them():
+    for kind, prim in (("lights", "Lights"), ("environments", "Environment")):
+        assert {open_layer(file).defaultPrim for file in bundled(kind).values()} == {prim}
+    files = {file.stem for file in (REPOSITORY / "stages" / "environments").glob("*.usda")}
+    assert set(bundled("lights")) | set(bundled("environments")) == files
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, command):
+    known = {option for param in COMMANDS[command].params for option in param.opts}
+    for example in EXAMPLES.get(command, ()):
+        name, _, *words = shlex.split(example)
+        assert name == "spin-usd"
+        assert {word for word in words if word.startswith("--")} <= known | {"--error", "--out"}, example
+    assert "<bool>" not in spin_usd(command, "--help").stdout
+
+
+def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path):
+    said = spin_usd("author", "--target", "tango", "--camera", "speedplus", "--out", tmp_path / "x", code=2).stderr
+    assert "give a pose list with --poses, or let the sampler draw poses with --example" in said
+
+
+def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path):
+    root = json.loads(spin_usd("author", "--minimal", "--json", "--out", tmp_path / "page").stdout)["root"]
+    assert [path.name for path in (tmp_path / "page").iterdir()] == ["dataset.usda"]
+    assert spin_usd("check", root).stdout.endswith("0 errors, 0 warnings\n")
+    spin_usd("render", tmp_path / "page", "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1)
+    dataset = json.loads((tmp_path / "made" / "dataset.json").read_text())
+    assert {part["class"] for part in dataset["parts"].values()} == {"spacecraft", "antenna"}
+    record = json.loads((tmp_path / "made" / "records" / "nominal" / "near.json").read_text())
+    assert record["pose"]["t_cam_body"] == pytest.approx([0, 0, 8], abs=1e-12)  # as its comments say
+    assert [record["camera"][name] for name in ("fx", "fy", "cx", "cy")] == [800, 800, 320, 240]
+
+
+def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path):
+    said = spin_usd("author", "--minimal", "--target", "tango", "--seed", 3, "--out", tmp_path / "page", code=2).stderr
+    assert "--target and --seed is given with --minimal" in said or "--seed and --target" in said
+    assert not (tmp_path / "page").exists()
