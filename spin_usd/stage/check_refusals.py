@@ -17,6 +17,7 @@ from spin_usd.stage.images import Images
 from spin_usd.stage.instances import read_instances
 from spin_usd.stage.keypoints import read_keypoints
 from spin_usd.stage.lights import LightReader, read_light, refuse_light, visible_lights
+from spin_usd.stage.notes import Notes
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.parts import Labels
 from spin_usd.stage.pieces import PieceReader
@@ -101,7 +102,7 @@ def _read_geometry(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> None:
     if prim.IsA(UsdGeom.PointInstancer):
         list(read_instances(prim, time))
     else:
-        PieceReader(time=time, images=images, visited=[], notes=[]).read(prim, Labels().of_gprim(prim))
+        PieceReader(time=time, images=images, visited=[], notes=Notes()).read(prim, Labels().of_gprim(prim))
 
 
 def _of_lights(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
