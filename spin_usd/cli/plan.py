@@ -41,6 +41,7 @@ def plan(
     from spin_usd.dataset.measured_cost import measured_beside
     from spin_usd.dataset.processors import usable_cpus
     from spin_usd.dataset.store import Store
+    from spin_usd.scene.view_text import sentences, summary
 
     with shown(context.obj["quiet"]) as progress:
         found = rendering.plan(request, progress=progress, explain=explain)
@@ -51,19 +52,25 @@ def plan(
     other = same_stage.other_origin(Store(root=out.absolute()), found) if out else ()
     workers = rendering.default_workers()
     seconds = cost.seconds(workers, len(usable_cpus()))
-    notes = [*doubts(request.chosen, found.stages), *damage, *found.notes]
+    remarks = sentences(found.views) if found.views else []
+    notes = [*doubts(request.chosen, found.stages), *damage, *found.notes, *remarks]
     show_doubts(notes)
     if as_json:
         hashes = {name: stage["hash"] for name, stage in found.stages.items()}
         wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign), "other_stage": other}
         chosen = request.chosen.as_json(found.stages) if request.chosen else None
         effort = {"renderer": request.renderer, "effort": asdict(request.effort), "chosen": chosen, "notes": notes}
+        views = {"views": found.views.as_json()} if found.views else {}
         left_out = {"left_out": [asdict(each) for each in found.spared]} if explain else {}
         print(
-            json.dumps({**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes, **left_out})
+            json.dumps(
+                {**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes, **views, **left_out}
+            )
         )
         return
     print(table(cost))
+    if found.views:
+        print(summary(found.views))
     if request.chosen:
         print(request.chosen.reason)
     if out:

@@ -21,6 +21,7 @@ from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.views import ViewCollector
 from spin_usd.stage import schema
 from spin_usd.stage.authorship import origin_of
 from spin_usd.stage.copies import copy_stage
@@ -79,10 +80,13 @@ def plan_pictures(
     reader: StageReader | None = None
     for variant in variants:
         reader = StageReader(root, variant=variant, after=reader)
-        planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, tally, progress)
+        views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
+        planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, views, tally, progress)
         stage = stage_provenance(reader) if variant in provenance else None
         spared, notes = tally.taken() if tally else [], in_sentences(reader.notes)
-        answer.append({"variant": variant, "stage": stage, "spared": spared, "notes": notes, **planned})
+        seen = views.views()
+        told = {"spared": spared, "notes": notes, "views": seen.as_json() if seen else None}
+        answer.append({"variant": variant, "stage": stage, **told, **planned})
     return answer
 
 
@@ -132,6 +136,7 @@ def _planned(
     settings: RenderSettings,
     image_suffix: str | None,
     extents: Extents,
+    views: ViewCollector,
     tally: Tally | None,
     progress: Callable[[Any], None],
 ) -> dict[str, list[Any]]:
@@ -144,6 +149,7 @@ def _planned(
         if image_suffix and scene.sensor is not checked:
             checked = scene.sensor
             _check_bit_depth(reader, scene, image_suffix)
+        views.add(scene)
         keys = maker.keys(scene)
         extent, has = extents.of(scene, keys.geometry), features(scene)
         if tally:

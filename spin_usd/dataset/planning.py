@@ -13,6 +13,7 @@ from spin_usd.dataset.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
+from spin_usd.scene.views import Views, together
 
 KEYS = ("geometry", "radiance", "exposure")
 COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
@@ -47,7 +48,8 @@ class Plan:
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
     pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
     dataset.json says of the target · pictures: by variant, then in the stage's order · spared: what of their work they
-    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says.
+    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says ·
+    views: what the pictures show.
     """
 
     root: Path
@@ -61,6 +63,7 @@ class Plan:
     pictures: tuple[PlannedPicture, ...]
     spared: tuple[Spared, ...] = ()
     notes: tuple[str, ...] = ()
+    views: Views | None = None
 
 
 def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
@@ -106,6 +109,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 explain=question.explain,
             )
         answers = _answers(children, lambda done: progress("planning: picture", done, len(chosen) * len(variants)))
+    parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
     return Plan(
         root=Path(opened["root"]),
         settings=settings,
@@ -117,7 +121,8 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
-        spared=spared((part["variant"], part["spared"]) for parts in zip(*answers, strict=True) for part in parts),
+        views=together([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
+        spared=spared((part["variant"], part["spared"]) for part in parts_in_order),
     )
 
 

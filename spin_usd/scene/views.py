@@ -118,21 +118,22 @@ def together(parts: Sequence[Views]) -> Views | None:
 
 
 class ViewCollector:
-    """Looks at one scene after another, and works out many at once."""
+    """Looks at one scene after another, and works out many at once; the pictures' names begin with `prefix`."""
 
-    def __init__(self) -> None:
+    def __init__(self, prefix: str = "") -> None:
+        self._prefix = prefix
         self._parts: list[Views] = []
         self._waiting: list[tuple[str, Float, Float, Suns]] = []
         self._mesh: Mesh | None = None
         self._camera: Camera | None = None
 
-    def add(self, scene: Scene, name: str | None = None) -> None:
-        """The picture of `scene`, as `name`, else the picture's own."""
+    def add(self, scene: Scene) -> None:
+        """Look at one picture."""
         mesh, camera, pose = scene.target.mesh, scene.camera, scene.T_cam_body
         if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
             self._work_out()
         self._mesh, self._camera = mesh, camera
-        self._waiting.append((name or scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
+        self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
 
     def views(self) -> Views | None:
         """Of all pictures so far; None where there were none."""

@@ -134,3 +134,18 @@ def test_the_real_tango_in_metres_is_refused(shared: Path, tmp_path: Path) -> No
     report = author_stage(out=tmp_path / "s", units_per_metre=100, **choices)
     assert report.views
     assert report.views.count("behind", "outside", "camera_inside", "few_pixels") == 0
+
+
+def test_plan_tells_the_same_of_all_variants(craft: Path, spin_usd: Any) -> None:
+    spec = craft.parent / "spec.toml"
+    spec.write_text(
+        'schema = "augment-1"\n[[augmentation]]\nname = "bright"\n[augmentation.sample]\n'
+        '"exposure.stops" = { distribution = "fixed", value = 1, unit = "stops" }\n'
+    )
+    report = author(craft, (0, 0, 5), (0, 0, -8), augment=str(spec))
+    command = ["plan", craft.parent / "stage", "--renderer", "raycast", "--variants", "all"]
+    done = spin_usd(*command)
+    assert "target 1.1 x 0.8 x 0.3 m, 5 to 8 m from the camera" in done.stdout
+    assert "in 2 of 4 pictures the target is behind the camera (nominal/p1, bright/p1)" in done.stderr
+    views = json.loads(spin_usd(*command[:4], "--json").stdout)["views"]
+    assert report.views and views == json.loads(json.dumps(report.views.as_json()))
