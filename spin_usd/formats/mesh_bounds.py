@@ -6,12 +6,17 @@ import numpy as np
 import trimesh
 
 from spin_usd.arrays import Float
+from spin_usd.formats.gltf_document import Document, read_document
 from spin_usd.scene.source_bounds import SourceBounds
+
+GLTF = (".gltf", ".glb")
 
 
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
     """The model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
     try:
+        if path.suffix.lower() in GLTF and _has_normalised_points(read_document(path)):
+            return None  # trimesh 5.2 leaves them whole numbers
         scene = _loaded(path)
         corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
     # A parser of others' files raises whatever it stumbles over.
@@ -22,6 +27,13 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
         return None
     box = np.stack([points.min(0), points.max(0)])
     return SourceBounds(whole=box, polygons=box, exact=True)
+
+
+def _has_normalised_points(document: Document) -> bool:
+    """Whether some positions are fractions of the largest integer, as KHR_mesh_quantization allows."""
+    primitives = [primitive for mesh in document.entries("meshes") for primitive in mesh["primitives"]]
+    points = [document.entries("accessors")[primitive["attributes"]["POSITION"]] for primitive in primitives]
+    return any(accessor.get("normalized", False) for accessor in points)
 
 
 def _loaded(path: Path) -> trimesh.Scene:
