@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from spin_usd.arrays import Float
 from spin_usd.dataset.author_look import look_notes
 from spin_usd.errors import InputError
@@ -12,7 +10,6 @@ from spin_usd.formats.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh_file import READERS
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source_bounds import SourceBounds
-from spin_usd.scene.target import Target
 from spin_usd.stage.read import StageReader
 from spin_usd.stage.source_bounds import usd_bounds
 from spin_usd.stage.usd_target import TargetAsset
@@ -39,7 +36,7 @@ def check_written(
         source = usd_bounds(file, asset.source_prim, metres_per_unit=metres, selections=selections, time_code=time_code)
     if source is None:
         return ("the target's size could not be compared with its file's: no other reader opens it", *notes)
-    _refuse_another_size(file, _box(target), source)
+    _refuse_another_size(file, target.mesh.box, source)
     return notes
 
 
@@ -48,11 +45,6 @@ def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> No
         return
     found = f"is {_size(source.whole)} in its own file, but {_size(written)} in the stage, which was not kept"
     raise InputError(found, where=file, do="this is a defect of spin_usd: report it with the file")
-
-
-def _box(target: Target) -> Float:
-    used = target.mesh.points[np.unique(target.mesh.faces)]
-    return np.stack([used.min(0), used.max(0)])
 
 
 def _size(box: Float) -> str:

@@ -74,9 +74,15 @@ class Mesh(Shape):
         return digest(own, [each.shading_key for each in self.instances]) if self.instances else own
 
     @cached_property
+    def box(self) -> Float:
+        """(2, 3) least and largest coordinates of the points that faces have, body axes, metres."""
+        ends = np.concatenate([[points.min(0), points.max(0)] for points in self._used()])
+        return np.stack([ends.min(0), ends.max(0)])
+
     def size(self) -> Float:
         """(3,) edges of the bounding box along the body's axes, metres."""
-        return np.ptp(self.hull, axis=0)
+        edges: Float = self.box[1] - self.box[0]
+        return edges
 
     @cached_property
     def face_axes(self) -> Float:
@@ -88,8 +94,8 @@ class Mesh(Shape):
     @cached_property
     def centre(self) -> Float:
         """(3,) middle of the bounding box, body axes, metres."""
-        ends = np.concatenate([[points.min(0), points.max(0)] for points in self._used()])
-        middle: Float = (ends.min(0) + ends.max(0)) / 2
+        low, high = self.box
+        middle: Float = (low + high) / 2
         return middle
 
     @cached_property

@@ -120,6 +120,8 @@ def test_a_part_that_was_lost_or_a_unit_taken_twice_is_refused(tmp_path: Path) -
         f"point3f[] points = {[tuple(p) for p in CAGE.vertices.tolist()]}\n}}",
         f'def PointInstancer "I" {{\nint[] protoIndices = [0, 0]\npoint3f[] positions = [(0, 0, 0), (500, 0, 0)]\n'
         f'rel prototypes = </W/I/P>\ndef Mesh "P" {{\n{FLAT}[(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}}\n}}',
+        'def PointInstancer "I" {\nint[] protoIndices = [0, 0]\npoint3f[] positions = [(0, 0, 0), (500, 0, 0)]\n'
+        'rel prototypes = </W/I/P>\ndef Sphere "P" {\ndouble radius = 20\n}\n}',  # many faces, kept once
         'def Xform "A" (\ninstanceable = true\nreferences = </W/Source>\n) {\ndouble3 xformOp:translate = (0, 0, 70)\n'
         'uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
         f'def Xform "Source" {{\ndef Mesh "M" {{\n{FLAT}[(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}}\n}}',
