@@ -10,7 +10,7 @@ from spin_usd.scene.sunlight import phase_angle
 from spin_usd.sensor.exposure import LONGEST
 
 MIN_SHOWN = 0.25  # of the target's pixels: a picture that shows fewer is nearly black, or nearly white
-MOST_FRONTAL_DEG = 90.0  # a Sun further from the camera lights less than half of what is seen
+MAX_PHASE_DEG = 90.0  # a Sun further from the camera lights less than half of what is seen
 BLACK, WHITE, EXPOSURE_END = "nearly_black", "nearly_white", "exposure_end"
 WORDS = {BLACK: "nearly black", WHITE: "nearly white", EXPOSURE_END: "at an end of auto-exposure"}
 
@@ -61,6 +61,6 @@ def _more_sun(record: Mapping[str, Any]) -> str:
     if sun["obscured"] == 1:
         return "a planet hides the Sun: move it (limb_from_sun_deg), or raise the other lights"
     phase = phase_angle(np.array(sun["towards_cam"]), np.array(record["pose"]["t_cam_body"]))
-    if phase > MOST_FRONTAL_DEG:
+    if phase > MAX_PHASE_DEG:
         return f"the Sun is {phase:.0f} degrees from the camera, seen from the target: bring it nearer (target_lit_deg)"
     return ""

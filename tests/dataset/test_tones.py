@@ -1,12 +1,13 @@
 """Pictures that show nothing are counted when they are made, and named by check, with what would cure them."""
 
 import json
+import re
 
 import pytest
 
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
-from spin_usd.dataset.tones import BLACK, EXPOSURE_END, WHITE
+from spin_usd.dataset.tones import BLACK, EXPOSURE_END, WHITE, tone_findings
 
 # A cube face to face with camera and Sun: as it should be, in the dark and in the glare, then the last two with an
 # auto-exposure of one stop either way.
@@ -108,3 +109,18 @@ def test_render_says_so_in_a_sentence(dataset, spin_usd):
     said = spin_usd("render", stage, "--out", dataset, "--renderer", "raycast").stderr
     expected = f"2 of 5 nearly black, 2 of 5 nearly white, 2 of 5 at an end of auto-exposure; spin-usd check {dataset}"
     assert expected in said
+
+
+@pytest.mark.parametrize(
+    ("sun", "do"),
+    [
+        ({"towards_cam": [0, 0, 1], "obscured": 0}, "the Sun is 180 degrees from the camera.*target_lit_deg"),
+        ({"towards_cam": [0, 0, -1], "obscured": 1}, "a planet hides the Sun.*limb_from_sun_deg"),
+        ({"towards_cam": [0, 0, -1], "obscured": 0}, r"raise the light or the exposure \(exposure.stops\)"),
+        (None, "there is no distant light"),
+    ],
+)
+def test_the_remedy_of_a_black_picture_is_that_of_its_light(sun, do):
+    record = {"tones": {"dark": 0.9}, "pose": {"t_cam_body": [0, 0, 5]}, **({"sun": sun} if sun else {})}
+    (finding,) = tone_findings(record, "records/nominal/a.json")
+    assert re.search(do, finding.message)
