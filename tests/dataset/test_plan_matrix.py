@@ -171,7 +171,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
         of_run.add(expected, {kind: 3 * seconds for kind, seconds in expected.items()})
     file = tmp_path / "measured.json"
     for _ in range(2):
-        write_measured(file, of_run)
+        write_measured(file, of_run, work=tmp_path)
     scaled = read_measured(file).scaled(expected)
     for kind in PASSES:
         assert scaled[kind] == pytest.approx(3 * expected[kind])
