@@ -79,6 +79,7 @@ class Mesh(Shape):
         ends = np.concatenate([[points.min(0), points.max(0)] for points in self._used()])
         return np.stack([ends.min(0), ends.max(0)])
 
+    @cached_property
     def size(self) -> Float:
         """(3,) edges of the bounding box along the body's axes, metres."""
         edges: Float = self.box[1] - self.box[0]
