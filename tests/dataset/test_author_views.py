@@ -148,4 +148,5 @@ def test_plan_tells_the_same_of_all_variants(craft: Path, spin_usd: Any) -> None
     assert "target 1.1 x 0.8 x 0.3 m, 5 to 8 m from the camera" in done.stdout
     assert "in 2 of 4 pictures the target is behind the camera (nominal/p1, bright/p1)" in done.stderr
     views = json.loads(spin_usd(*command[:4], "--json").stdout)["views"]
-    assert report.views and views == json.loads(json.dumps(report.views.as_json()))
+    assert report.views
+    assert views == json.loads(json.dumps(report.views.as_json()))
