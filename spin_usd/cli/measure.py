@@ -53,8 +53,12 @@ def measure(
         reference_samples=reference_samples,
     )
     folder = out or folder_of(stage)
+
+    def show_note(note: str) -> None:
+        print(f"note: {note}", file=sys.stderr)
+
     with shown(context.obj["quiet"]) as progress:
-        found = measured(request, folder, workers=workers, progress=progress)
+        found = measured(request, folder, workers=workers, progress=progress, on_note=show_note)
     if as_json:
         print(json.dumps(found.as_json()))
     else:

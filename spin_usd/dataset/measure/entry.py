@@ -1,13 +1,14 @@
 """`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
 
+from spin_usd.dataset.amounts import NOISE
 from spin_usd.dataset.atomic import write_atomically
 from spin_usd.dataset.child import Child
 from spin_usd.dataset.job import PlannedPicture
@@ -34,10 +35,24 @@ OURS = (FILE, TABLES, PLOT, RUNS)
 DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
 
 
-def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: Progress) -> Measurement:
+WITHOUT_NOISE = (
+    "the detector has no noise (spin:sensor:gain is 0), so --error auto, which goes by that noise, will not work with "
+    'this measurement; --error X will; spin:sensor:gain, a preset or an augmentation\'s camera = "rich" gives it noise'
+)
+
+
+def measure(
+    request: MeasureRequest,
+    out: Path,
+    *,
+    workers: int = 1,
+    progress: Progress,
+    on_note: Callable[[str], None] = lambda note: None,
+) -> Measurement:
     """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
 
-    `workers`: processes that render at once, each with its share of the processors. Raises InputError, also where the
+    `workers`: processes that render at once, each with its share of the processors. `on_note` is told, before anything
+    is rendered, what the measurement will not serve for. Raises InputError, also where the
     folder holds a measurement of another stage or variant, OutputError, and RenderError where no picture could be
     measured.
     """
@@ -51,6 +66,8 @@ def measure(request: MeasureRequest, out: Path, *, workers: int = 1, progress: P
         _refuse_another(runs, subject, folder)
         plan = _plan(request, lease.work / "stage", progress)
         pictures = _chosen(plan, request)
+        if not all(NOISE in picture.features for picture in pictures):
+            on_note(WITHOUT_NOISE)
         runs.write_result(SUBJECT, subject)
         starter = partial(_started, plan, runs, lease)
         campaign = Campaign(

@@ -403,3 +403,16 @@ def test_several_processes_share_the_jobs(opened):
         answers = pool.run(jobs)
     assert [each.failed for each in answers] == [None, None, None]
     assert answers[0].result == answers[2].result
+
+
+def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, small_stage):
+    """The stage's detector has no noise; the run is ended where it is told so."""
+
+    class ToldError(Exception):
+        pass
+
+    def stop(note):
+        raise ToldError(note)
+
+    with pytest.raises(ToldError, match=r"has no noise \(spin:sensor:gain is 0\), so --error auto"):
+        measure(MeasureRequest(stage=small_stage), tmp_path / "out", progress=lambda *_: None, on_note=stop)
