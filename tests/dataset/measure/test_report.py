@@ -93,7 +93,7 @@ def test_a_setting_without_error_cannot_be_shown_on_these_axes_and_spoils_nothin
 
 def test_the_report_is_written_over_what_was_there(tmp_path):
     for _ in range(2):
-        write_report(tmp_path / "measured", usual())
+        write_report(tmp_path / "measured", usual(), work=tmp_path)
     assert {path.name for path in (tmp_path / "measured").iterdir()} == {"measure.md", "measure.svg"}
     assert (tmp_path / "measured" / "measure.svg").read_text() == plot(usual())
     assert "](measure.svg)" in (tmp_path / "measured" / "measure.md").read_text()
