@@ -47,6 +47,14 @@ SKINNED = f"""def SkelRoot "Craft" {{
         )
     }}
 }}"""  # its one joint has no extent, and stands at the origin between two samples
+TETRAHEDRON = """def Mesh "Loop" {
+    double3 xformOp:scale = (900, 900, 900)
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+    uniform token subdivisionScheme = "loop"
+    int[] faceVertexCounts = [3, 3, 3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2]
+    point3f[] points = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
+}"""
 CAGE = trimesh.creation.box((100, 100, 100))
 
 
@@ -126,6 +134,7 @@ def test_a_part_that_was_lost_or_a_unit_taken_twice_is_refused(tmp_path: Path) -
         'uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
         f'def Xform "Source" {{\ndef Mesh "M" {{\n{FLAT}[(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}}\n}}',
         SKINNED,
+        TETRAHEDRON,
     ],
 )
 def test_what_is_right_passes(tmp_path: Path, body: str) -> None:
