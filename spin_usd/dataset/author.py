@@ -147,7 +147,7 @@ def _author(
     stage. sources: the files they come from."""
     if not -(2**63) <= choices.seed < 2**63:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
-    layer, camera_file = _camera(str(choices.camera))
+    layer, camera_file, camera_notes = _camera(str(choices.camera))
     target_file = _target_file(str(choices.target))
     files = {**sources, "target": target_file, "camera": camera_file}
     settings = _preset(str(choices.preset)) if choices.preset is not None else None
@@ -185,6 +185,10 @@ def _author(
         look, remarks = _look(folder, poses, target_file, asset, choices.units_per_metre, selected)
         if not choices.any_size:
             refuse_implausible(look.mesh.hull if look else corners, unit, lens, poses)
+        if look and look.grey and camera_file.suffix.lower() == ".json" and not choices.additions.channels:
+            camera_notes += (
+                f"{camera_file.name} says nothing of colour: pictures are grey; --channels rgb has colour",
+            )
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(
@@ -194,7 +198,7 @@ def _author(
         meshes=asset.gprims,
         camera=camera_file.name,
         views=look.views if look else None,
-        notes=(*notes, *remarks),
+        notes=(*camera_notes, *notes, *remarks),
     )
 
 
@@ -237,15 +241,16 @@ def _unit(choices: Choices, file: Path, target: TargetAsset) -> ModelUnit:
     return ModelUnit(file=file, per_metre=per_metre, given=choices.units_per_metre is not None)
 
 
-def _camera(given: str) -> tuple[Layer, Path]:
-    """The camera's layer, and the file it comes from."""
+def _camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
+    """The camera's layer, the file it comes from, and notes on that."""
     suffix = Path(given).suffix.lower()
     if suffix == ".json":
         found = read_camera_file(given)
         documentation = f"The calibration in {Path(given).name}."
-        return camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation), Path(given)
+        layer = camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation)
+        return layer, Path(given), found.notes
     path = Path(given) if suffix in USD_SUFFIXES else camera_by_name(given)
-    return open_camera_layer(path), path
+    return open_camera_layer(path), path, ()
 
 
 def _preset(given: str) -> Preset:

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.scene.lit_share import suns_of
 from spin_usd.scene.mesh import Mesh
@@ -17,11 +16,11 @@ LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are look
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Look:
-    """The target's surface as the stage composes it, the camera, and the views."""
+    """The target's surface as the stage composes it, and the views. grey: whether pictures are, though it is not."""
 
     mesh: Mesh
-    camera: Camera
     views: Views
+    grey: bool
 
 
 def look_at(reader: StageReader, poses: PoseList) -> Look:
@@ -34,6 +33,6 @@ def look_at(reader: StageReader, poses: PoseList) -> Look:
         some = np.unique(np.linspace(0, len(poses) - 1, min(LIGHTS_READ, len(poses))).astype(int)).tolist()
         suns = {i: suns_of(reader.scene(reader.frames[i])) for i in some}
     rotations = matrices_from_quaternions(poses.q_cam_body)
-    mesh, camera = scene.target.mesh, scene.camera
-    found = views_of(mesh, camera, poses.names, rotations, poses.t_cam_body, suns)
-    return Look(mesh=mesh, camera=camera, views=found)
+    mesh = scene.target.mesh
+    found = views_of(mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
+    return Look(mesh=mesh, views=found, grey=scene.target.coloured and scene.sensor.channels == "mono")

@@ -5,6 +5,7 @@ in metres, `ppx`, `ppy` the pixel pitch in metres; they decide only where a file
 Source: reference loaders of the sets, JotaBravo/spacecraft-uda.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,11 +22,13 @@ PITCH_RANGE = (1e-7, 1e-3)  # metres; outside it the number is in another unit
 
 @dataclass(frozen=True, kw_only=True)
 class CameraFile:
-    """camera · pixel_pitch is the width of a pixel in metres · source is the file."""
+    """camera · pixel_pitch is the width of a pixel in metres · source is the file · notes are sentences on what a user
+    should know of how it was read."""
 
     camera: Camera
     pixel_pitch: float
     source: str
+    notes: tuple[str, ...] = ()
 
 
 def read_camera_file(path: str | Path) -> CameraFile:
@@ -42,7 +45,22 @@ def read_camera_file(path: str | Path) -> CameraFile:
         camera.check_invertible()
     except GeometryError as error:
         raise InputError(error.found, where=path, do=error.do) from None
-    return CameraFile(camera=camera, pixel_pitch=pitch, source=str(path))
+    notes = tuple(f"{path.name} {note}" for note in _notes(document, camera))
+    return CameraFile(camera=camera, pixel_pitch=pitch, source=str(path), notes=notes)
+
+
+def _notes(document: dict[str, Any], camera: Camera) -> Iterator[str]:
+    """What it lacks or has otherwise than a calibration of its pictures would, each as the end of a sentence."""
+    if "distCoeffs" not in document:
+        yield "has no 'distCoeffs': its lens is taken for one without distortion"
+    elif len(_listed(document["distCoeffs"])) == 4:
+        yield "has four 'distCoeffs', k1, k2, p1 and p2: k3 is taken for 0"
+    if camera.looks_past_frame:
+        size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
+        yield (
+            f"has its principal point {point} outside its picture of {size} pixels: check that Nu and Nv are those of "
+            "the calibration"
+        )
 
 
 def _calibration(document: dict[str, Any], path: Path) -> tuple[float, float, float, float]:
@@ -69,13 +87,20 @@ def _nominal(document: dict[str, Any], path: Path) -> tuple[float, float, float,
 
 def _distortion(document: dict[str, Any], path: Path) -> tuple[float, float, float, float, float]:
     """k1, k2, p1, p2, k3; OpenCV also writes four coefficients, without k3."""
-    values = document.get("distCoeffs", [0.0] * 5)
-    if isinstance(values, list) and len(values) == 1 and isinstance(values[0], list):
-        values = values[0]
+    values = _listed(document.get("distCoeffs", [0.0] * 5))
+    if isinstance(values, list) and len(values) not in (4, 5):
+        do = "give k1, k2, p1, p2 and k3 in this order, with 0 for those that there are not"
+        raise InputError(f"'distCoeffs' holds {len(values)} values, expected 5", where=path, do=do)
     if isinstance(values, list) and len(values) == 4:
         values = [*values, 0.0]
     k1, k2, p1, p2, k3 = _numbers(values, 5, "'distCoeffs'", path)
     return k1, k2, p1, p2, k3
+
+
+def _listed(values: Any) -> Any:
+    """The row of a matrix of one row, which OpenCV writes."""
+    one_row = isinstance(values, list) and len(values) == 1 and isinstance(values[0], list)
+    return values[0] if one_row else values
 
 
 def _size(document: dict[str, Any], key: str, path: Path) -> int:

@@ -51,6 +51,11 @@ class Camera:
         return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1.0]])
 
     @property
+    def looks_past_frame(self) -> bool:
+        """Whether its principal point lies outside the image: mostly the calibration of another size."""
+        return not (0 <= self.cx <= self.width and 0 <= self.cy <= self.height)
+
+    @property
     def distorted(self) -> bool:
         return any(self.distortion)
 

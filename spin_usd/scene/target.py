@@ -47,6 +47,12 @@ class Target:
         object.__setattr__(self, "keypoints", finite(self.keypoints, (len(self.keypoint_names), 3), "keypoints"))
 
     @cached_property
+    def coloured(self) -> bool:
+        """Whether a picture in colour may show more than one in grey."""
+        colours = [material.diffuse_color for material in self.materials]
+        return any(len(set(colour)) > 1 if isinstance(colour, tuple) else True for colour in colours)
+
+    @cached_property
     def key(self) -> str:
         """Digest of all that labels and pictures of the target depend on."""
         rest = [self.parts, self.materials, self.keypoint_names, self.keypoints]

@@ -75,6 +75,10 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
             if prim != _taken(stage):  # what is wrong with that one, its pictures tell
                 yield Finding(code="lens", where=where, message="; ".join(filter(None, (error.found, error.do))))
             continue
+        if camera.looks_past_frame:
+            size, point = f"{camera.width} x {camera.height}", f"({camera.cx:g}, {camera.cy:g})"
+            message = f"the principal point {point} is outside the picture of {size} pixels: check its size"
+            yield Finding(code="lens-aside", where=where, message=message, severity=WARNING)
         yield from _derived_findings(prim, camera)
 
 

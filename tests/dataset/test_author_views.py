@@ -13,6 +13,23 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check import check_stage
 
 BOX_CM = (110, 80, 30)
+COLOURED = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property uchar red
+property uchar green
+property uchar blue
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 255 0 0
+0.3 0 0 255 0 0
+0 0.3 0 0 255 0
+3 0 1 2
+"""
 
 
 @pytest.fixture
@@ -150,3 +167,23 @@ def test_plan_tells_the_same_of_all_variants(craft: Path, spin_usd: Any) -> None
     views = json.loads(spin_usd(*command[:4], "--json").stdout)["views"]
     assert report.views
     assert views == json.loads(json.dumps(report.views.as_json()))
+
+
+def test_what_a_camera_file_lacks_is_told(tmp_path: Path) -> None:
+    (tmp_path / "craft.ply").write_text(COLOURED)
+    matrix = [[3000, 0, 960], [0, 3000, 600], [0, 0, 1]]
+    camera = {"Nu": 640, "Nv": 480, "ppx": 5.86e-6, "ppy": 5.86e-6, "cameraMatrix": matrix}
+    (tmp_path / "camera.json").write_text(json.dumps(camera))
+    report = author(tmp_path / "craft.ply", (-0.9, -0.6, 5), units=1, camera=tmp_path / "camera.json")
+    for said in (
+        "camera.json has no 'distCoeffs': its lens is taken for one without distortion",
+        "camera.json has its principal point (960, 600) outside its picture of 640 x 480 pixels: check that Nu and Nv "
+        "are those of the calibration",
+        "camera.json says nothing of colour: pictures are grey; --channels rgb has colour",
+    ):
+        assert said in report.notes
+    assert "lens-aside" in {finding.code for finding in check_stage(report.root)}
+    more = {"camera": tmp_path / "camera.json", "additions": {"channels": "rgb"}, "out": tmp_path / "rgb"}
+    listed = poses(tmp_path, (0, 0, 5))
+    coloured = author_stage(poses=listed, target=tmp_path / "craft.ply", units_per_metre=1, **more)
+    assert not [note for note in coloured.notes if "nothing of colour" in note]

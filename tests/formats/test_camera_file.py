@@ -67,6 +67,7 @@ def test_opencvs_nested_and_four_coefficient_forms_are_read(tmp_path: Path) -> N
         (SPEEDPLUS | {"Nu": "1920"}, "Nu"),
         (SPEEDPLUS | {"Nu": True}, "Nu"),
         (SPEEDPLUS | {"distCoeffs": [1, 2]}, "distCoeffs"),
+        (SPEEDPLUS | {"distCoeffs": [-0.2, 0.1, 0]}, "holds 3 values, expected 5"),
         (SPEEDPLUS | {"distCoeffs": [-5, 0, 0, 0, 0]}, "cannot be inverted"),
         (SPEEDPLUS | {"ppx": 5.86}, "pixel pitch"),
         ({k: v for k, v in SPEEDPLUS.items() if k != "Nv"}, "'Nv'"),
@@ -83,3 +84,9 @@ def test_bad_cameras_are_refused_in_one_sentence_that_names_the_file(tmp_path: P
         read_camera_file(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_four_coefficients_are_told(tmp_path: Path) -> None:
+    four = read_camera_file(write(tmp_path, SPEEDPLUS | {"distCoeffs": [[-0.2, 0.1, 0, 0]]}))
+    assert four.notes == ("camera.json has four 'distCoeffs', k1, k2, p1 and p2: k3 is taken for 0",)
+    assert read_camera_file(write(tmp_path, SPEEDPLUS)).notes == ()
