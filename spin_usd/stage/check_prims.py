@@ -47,15 +47,16 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Lights author what decides their power. A dome's fallbacks are plain; a distant light's intensity, 50,000, is
-    not of the Sun, and never meant; but one that came with a target is its author's."""
+    """Lights author what decides their power, and a Sun is not dark. A dome's fallbacks are plain; a distant light's
+    intensity, 50,000, is not of the Sun, and never meant; but one that came with a target is its author's."""
     for prim in stage.Traverse():
         if not prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
             continue
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
-        if missing:
+        if missing or _dark_unless_normalised(prim):
             wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing and not _of_target(prim)
-            message = f"the light does not author {' and '.join(missing)}, so {_effect(prim, missing)}"
+            said = f"does not author {' and '.join(missing)}" if missing else "authors inputs:normalize = 0"
+            message = f"the light {said}, so {_effect(prim, missing)}"
             severity = ERROR if wrong else WARNING
             yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
 
@@ -83,6 +84,11 @@ def _effect(prim: Usd.Prim, missing: list[str]) -> str:
         f"it gives {watts:.3g} W/m2 where the Sun gives {SOLAR_IRRADIANCE:g}, and pictures that are exposed for the "
         f"Sun are {look}; author inputs:normalize = 1 and as inputs:intensity the irradiance in W/m2"
     )
+
+
+def _dark_unless_normalised(prim: Usd.Prim) -> bool:
+    """Whether it is a distant light whose intensity is a radiance, and too little of it for so small a disk."""
+    return prim.IsA(UsdLux.DistantLight) and not _normalised(prim) and 0 < irradiance(prim) < LOOKS[0][0]
 
 
 def irradiance(prim: Usd.Prim) -> float:

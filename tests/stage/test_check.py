@@ -469,10 +469,15 @@ def test_what_is_wrong_with_geometry_is_told_where_no_target_is_named_yet(tmp_pa
 
 @pytest.mark.parametrize(
     ("intensity", "angle", "normalize", "look"),
-    [(1000, 0.53, False, "nearly black"), (1361, 0, False, "as bright as"), (None, 0.53, True, "white")],
+    [
+        (1000, 0.53, None, "nearly black"),
+        (1361, 0.53, False, "nearly black"),
+        (1361, 0, None, "as bright as"),
+        (None, 0.53, True, "white"),
+    ],
 )
 def test_a_sun_that_does_not_say_its_power_is_told_with_what_it_gives(
-    copied: Path, intensity: float | None, angle: float, normalize: bool, look: str
+    copied: Path, intensity: float | None, angle: float, normalize: bool | None, look: str
 ) -> None:
     """The irradiance is that which pictures are rendered with."""
 
@@ -480,7 +485,7 @@ def test_a_sun_that_does_not_say_its_power_is_told_with_what_it_gives(
         light = UsdLux.DistantLight(stage.GetPrimAtPath("/Lights/Sun"))
         light.GetAngleAttr().Set(angle)
         light.GetIntensityAttr().Clear() if intensity is None else light.GetIntensityAttr().Set(intensity)
-        light.GetNormalizeAttr().Set(True) if normalize else light.GetNormalizeAttr().Clear()
+        light.GetNormalizeAttr().Clear() if normalize is None else light.GetNormalizeAttr().Set(normalize)
 
     edit(LIGHTS, change)(copied)
     (finding,) = [finding for finding in check_stage(copied) if finding.code == "light"]
@@ -488,3 +493,17 @@ def test_a_sun_that_does_not_say_its_power_is_told_with_what_it_gives(
     (sun,) = reader.scene(reader.frames[0]).lights
     assert f"it gives {sun.irradiance[0]:.3g} W/m2 where the Sun gives 1361" in finding.message
     assert look in finding.message
+
+
+@pytest.mark.parametrize(("intensity", "angle"), [(1361, 0), (2e7, 0.53)])
+def test_a_sun_that_is_not_normalised_and_bright_enough_is_no_finding(
+    copied: Path, intensity: float, angle: float
+) -> None:
+    def change(stage: Usd.Stage) -> None:
+        light = UsdLux.DistantLight(stage.GetPrimAtPath("/Lights/Sun"))
+        light.GetAngleAttr().Set(angle)
+        light.GetIntensityAttr().Set(intensity)
+        light.GetNormalizeAttr().Set(False)
+
+    edit(LIGHTS, change)(copied)
+    assert not [finding for finding in check_stage(copied) if finding.code == "light"]
