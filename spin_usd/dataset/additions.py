@@ -47,7 +47,8 @@ class Additions:
         if self.parts:
             sizes, others = add_parts(root, self.parts, self.files["parts"])
             made = ", ".join(f"{name} of {count}" for name, count in sizes.items())
-            notes += (f"parts by surfaces: {made}; {others} other surfaces stay as they are",)
+            rest = "1 other surface stays as it is" if others == 1 else f"{others} other surfaces stay as they are"
+            notes += (f"parts by surfaces: {made}; {rest}",)
         return notes
 
     def sun(self, stage: Any) -> Opinions | None:

@@ -74,7 +74,7 @@ def test_all_of_them_reach_the_dataset(inputs: dict[str, Any], tmp_path: Path, s
     ]
     said = spin_usd("author", *files, *own).stderr
     assert "note: 2 keypoints are those of keypoints.json" in said
-    assert "parts by surfaces: bus of 1, panel of 2; 1 other surfaces stay as they are" in said
+    assert "parts by surfaces: bus of 1, panel of 2; 1 other surface stays as it is" in said
     assert spin_usd("check", inputs["out"]).stdout.endswith("0 errors, 0 warnings\n")
     spin_usd(
         "render", inputs["out"], "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1, "--frames", ":1"
