@@ -71,6 +71,7 @@ def demo(
     print(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
     print(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
     print(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    _warn_of_faults(made.report, made.dataset)
     _exit_if_failed(made.report.failed)
 
 
@@ -102,7 +103,6 @@ def render(
 ) -> None:
     """Render and label a stage into a dataset."""
     from spin_usd.dataset import render as rendering
-    from spin_usd.dataset.tones import counted_faults
 
     with shown(context.obj["quiet"]) as progress:
         report = rendering.render(
@@ -123,8 +123,7 @@ def render(
         made = f"{report.made} pictures made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
         passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
         print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
-        if text := counted_faults(report.faults, report.made + report.reused):
-            print(f"warning: {text}; spin-usd check {out} names them", file=sys.stderr)
+        _warn_of_faults(report, out)
     _exit_if_failed(report.failed)
 
 
@@ -200,6 +199,14 @@ def doctor(
         print(json.dumps([asdict(line) for line in lines]))
     if not all(line.well for line in lines):
         raise typer.Exit(FINDINGS)
+
+
+def _warn_of_faults(report: Any, dataset: Path) -> None:
+    """Say on standard error how many pictures show little, where any does."""
+    from spin_usd.dataset.tones import counted_faults
+
+    if text := counted_faults(report.faults, report.made + report.reused):
+        print(f"warning: {text}; spin-usd check {dataset} names them", file=sys.stderr)
 
 
 def _exit_if_failed(failed: list[tuple[str, str]]) -> None:

@@ -111,6 +111,14 @@ def test_render_says_so_in_a_sentence(dataset, spin_usd):
     assert expected in said
 
 
+def test_the_demo_says_so_too(tmp_path, spin_usd):
+    """Of a stage that stands where its own would."""
+    (tmp_path / "stage").mkdir()
+    (tmp_path / "stage" / "dataset.usda").write_text(STAGE.replace("endTimeCode = 4", "endTimeCode = 1"))
+    said = spin_usd("demo", "--out", tmp_path, "--workers", 1).stderr
+    assert f"warning: 1 of 2 nearly black; spin-usd check {tmp_path / 'dataset'} names them" in said
+
+
 @pytest.mark.parametrize(
     ("sun", "do"),
     [
