@@ -30,7 +30,7 @@ def augment(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a specification's augmentations over a stage: one variant each. Run again, it replaces them."""
+    """Write a specification's augmentations over a stage: one variant each. Run again, it replaces its own."""
     from spin_usd.dataset.child import Child, stage_memory
 
     if list_parameters:

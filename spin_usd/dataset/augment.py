@@ -7,6 +7,8 @@ from typing import Any
 
 from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.dataset.sampled import Pictures, drawn, samples_for
+from spin_usd.dataset.sums import CHANGED, changed, write_sums
+from spin_usd.dataset.tree import strange
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
 from spin_usd.resources import bundled
@@ -14,6 +16,7 @@ from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.stream import stream
 from spin_usd.stage.augment import Augmentation, Source, open_selected, write_augmentations
+from spin_usd.stage.augmentation_files import FOLDER, set_name
 from spin_usd.stage.backgrounds import Background, background_of, bring_in
 from spin_usd.stage.parameters import BACKGROUND
 from spin_usd.stage.samples import open_base
@@ -53,9 +56,11 @@ def augment_stage(
 ) -> AugmentReport:
     """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
 
-    Raises InputError that names the specification, the augmentation and what is wrong in it; then nothing is written.
+    Raises InputError that names the specification, the augmentation and what is wrong in it, or a file that is in the
+    way and not as an earlier run wrote it; then nothing is written.
     """
-    file = spec_path(spec)
+    file, new_root = spec_path(spec), Path(out) if out is not None else None
+    _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
     specification = read_spec_file(file)
     made: list[Augmentation] = []
     for entry in specification.augmentations:
@@ -66,7 +71,7 @@ def augment_stage(
             where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
             raise InputError(error.found, where=where, do=error.do) from None
     source = Source(name=specification.name, sha256=specification.sha256, seed=specification.seed)
-    root = _written(Path(stage), Path(out) if out is not None else None, made, source)
+    root = _written(Path(stage), new_root, made, source)
     names = tuple(augmentation.name for augmentation in made)
     return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
 
@@ -88,7 +93,31 @@ class _Counted:
 def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:
     """The root layer with the augmentations, written by way of a folder hidden beside it."""
     with hidden_folder(path.parent, "augment", beside=(out or path).name) as hidden:
-        return write_augmentations(path, out, made, source, work=hidden.folder, trial=hidden.beside)
+        return write_augmentations(
+            path,
+            out,
+            made,
+            source,
+            work=hidden.folder,
+            trial=hidden.beside,
+            list_files=lambda folder: write_sums(folder, beside=[_layer_of(folder)]),
+        )
+
+
+def _refuse_replacing(layers: Path, name: str) -> None:
+    """Raise InputError where the augmentations `name` in the folder `layers`, or the layer beside them that refers to
+    them, are not all as an earlier run wrote them: a new run replaces them whole."""
+    for node in strange(layers, (name, f"{name}.usda")):
+        raise InputError(f"is a {node.type}, and would be replaced", where=layers / node.name, do="move it elsewhere")
+    layer = _layer_of(layers / name)
+    for file in changed(layers / name, beside=[layer, layers / name]):  # the latter where it is a file
+        and_so = ", and take it out of the root layer's subLayers" if file == layer else ""
+        raise InputError(CHANGED, where=file, do=f"move it elsewhere{and_so}")
+
+
+def _layer_of(folder: Path) -> Path:
+    """The layer that refers to the augmentations in the folder."""
+    return folder.with_name(f"{folder.name}.usda")
 
 
 def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted) -> Augmentation:

@@ -3,7 +3,7 @@
 All is written beside its place first, and read once; then it takes the place of what was there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +15,12 @@ from spin_usd.stage import schema
 from spin_usd.stage.augmentation_files import (
     FOLDER,
     REPEATED,
-    SET,
     read_again,
+    refuse_other_root,
     repeat,
     replace,
     root_over,
+    set_name,
     write_root,
     written_in,
 )
@@ -29,7 +30,7 @@ from spin_usd.stage.captures import read_frames
 from spin_usd.stage.compose import open_stage
 from spin_usd.stage.content import AUGMENTATION
 from spin_usd.stage.images import Images
-from spin_usd.stage.layer import author_metadata, export, open_layer
+from spin_usd.stage.layer import author_metadata, export, open_layer, writing
 from spin_usd.stage.lights import LightReader
 from spin_usd.stage.optics import read_optics
 from spin_usd.stage.samples import Opinions, write_opinions
@@ -91,28 +92,40 @@ def _check_selection(prim: Usd.Prim, name: str, variant: str) -> None:
 
 
 def write_augmentations(
-    path: Path, out: Path | None, augmentations: Sequence[Augmentation], source: Source, *, work: Path, trial: Path
+    path: Path,
+    out: Path | None,
+    augmentations: Sequence[Augmentation],
+    source: Source,
+    *,
+    work: Path,
+    trial: Path,
+    list_files: Callable[[Path], None],
 ) -> Path:
     """Write them over the stage at `path`, in place, or as the new root layer `out` beside it; returns the root layer.
-    work: a folder beside it, and trial: a file there, both of which the caller removes.
+    work: a folder beside it, and trial: a file there, both of which the caller removes. list_files gets the folder of
+    augmentations when all in it and the layer beside it are written, and may add to it.
 
     Written in place again they replace those that were there. Raises InputError for what a picture could not be taken
-    with, OutputError where it cannot be written; then all is as it was.
+    with, and for another file at `out`; OutputError where it cannot be written; then all is as it was.
     """
     root, frames = open_layer(path), len(read_frames(open_stage(path), ""))
     final = path if out is None else out
     if final.resolve().parent != path.resolve().parent:
         raise InputError("is not in the stage's folder", where=out, do=f"write it to {path.parent}")
-    name = SET if out is None else f"{out.stem}_{SET}"
+    name = set_name(out)
+    layer = f"./{FOLDER}/{name}.usda"
     with written_in(work):
+        refuse_other_root(path, final, root, layer, trial)
         for augmentation in augmentations:
             _write_one(work / name, augmentation, root, frames, source)
         export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
         export(root_over(path, final, root, f"./{work.name}/{name}.usda"), trial)
         for augmentation in augmentations:
             _read_once(trial, augmentation.name)
+        with writing(work / name):
+            list_files(work / name)
         replace(work, path.parent / FOLDER, name)
-        write_root(path, final, root, f"./{FOLDER}/{name}.usda", trial)
+        write_root(path, final, root, layer, trial)
     for file in (final, path.parent / FOLDER / f"{name}.usda", *(path.parent / FOLDER / name).iterdir()):
         read_again(file)
     return final

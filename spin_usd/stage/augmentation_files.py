@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pxr import Sdf
 
-from spin_usd.errors import OutputError
+from spin_usd.errors import InputError, OutputError
 from spin_usd.stage.layer import export, writing
 
 FOLDER = "layers"
@@ -24,6 +24,11 @@ REPEATED = (
     "defaultPrim",
 )
 """What USD reads from the root layer only."""
+
+
+def set_name(out: Path | None) -> str:
+    """What the augmentations' folder in FOLDER and the layer beside it are called; `out` is their own root layer."""
+    return SET if out is None else f"{out.stem}_{SET}"
 
 
 @contextmanager
@@ -51,6 +56,16 @@ def replace(work: Path, layers: Path, name: str) -> None:
                 shutil.rmtree(own, ignore_errors=True)
                 os.replace(old, own)
             raise
+
+
+def refuse_other_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temporary: Path) -> None:
+    """Raise InputError where a new root layer would replace a file that is not the same; `temporary` is written."""
+    if final == path or not final.exists():
+        return
+    export(root_over(path, final, root, layer), temporary)
+    if temporary.read_bytes() != final.read_bytes():
+        found = "is there already, and is not the root layer that would be written"
+        raise InputError(found, where=final, do="choose another --out, or move it elsewhere")
 
 
 def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temporary: Path) -> None:

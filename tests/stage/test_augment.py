@@ -16,6 +16,7 @@ from spin_usd.resources import stages
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage import augment as augmenting
+from spin_usd.stage.augmentation_files import FOLDER, SET
 from spin_usd.stage.read import StageReader
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
@@ -105,8 +106,59 @@ def test_another_specification_replaces_the_first(stage, spec):
     augment_stage(stage=stage, spec="relight")
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     left = set(files(stage.parent)) - set(plain)
-    assert left == {"layers/augmentations.usda", "layers/augmentations/a.usda"}
+    own = {"layers/augmentations.usda", "layers/augmentations/a.usda"}
+    assert left == {*own, "layers/augmentations/SHA256SUMS"}
+    subprocess.run(["sha256sum", "--check", "--strict", "SHA256SUMS"], cwd=stage.parent / FOLDER / SET, check=True)
     assert StageReader(stage).variants == ("nominal", "a")
+
+
+@pytest.mark.parametrize(
+    ("name", "runs"),
+    [
+        ("augmentations", 0),
+        ("augmentations.usda", 0),
+        ("augmentations/notes.txt", 0),
+        ("augmentations.usda", 1),
+        ("augmentations/a.usda", 1),
+        ("augmentations/notes.txt", 1),
+    ],
+)
+def test_what_a_user_put_or_edited_there_is_not_replaced(stage, spec, name, runs):
+    """Before the first run and after it; once it is out of the way, a run goes on."""
+    for _ in range(runs):
+        augment_stage(stage=stage, spec=spec(PER_FRAME))
+    own = stage.parent / FOLDER / name
+    own.parent.mkdir(exist_ok=True)
+    own.write_text((own.read_text() if own.exists() else "#usda 1.0\n") + "# Mine.\n")
+    before = files(stage.parent)
+    with pytest.raises(InputError, match=f"{name}: is not as spin-usd wrote it, .*; move it elsewhere"):
+        augment_stage(stage=stage, spec="relight")
+    assert files(stage.parent) == before
+    own.unlink()
+    if name == "augmentations.usda":
+        stage.write_text(stage.read_text().replace("        @./layers/augmentations.usda@,\n", ""))
+    augment_stage(stage=stage, spec="relight")
+
+
+def test_a_link_of_the_users_is_not_replaced(stage, spec, tmp_path):
+    augment_stage(stage=stage, spec=spec(PER_FRAME))
+    link = stage.parent / FOLDER / SET / "mine"
+    link.symlink_to(tmp_path)
+    with pytest.raises(InputError, match="mine: is a link, and would be replaced"):
+        augment_stage(stage=stage, spec="relight")
+    assert link.is_symlink()
+
+
+def test_out_replaces_its_own_root_and_no_other_file(stage, spec):
+    more = stage.parent / "more.usda"
+    augment_stage(stage=stage, spec="relight", out=more)
+    augment_stage(stage=stage, spec=spec(PER_FRAME), out=more)
+    assert StageReader(more).variants == ("nominal", "a")
+    more.write_text(f"{more.read_text()}# Mine.\n")
+    before = files(stage.parent)
+    with pytest.raises(InputError, match=r"more\.usda: is there already, and is not the root layer"):
+        augment_stage(stage=stage, spec="relight", out=more)
+    assert files(stage.parent) == before
 
 
 def test_the_root_keeps_its_text_and_its_sublayers(stage, spec):
