@@ -10,6 +10,7 @@ from typing import Any
 from spin_usd.arrays import Float
 from spin_usd.dataset.additions import Additions, read_additions
 from spin_usd.dataset.augment import augment_stage
+from spin_usd.dataset.author_camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author_size import check_written
 from spin_usd.dataset.author_views import Look, look_at
 from spin_usd.dataset.example import open_example
@@ -17,7 +18,6 @@ from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shot
 from spin_usd.dataset.new_folder import new_folder
 from spin_usd.dataset.plausible_target import ModelUnit, refuse_implausible, refuse_size
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
-from spin_usd.formats.camera_file import read_camera_file
 from spin_usd.formats.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
@@ -26,10 +26,9 @@ from spin_usd.scene.view_text import sentences
 from spin_usd.scene.views import Views
 from spin_usd.stage.author import ROOT, write_stage
 from spin_usd.stage.authorship import Origin
-from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, lens_of, open_camera_layer
+from spin_usd.stage.camera_layer import lens_of
 from spin_usd.stage.compose import open_stage
 from spin_usd.stage.extent import box_corners
-from spin_usd.stage.layer import Layer
 from spin_usd.stage.mesh_target import target_name, write_mesh_target
 from spin_usd.stage.presets import Preset, open_preset, preset_by_name
 from spin_usd.stage.read import StageReader
@@ -38,8 +37,6 @@ from spin_usd.stage.sampled_layer import write_sampled
 from spin_usd.stage.samples import Opinions, over
 from spin_usd.stage.target_notes import target_notes
 from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
-
-USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +144,7 @@ def _author(
     stage. sources: the files they come from."""
     if not -(2**63) <= choices.seed < 2**63:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
-    layer, camera_file, camera_notes = _camera(str(choices.camera))
+    layer, camera_file, camera_notes = open_camera(str(choices.camera))
     target_file = _target_file(str(choices.target))
     files = {**sources, "target": target_file, "camera": camera_file}
     settings = _preset(str(choices.preset)) if choices.preset is not None else None
@@ -239,18 +236,6 @@ def _unit(choices: Choices, file: Path, target: TargetAsset) -> ModelUnit:
     if file.suffix.lower() in READERS and choices.units_per_metre is None:
         per_metre = 1.0
     return ModelUnit(file=file, per_metre=per_metre, given=choices.units_per_metre is not None)
-
-
-def _camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
-    """The camera's layer, the file it comes from, and notes on that."""
-    suffix = Path(given).suffix.lower()
-    if suffix == ".json":
-        found = read_camera_file(given)
-        documentation = f"The calibration in {Path(given).name}."
-        layer = camera_layer_of(found.camera, pixel_pitch=found.pixel_pitch, documentation=documentation)
-        return layer, Path(given), found.notes
-    path = Path(given) if suffix in USD_SUFFIXES else camera_by_name(given)
-    return open_camera_layer(path), path, ()
 
 
 def _preset(given: str) -> Preset:

@@ -6,6 +6,7 @@ from math import inf, radians
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.author_camera import open_camera
 from spin_usd.errors import InputError
 from spin_usd.formats.example_file import example_by_name, read_example_file
 from spin_usd.formats.spec_file import SampleEntry, check_document, samples_of
@@ -13,6 +14,7 @@ from spin_usd.sampling.distribution import Distribution
 from spin_usd.sampling.poses import Place, PoseLaw
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
+from spin_usd.stage.camera_layer import lens_of
 
 SCHEMA = "example-1"
 UNIT = "unit"  # of a distribution's numbers, for readers
@@ -73,6 +75,8 @@ def open_example(given: str | Path) -> Example:
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"has two parts named {twice!r}", where=file, do="give each its own name")
     shared = tables.get("sample", {})
+    lens = lens_of(open_camera(tables["camera"])[0])
+    frame = (lens.width, lens.height)
     return Example(
         file=file,
         title=tables["title"],
@@ -83,7 +87,7 @@ def open_example(given: str | Path) -> Example:
         environment=tables.get("environment"),
         notes=tuple(tables.get("notes", ())),
         constraints=tables.get("constraints", {}),
-        parts=tuple(_part(table, shared, f"{file}, part {table['name']!r}") for table in tables["part"]),
+        parts=tuple(_part(table, shared, frame, f"{file}, part {table['name']!r}") for table in tables["part"]),
         published=tables.get("published", {}),
     )
 
@@ -93,13 +97,16 @@ def _beside(preset: str | None, file: Path) -> str | None:
     return str(file.parent / preset) if preset is not None and Path(preset).suffix else preset
 
 
-def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Part:
+def _part(table: Mapping[str, Any], shared: Mapping[str, Any], frame: tuple[int, int], where: str) -> Part:
+    """frame: width and height of the example's own pictures."""
     sample = {**shared, **table.get("sample", {})}
     sequential = frozenset(name for name, words in sample.items() if words.get("per") == SEQUENCE)
     return Part(
         name=table["name"],
         names=table["names"],
-        law=_poses(table["poses"], where) if "poses" in table else _trajectory(table["trajectory"], where),
+        law=_poses(table["poses"], frame, where)
+        if "poses" in table
+        else _trajectory(table["trajectory"], frame, where),
         pictures=table["pictures"],
         sequences=table.get("sequences", 1),
         first_sequence=table.get("first_sequence", 1),
@@ -110,22 +117,22 @@ def _part(table: Mapping[str, Any], shared: Mapping[str, Any], where: str) -> Pa
     )
 
 
-def _poses(table: Mapping[str, Any], where: str) -> PoseLaw:
+def _poses(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> PoseLaw:
     attitude = _distribution(table["attitude"], f"{where}, attitude")
-    return PoseLaw(place=_place(table, where), attitude=attitude, whole=table.get("whole", False))
+    return PoseLaw(place=_place(table, frame, where), attitude=attitude, whole=table.get("whole", False))
 
 
-def _place(table: Mapping[str, Any], where: str) -> Place:
+def _place(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> Place:
     laws = {name: _distribution(table[name], f"{where}, {name}") for name in ("range", "across", "down")}
-    return Place(**laws)
+    return Place(**laws, frame=frame)
 
 
-def _trajectory(table: Mapping[str, Any], where: str) -> TrajectoryLaw:
+def _trajectory(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> TrajectoryLaw:
     pitch, yaw = table.get("tilt_deg", (0.0, 0.0))
     x, y, z = table.get("centre_of_mass_m", (0.0, 0.0, 0.0))
     least, most = table.get("range_m", (0.0, inf))
     return TrajectoryLaw(
-        path=_path(table, where),
+        path=_path(table, frame, where),
         spin=_spin(table["spin"], f"{where}, spin"),
         attitude=_distribution(table["attitude"], f"{where}, attitude"),
         step=table["step_s"],
@@ -137,9 +144,10 @@ def _trajectory(table: Mapping[str, Any], where: str) -> TrajectoryLaw:
     )
 
 
-def _path(table: Mapping[str, Any], where: str) -> RelativeOrbit | Transfer:
+def _path(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> RelativeOrbit | Transfer:
     if "orbit" not in table:
-        return Transfer(start=_place(table["start"], f"{where}, start"), end=_place(table["end"], f"{where}, end"))
+        start, end = (_place(table[name], frame, f"{where}, {name}") for name in ("start", "end"))
+        return Transfer(start=start, end=end)
     orbit = table["orbit"]
     return RelativeOrbit(
         forward=orbit["forward_m"],

@@ -16,16 +16,21 @@ MOST_TRIES = 10_000  # of a place and an attitude in the picture
 @dataclass(frozen=True, kw_only=True)
 class Place:
     """Where the body's origin is: `range` metres from the camera, `across` and `down` pixels from the principal point,
-    as a lens without distortion would show it."""
+    as a lens without distortion would show it.
+
+    frame: width and height of the pictures whose pixels these are; in others they are the same share of the frame.
+    """
 
     range: Distribution
     across: Distribution
     down: Distribution
+    frame: tuple[int, int]
 
     def draw(self, rng: np.random.Generator, camera: Camera) -> Float:
         """(3,) metres, camera frame."""
         away, u, v = (number(law, rng) for law in (self.range, self.across, self.down))
-        ray = np.array([u / camera.fx, v / camera.fy, 1.0])
+        wider, taller = camera.width / self.frame[0], camera.height / self.frame[1]
+        ray = np.array([u * wider / camera.fx, v * taller / camera.fy, 1.0])
         place: Float = away * ray / np.linalg.norm(ray)
         return place
 

@@ -340,6 +340,18 @@ def test_the_command_authors_an_example(tmp_path: Path, spin_usd) -> None:
     assert json.loads(done.stdout)["frames"] == 2
 
 
+def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
+    """A third of the pixels and of the focal length is the same view, so the same pictures cut the target off."""
+    lens = lens_of(open_camera_layer(camera_by_name("speedplus")))
+    matrix = (np.diag([1 / 3, 1 / 3, 1]) @ lens.matrix).tolist()
+    small = {"Nu": lens.width // 3, "Nv": lens.height // 3, "cameraMatrix": matrix, "distCoeffs": lens.distortion}
+    file = tmp_path / "third.json"
+    file.write_text(json.dumps(small))
+    own = author_example(example="speedplus", out=tmp_path / "own", count=100)
+    third = author_example(example="speedplus", out=tmp_path / "third", count=100, camera=file)
+    assert own.views.of["cut_off"] == third.views.of["cut_off"]
+
+
 def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> None:
     """What an augmentation changes beats the example's own light in every picture."""
     out = tmp_path / "stage"

@@ -79,11 +79,11 @@ def test_the_top_obeys_eulers_equations(inertia):
         assert (Rotation.from_matrix(made).inv() * Rotation.from_quat(q)).magnitude() < INTEGRATOR
 
 
+AROUND, FRAME = Normal(mean=0, sigma=100), (CAMERA.width, CAMERA.height)
+
+
 def law(**changes):
-    ends = [
-        Place(range=Uniform(low=1.5, high=10), across=Normal(mean=0, sigma=100), down=Normal(mean=0, sigma=100))
-        for _ in range(2)
-    ]
+    ends = [Place(range=Uniform(low=1.5, high=10), across=AROUND, down=AROUND, frame=FRAME) for _ in range(2)]
     spin = Spin(degrees=Fixed(value=1.5), axis=Directions())
     fields = {"path": Transfer(start=ends[0], end=ends[1]), "spin": spin, "attitude": Attitudes(), "step": 0.1}
     return TrajectoryLaw(**fields | {"period": 5900.0, "range": (1.5, 10.0), "whole": True} | changes)
