@@ -51,13 +51,18 @@ class Additions:
             notes += (f"parts by surfaces: {made}; {rest}",)
         return notes
 
+    @property
+    def turn_sun(self) -> bool:
+        """Whether `sun` gives something."""
+        return self.sun_from_camera is not None or self.sun_from_target is not None
+
     def sun(self, stage: Any) -> Opinions | None:
         """What turns the Sun of the opened `stage` where it was asked for; None where it was not. Raises InputError for
         a stage without a Sun."""
-        base, _, _ = open_base(stage)
         if self.sun_from_camera is not None:
-            return opinions(base, {SUN: self.sun_from_camera}, {})
+            return opinions(open_base(stage)[0], {SUN: self.sun_from_camera}, {})
         if self.sun_from_target is not None:
+            base = open_base(stage)[0]
             directions = body_direction(base, np.array(self.sun_from_target))
             return opinions(base, {}, {SUN: [tuple(map(float, each)) for each in directions]})
         return None

@@ -201,6 +201,8 @@ def _author(
 
 def _write_light(root: Path, frames: int, light: Callable[[Any], Opinions] | None, additions: Additions) -> None:
     """Write what is drawn of the light of the stage at `root`, and over it where the Sun was asked to stand."""
+    if light is None and not additions.turn_sun:
+        return
     stage = open_stage(root)
     drawn, sun = light(stage) if light else None, additions.sun(stage)
     both = over(sun, drawn) if sun and drawn else sun or drawn

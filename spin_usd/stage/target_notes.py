@@ -18,14 +18,14 @@ def target_notes(path: Path) -> tuple[str, ...]:
     in its place, and where it is smoother than whoever wrote it may have meant."""
     stage = open_stage(path)
     target = find_target(stage)
-    times = [frame.time_code for frame in read_frames(stage, NOMINAL)]
-    return (*_motion(target, times), *_draw_modes(target), *_smoothed(target))
+    return (*_motion(stage, target), *_draw_modes(target), *_smoothed(target))
 
 
-def _motion(target: Usd.Prim, times: list[float]) -> Iterator[str]:
+def _motion(stage: Usd.Stage, target: Usd.Prim) -> Iterator[str]:
     samples = [time for prim in _below(target) for ends in _ends(prim) for time in ends]
     if samples:
         first, last = min(samples), max(samples)
+        times = [frame.time_code for frame in read_frames(stage, NOMINAL)]
         outside = sum(not first <= time <= last for time in times)
         yield (
             f"the target moves by itself between the stage's time codes {first:g} and {last:g}, where picture i is "
