@@ -6,6 +6,7 @@ t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q
 """
 
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +87,8 @@ def _names(entry: dict[str, Any], where: str) -> tuple[str, str]:
     filename = entry.get("filename")
     if not isinstance(filename, str):
         raise InputError("has no 'filename'", where=where)
-    suffix = Path(filename).suffix
-    name = filename[: -len(suffix)] if suffix.lower() in IMAGE_SUFFIXES else filename
+    stem, dot, suffix = filename.rpartition(".")  # no Path: lists have tens of thousands
+    name = stem if dot + suffix.lower() in IMAGE_SUFFIXES else filename
     if not FRAME_NAME.fullmatch(name):
         raise InputError(
             f"has the filename {filename[:80]!r}, which cannot name a picture",
@@ -111,7 +112,7 @@ def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: st
         numbers = [float(v) for v in values]
     except OverflowError:
         numbers = [float("inf")]
-    if not np.isfinite(numbers).all():
+    if not all(map(isfinite, numbers)):
         raise InputError(f"'{key}' holds NaN or infinity", where=where)
     return numbers
 

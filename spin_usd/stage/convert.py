@@ -21,7 +21,8 @@ def quatd(q: ArrayLike) -> Gf.Quatd:
 
 def quaternions(values: Iterable[Gf.Quatd | Gf.Quatf | Gf.Quath]) -> Float:
     """(N, 4) scalar first."""
-    return np.array([(q.real, *q.imaginary) for q in values], np.float64).reshape(-1, 4)
+    imaginary_first = np.array(Vt.QuatdArray([Gf.Quatd(q) for q in values]), np.float64).reshape(-1, 4)
+    return np.roll(imaginary_first, 1, axis=1)
 
 
 def vec3f_array(v: ArrayLike) -> Vt.Vec3fArray:
