@@ -22,7 +22,8 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else None
     times = attribute.GetTimeSamples() if attribute else []
     if attribute and times:
-        named = [(float(time), str(attribute.Get(Usd.TimeCode(time)))) for time in times]
+        query = Usd.AttributeQuery(attribute)  # which looks only once for where the values come from
+        named = [(float(time), str(query.Get(time))) for time in times]
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
         named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
@@ -45,7 +46,8 @@ def _source_files(prim: Usd.Prim) -> dict[float, str]:
     attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
     if not attribute:
         return {}
-    return {time: str(attribute.Get(Usd.TimeCode(time))) for time in attribute.GetTimeSamples()}
+    query = Usd.AttributeQuery(attribute)
+    return {time: str(query.Get(time)) for time in query.GetTimeSamples()}
 
 
 def _time_range(stage: Usd.Stage) -> list[float]:

@@ -132,9 +132,9 @@ def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
 
 def orient_norm_error(op: UsdGeom.XformOp) -> float:
     """How far the norm of the worst of an orientation's values is off 1; infinity for NaN."""
-    attribute = op.GetAttr()
-    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
-    values = [value for value in (attribute.Get(time) for time in times) if value is not None]
+    query = Usd.AttributeQuery(op.GetAttr())  # which looks only once for where the values come from
+    times = query.GetTimeSamples() or [Usd.TimeCode.Default()]
+    values = [value for value in map(query.Get, times) if value is not None]
     return norm_error(quaternions(values))
 
 
