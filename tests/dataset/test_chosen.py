@@ -9,10 +9,11 @@ import pytest
 from measured import figures, measurement, setting, usual
 
 from spin_usd.cli.effort import setting_of
+from spin_usd.dataset.atomic import sha256_of
 from spin_usd.dataset.chosen import doubts
 from spin_usd.dataset.measure.file import FILE, folder_of, read_measurement
 from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store, sha256_of
+from spin_usd.dataset.store import Store
 from spin_usd.errors import InputError
 from spin_usd.measuring.choice import choose
 from spin_usd.measuring.front import Criterion

@@ -377,7 +377,12 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
     }  # fmt: skip
     assert cached_labels(dataset) == 3
     assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == [
-        {"code": "stray", "where": "image/nominal/notes.txt", "message": "is in no record", "severity": "warning"}
+        {
+            "code": "stray",
+            "where": "image/nominal/notes.txt",
+            "message": "is in no record; remove it",
+            "severity": "warning",
+        }
     ]
 
 

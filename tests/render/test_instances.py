@@ -100,19 +100,16 @@ def test_bands_hold_all_that_is_seen(scene):
 
 
 @pytest.mark.parametrize("holes", [False, True])
-def test_blender_holds_one_mesh_and_draws_the_same(scene, holes):
-    bpy = pytest.importorskip("bpy")
-    from spin_usd.render.blender.renderer import BlenderRenderer
+def test_blender_holds_one_mesh_and_draws_the_same(scene, blender, holes):
+    import bpy
 
     if holes:
         cut = replace(RED, opacity=Primvar(name="shade"), opacity_threshold=0.5)
         scene = replace(scene, target=replace(scene.target, materials=(WHITE, cut)))
-    renderer = BlenderRenderer()
-    assert_same_labels(scene, renderer)
+    assert_same_labels(scene, blender)
     lit, effort = replace(scene, lights=(SUN,)), Effort(samples=8)
-    theirs = renderer.radiance(expanded(lit), effort, seed=3).rgba
-    mine = renderer.radiance(lit, effort, seed=3).rgba
+    theirs = blender.radiance(expanded(lit), effort, seed=3).rgba
+    mine = blender.radiance(lit, effort, seed=3).rgba
     assert len(bpy.data.meshes) == 2  # the plate's and the ball's
     assert len([each for each in bpy.data.objects if each.type == "MESH"]) == 6
     assert np.abs(mine - theirs).mean() < SAME_LIGHT * theirs.mean()
-    renderer.close()
