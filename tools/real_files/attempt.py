@@ -45,14 +45,15 @@ def tried(attempt: Attempt) -> dict[str, Any]:
     _write_inputs(attempt.folder, source)
     units = [] if source.units_per_metre is None else ["--units-per-metre", f"{source.units_per_metre:g}"]
     choices = ["--poses", "poses.json", "--camera", "camera.json", "--target", str(attempt.file.resolve())]
-    outcome["author"] = _call(attempt, "author", *choices, *units, "--out", "stage", "--json")
+    outcome["author"] = _call(attempt, "author", *choices, *units, "--any-size", "--out", "stage", "--json")
     if outcome["author"]["exit"] == 0:
         outcome["check"] = _findings(_call(attempt, "check", "stage", "--json"))
         how = ["--renderer", attempt.renderer, "--samples", str(SAMPLES), "--radiance", "--out", "dataset"]
         outcome["render"] = _call(attempt, "render", "stage/dataset.usda", *how)
         outcome |= _script("ours.py", attempt.folder)
         if attempt.compare and outcome["render"]["exit"] == 0:
-            outcome["blender"] = _script("beside_blender.py", attempt.folder, attempt.file.resolve())
+            scale = str(1 / (source.units_per_metre or 1))
+            outcome["blender"] = _script("beside_blender.py", attempt.folder, attempt.file.resolve(), scale)
     return outcome
 
 
@@ -93,7 +94,7 @@ def _findings(checked: dict[str, Any]) -> dict[str, Any]:
     return {**checked, "findings": sorted({f"{each['severity']} {each['code']}" for each in found})}
 
 
-def _script(name: str, *arguments: Path) -> dict[str, Any]:
+def _script(name: str, *arguments: Path | str) -> dict[str, Any]:
     """What a script of this folder prints as JSON, or why it does not."""
     command = [sys.executable, str(Path(__file__).with_name(name)), *map(str, arguments)]
     try:

@@ -1,8 +1,9 @@
 """Import a model with Blender's own importer, render it as our picture was, and lay both side by side.
 
-Started by real_files.attempt as `beside_blender.py FOLDER FILE`: view.json there says where camera and Sun are, in the
-axes of the file. Writes FOLDER/beside.png: ours, Blender's, and their difference, all with the same white. Prints the
-bounds in metres, in the file's axes, and how far the two are apart, as JSON.
+Started by real_files.attempt as `beside_blender.py FOLDER FILE METRES`: view.json there says where camera and Sun are,
+in the axes of the file, whose unit is so many metres where it does not say so itself. Writes FOLDER/beside.png: ours,
+Blender's, and their difference, all with the same white. Prints the bounds in metres, in the file's axes, and how far
+the two are apart, as JSON.
 """
 
 import json
@@ -28,7 +29,7 @@ def main() -> None:
     view = json.loads((folder / "view.json").read_text())
     poses = json.loads((folder / "poses.json").read_text())
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    world_from_file = imported(file)
+    world_from_file = imported(file, float(sys.argv[3]))
     bounds = bounds_in(world_from_file.inverted())
     set_up(view, world_from_file)
     theirs = rendered(folder)
@@ -39,11 +40,9 @@ def main() -> None:
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
 
 
-def imported(file: Path) -> Matrix:
-    """Import the model; returns Blender's world axes from the file's, one unit of length being a metre of ours."""
+def imported(file: Path, metres: float) -> Matrix:
+    """Import the model; returns Blender's world axes from the file's. `metres` is the unit of a file without one."""
     path = str(file)
-    units = 1.0
-    options = json.loads(os.environ.get("REAL_FILES", "{}"))
     match file.suffix.lower():
         case ".obj":
             bpy.ops.wm.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
@@ -61,12 +60,18 @@ def imported(file: Path) -> Matrix:
             from pxr import Usd, UsdGeom
 
             stage = Usd.Stage.Open(path)
-            bpy.ops.wm.usd_import(filepath=path, import_lights=False, import_cameras=False)
+            unsaid = not UsdGeom.StageHasAuthoredMetersPerUnit(stage)  # Blender takes that for centimetres
+            bpy.ops.wm.usd_import(
+                filepath=path,
+                import_lights=False,
+                import_cameras=False,
+                apply_unit_conversion_scale=not unsaid,
+                scale=metres if unsaid else 1.0,
+            )
             return Z_UP_OF_Y_UP if UsdGeom.GetStageUpAxis(stage) == "Y" else Matrix.Identity(4)
-    units = options.get("units_per_metre", 1.0)
     for thing in bpy.context.scene.objects:
         if thing.parent is None:
-            thing.matrix_world = Matrix.Scale(1 / units, 4) @ thing.matrix_world
+            thing.matrix_world = Matrix.Scale(metres, 4) @ thing.matrix_world
     return Matrix.Identity(4)
 
 
