@@ -21,8 +21,9 @@ def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
 
     Raises InputError for a prim that cannot be moved.
     """
-    layer = UsdUtils.FlattenLayerStack(Usd.Stage.Open(str(file)))
-    UsdUtils.ModifyAssetPaths(layer, lambda path: _beside(path, file.parent))
+    absolute = file.resolve()  # so are the asset paths that USD makes in what it flattens
+    layer = UsdUtils.FlattenLayerStack(Usd.Stage.Open(str(absolute)))
+    UsdUtils.ModifyAssetPaths(layer, lambda path: _beside(path, absolute.parent))
     roots = [prim.path for prim in layer.rootPrims]
     together = Sdf.Path.absoluteRootPath.AppendChild(_free_name(TOGETHER, roots))
     _define(layer, together, "Xform")

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -34,9 +35,8 @@ def authored(tmp_path: Path) -> Any:
             (tmp_path / "models").mkdir(exist_ok=True)
             (tmp_path / "models" / "craft.usda").write_text(target)
             target = tmp_path / "models" / "craft.usda"
-        return author_stage(
-            poses=tmp_path / "poses.json", target=target, camera="speedplus", out=tmp_path / "stage", **options
-        )
+        made = {"poses": tmp_path / "poses.json", "camera": "speedplus", "out": tmp_path / "stage"}
+        return author_stage(target=target, **made | options)
 
     return author
 
@@ -273,6 +273,22 @@ def test_what_roots_name_travels_also_out_of_a_package(authored: Any, tmp_path: 
         for value in vars(material).values()
         if isinstance(value, Texture)
     }
+
+
+@pytest.mark.parametrize("out", ["made/stage", "link/stage"])
+def test_roots_find_their_images_in_a_stage_made_by_way_of_a_relative_path_or_a_link(
+    authored: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    (tmp_path / "made").mkdir()
+    (tmp_path / "link").symlink_to("made")
+    (tmp_path / "models").mkdir()
+    (tmp_path / "models" / "none.png").write_bytes(base64.b64decode(PIXEL))
+    text = FALLBACK.replace("FALLBACK", "") + 'def Cube "Other"\n{\n double size = 400\n}\n'
+    monkeypatch.chdir(tmp_path)
+    for folder in (Path(), tmp_path):
+        report = authored(layer(text, default=""), out=folder / out)
+        assert size(report.root) == pytest.approx([4, 4, 4], rel=FLOAT32)
+        shutil.rmtree(out)
 
 
 @pytest.mark.parametrize(
