@@ -119,7 +119,7 @@ def render(
     if as_json:
         print(json.dumps(asdict(report)))
     else:
-        removed = f", {report.pruned} removed" if prune else ""
+        removed = f", {report.pruned} removed" if prune or report.pruned else ""
         made = f"{report.made} pictures made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
         passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
         print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")

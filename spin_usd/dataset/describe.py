@@ -5,6 +5,7 @@ from typing import Any
 
 from spin_usd.dataset.picture import IMAGE, IMAGE_MEANING, KINDS, RADIANCE, RADIANCE_CHANNELS
 from spin_usd.dataset.planning import Plan
+from spin_usd.dataset.same_stage import differences
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.store import Store
 from spin_usd.labels.label import LABELS
@@ -17,8 +18,10 @@ MEANINGS = {
 
 
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
-    """By schema dataset-1; what earlier runs made of other variants and kinds stays listed."""
+    """By schema dataset-1; what earlier runs made of the same stage's other variants and kinds stays listed."""
     before = read_json(store.description, "dataset-1") if store.description.exists() else None
+    if before and differences(before, plan):
+        before = None
     hashes = dict(before["stage"]["hashes"]) if before else {}
     hashes = {name: hash for name, hash in hashes.items() if name in plan.known_variants}
     hashes |= {name: stage["hash"] for name, stage in plan.stages.items()}

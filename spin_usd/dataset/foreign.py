@@ -51,5 +51,7 @@ def _files_of(store: Store, record: Path) -> list[str]:
     with suppress(InputError):
         found = recorded_files(read_json(record, "record-1"), record.parent.name, record.stem)
     if not found:
-        raise InputError("is no picture's record, and is not pruned", where=record, do="look what it is, and remove it")
+        raise InputError(
+            "is no picture's record, and is not removed", where=record, do="look what it is, and remove it"
+        )
     return list(found.values())

@@ -79,10 +79,10 @@ class RenderRequest:
 @dataclass(kw_only=True)
 class RenderReport:
     """What a run did. `reused`: pictures that were there already; `pruned`: pictures removed, which the stage does not
-    have. Of the pictures made, so many took a label pass (`label_passes`) and a render (`renders`) of their own, and so
-    many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by kind of work, over all workers;
-    `doubts`: about the choice of the effort. `faults`: how many pictures, made or there already, have each of those
-    that dataset.tones knows."""
+    have or which were another stage's. Of the pictures made, so many took a label pass (`label_passes`) and a render
+    (`renders`) of their own, and so many shared another's from the cache. `seconds`: wall-clock; `work`: seconds by
+    kind of work, over all workers; `doubts`: about the choice of the effort. `faults`: how many pictures, made or there
+    already, have each of those that dataset.tones knows."""
 
     pictures: int
     made: int = 0
@@ -130,8 +130,8 @@ def render(
 
     Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
     renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
-    InputError, or are removed with `prune`; those of another stage raise it too, unless told to `replace` them. With
-    `verify` pictures whose files are not as their records say are made again.
+    InputError, or are removed with `prune`; those of another stage raise it too, or are all removed with `replace`,
+    whatever part of this one is wanted. With `verify` pictures whose files are not as their records say are made again.
     """
     began = time.monotonic()
     store = Store(root=out.absolute())
@@ -168,14 +168,11 @@ def _render(
     if not own:
         refuse_changed(store.stage)
     root = (Path(STAGE) / plan.root.relative_to(copied)).as_posix()
-    if not options.replace:
-        same_stage.refuse(store, same_stage.other_origin(store, plan))
-    foreign = foreign_pictures(store, plan)
-    (remove if options.prune else refuse)(store, foreign)
+    removed = _remove_unwanted(store, plan, options)
     write_json(store.description, describe(store, plan, root, request.kinds), work=lease.work)
     if not own:
         _adopt_stage(store, lease.work)
-    report = RenderReport(pictures=len(pictures), pruned=len(foreign), doubts=doubts(request.chosen, plan.stages))
+    report = RenderReport(pictures=len(pictures), pruned=removed, doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
     wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix, verify=options.verify)
     counted = partial(
@@ -207,6 +204,17 @@ def _render(
         if report.made:
             write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
+
+
+def _remove_unwanted(store: Store, plan: Plan, options: _RunOptions) -> int:
+    """Remove, where that was told, all pictures of another stage, else those that the stage does not have; how many.
+    Raises InputError where it was not told."""
+    other = same_stage.other_origin(store, plan)
+    if not options.replace:
+        same_stage.refuse(store, other)
+    unwanted = list(store.records()) if other else foreign_pictures(store, plan)
+    (remove if other or options.prune else refuse)(store, unwanted)
+    return len(unwanted)
 
 
 def _keep_only_shared_renders(tasks: list[Task]) -> None:

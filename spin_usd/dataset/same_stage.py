@@ -4,7 +4,8 @@ A stage is the same while `author` made it from the same files, units and seed, 
 its root layer's name is the same: what dataset.json keeps as its origin.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from spin_usd.dataset.planning import Plan
 from spin_usd.dataset.schema import read_json
@@ -21,7 +22,12 @@ def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
     names, variants = set(plan.names), set(plan.known_variants)
     if not any(path.stem in names and path.parent.name in variants for path in store.records()):
         return ()
-    before = read_json(store.description, "dataset-1")["stage"].get("origin", plan.origin)
+    return differences(read_json(store.description, "dataset-1"), plan)
+
+
+def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
+    """By name, what the planned stage was made from other than that of a dataset with this dataset.json was."""
+    before = description["stage"].get("origin", plan.origin)
     return tuple(sorted(name for name in {*before, *plan.origin} if before.get(name) != plan.origin.get(name)))
 
 
@@ -33,5 +39,5 @@ def in_words(other: Sequence[str]) -> str:
 def refuse(store: Store, other: Sequence[str]) -> None:
     """Raise InputError where there is any."""
     if other:
-        do = "choose another folder, or add --replace, which makes them anew from this one"
+        do = "choose another folder, or add --replace, which removes them all"
         raise InputError(in_words(other), where=store.root, do=do)

@@ -262,7 +262,27 @@ def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_p
     assert content(dataset) == before
     options = ("--out", dataset, "--renderer", "raycast", "--samples", 1, "--json")
     assert json.loads(spin_usd("plan", other, *options).stdout)["other_stage"] == ["seed", "target"]
-    assert json.loads(spin_usd("render", other, *options, "--replace").stdout)["made"] == 2
+    report = json.loads(spin_usd("render", other, *options, "--replace").stdout)
+    assert (report["made"], report["pruned"]) == (2, 2)
+
+
+def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path):
+    """Replaced in part: what was the other stage's is gone, and what the user put beside it is not."""
+    (dataset / "image" / "nominal" / "mine.txt").write_text("mine")
+    other = author(authored.parent.parent, tmp_path / "other", target="capsule")
+    report = make(other, dataset, frames="0:1", replace=True)
+    assert (report.made, report.pruned) == (1, 2)
+    assert [path.name for path in (dataset / "records").rglob("*.json")] == ["img000001.json"]
+    found = list(dataset_findings(dataset, progress=lambda *_: None))
+    assert [each for each in found if each.severity == "error"] == []
+    assert [each.where for each in found if each.code == "stray"] == ["image/nominal/mine.txt"]
+    with pytest.raises(InputError, match="another stage"):
+        make(authored, dataset)
+    (dataset / "records" / "nominal" / "precious.json").write_text("{}")
+    before = content(dataset)
+    with pytest.raises(InputError, match="precious"):
+        make(authored, dataset, replace=True)
+    assert content(dataset) == before
 
 
 def test_a_damaged_picture_is_made_again_when_told_to_verify(authored, dataset, spin_usd):
