@@ -250,7 +250,7 @@ def render_ours(blender, folder, materials, binding=BOUND, mesh=BUMP):
 
 def render_theirs(blender, folder, scene):
     """The importer's objects in place of ours; everything else as it is."""
-    ours = list(blender._target.groups.values())
+    ours = list(blender._target.objects)
     before = {kind: set(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "materials", "images")}
     for shown in ours:
         shown.hide_render = True
