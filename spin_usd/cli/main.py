@@ -120,7 +120,9 @@ def render(
         print(json.dumps(asdict(report)))
     else:
         removed = f", {report.pruned} removed" if prune or report.pruned else ""
-        made = f"{report.made} pictures made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
+        made = (
+            f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
+        )
         passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
         print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
         _warn_of_faults(report, out)

@@ -43,12 +43,13 @@ class Additions:
             set_channels(root.parent / "layers" / "camera.usda", self.channels)
         if self.keypoints is not None:
             add_keypoints(root, self.keypoints)
-            notes += (f"{len(self.keypoints.names)} keypoints are those of {self.files['keypoints'].name}",)
+            count, file = len(self.keypoints.names), self.files["keypoints"].name
+            notes += (f"1 keypoint is that of {file}" if count == 1 else f"{count} keypoints are those of {file}",)
         if self.parts:
             sizes, others = add_parts(root, self.parts, self.files["parts"])
-            made = ", ".join(f"{name} of {count}" for name, count in sizes.items())
+            made = ", ".join(f"{name} ({count} surface{'s' * (count != 1)})" for name, count in sizes.items())
             rest = "1 other surface stays as it is" if others == 1 else f"{others} other surfaces stay as they are"
-            notes += (f"parts by surfaces: {made}; {rest}",)
+            notes += (f"parts made: {made}; {rest}",)
         return notes
 
     @property

@@ -15,6 +15,7 @@ from spin_usd.dataset.author_size import check_written
 from spin_usd.dataset.author_views import Look, look_at
 from spin_usd.dataset.example import open_example
 from spin_usd.dataset.example_pictures import Shot, draw_light, draw_poses, shots
+from spin_usd.dataset.far_keypoints import notes_on_far_keypoints
 from spin_usd.dataset.new_folder import new_folder
 from spin_usd.dataset.plausible_target import ModelUnit, refuse_implausible, refuse_size
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
@@ -186,6 +187,7 @@ def _author(
             camera_notes += (
                 f"{camera_file.name} says nothing of colour: pictures are grey; --channels rgb has colour",
             )
+        notes += notes_on_far_keypoints(choices.additions.keypoints, look.mesh.hull if look else corners)
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
     return AuthorReport(

@@ -14,8 +14,10 @@ def new_folder(out: Path) -> Iterator[Path]:
     """A folder hidden beside `out` to write in; it becomes `out` when the block ends well, else it is removed.
 
     What killed processes left for the same `out` is removed first. Raises InputError when `out` exists and is not an
-    empty folder, OutputError when it cannot be made.
+    empty folder, or is a link, which a folder cannot replace; OutputError when it cannot be made.
     """
+    if out.is_symlink():
+        raise InputError("is a link", where=out, do="give the folder that it leads to, or remove it")
     if out.exists() and not (out.is_dir() and not any(out.iterdir())):
         raise InputError("exists already and is not empty", where=out, do="give a new folder, or remove it")
     try:

@@ -40,9 +40,9 @@ class Row:
 def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:
     """The rows of the file at `path`. Raises InputError that names the file and the row at fault."""
     path = Path(path)
-    rows = tuple(_row(where, raw, table) for where, raw in _raw_rows(path, table))
+    rows = tuple(_row(where, raw, table, _shape(table, path)) for where, raw in _raw_rows(path, table))
     if not rows:
-        raise InputError(f"holds no {table.key}", where=path, do=f"give at least one row: {_shape(table)}")
+        raise InputError(f"holds no {table.key}", where=path, do=f"give at least one row: {_shape(table, path)}")
     names = [row.name for row in rows]
     for i, row in enumerate(rows):
         if row.name in names[:i]:
@@ -70,13 +70,14 @@ def _structured(document: Any, path: Path, table: Table) -> Iterator[tuple[str, 
                 entry = dict(zip(table.columns, entry, strict=False))
             yield f"{path}, {name!r}", {table.key: name, **entry} if isinstance(entry, dict) else entry
     else:
-        raise InputError("holds no table", where=path, do=f"write {_shape(table)}")
+        raise InputError("holds no table", where=path, do=f"write {_shape(table, path)}")
 
 
-def _row(where: str, raw: Any, table: Table) -> Row:
+def _row(where: str, raw: Any, table: Table, shape: str) -> Row:
+    """`shape`: what a row looks like, for messages."""
     known = (table.key, *table.columns)
     if not isinstance(raw, dict):
-        raise InputError(f"is no row: {raw!r}", where=where, do=f"write {_shape(table)}")
+        raise InputError(f"is no row of {', '.join(table.columns)}", where=where, do=f"write {shape}")
     if missing := [name for name in (table.key, *table.required) if raw.get(name) in (None, "")]:
         raise InputError(f"has no {missing[0]!r}", where=where, do=f"give each row {', '.join(known)}")
     if strange := [name for name in raw if name not in known]:
@@ -90,13 +91,19 @@ def _row(where: str, raw: Any, table: Table) -> Row:
     return Row(where=where, name=name, values=values)
 
 
-def _shape(table: Table) -> str:
-    """What a row looks like in JSON."""
-    return f'{{"{table.key.upper()}": [{", ".join(table.columns)}], ...}}, or CSV with these as headings'
+def _shape(table: Table, path: Path) -> str:
+    """What a row looks like in the file at `path`."""
+    key, columns = table.key.upper(), ", ".join(table.columns)
+    if path.suffix.lower() == ".toml":
+        return f'"{key}" = [{columns}], one such line for each {table.key}'
+    return f'{{"{key}": [{columns}], ...}}, or CSV with these as headings'
 
 
 def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
     lines = csv.DictReader(_read_text(path).splitlines(), skipinitialspace=True, restkey="a further column")
+    headings = lines.fieldnames or ()
+    if len(headings) == 1 and (other := next((mark for mark in (";", "\t") if mark in headings[0]), None)):
+        raise InputError(f"has {other!r} between its columns", where=path, do="put commas between them")
     for row in lines:
         text = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
         yield f"{path}, line {lines.line_num}", text

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.errors import InputError
 
@@ -12,7 +12,8 @@ MAX_NAMED = 5  # prims in a sentence
 
 def target_root(stage: Usd.Stage, source: Path, prim: str | None) -> Sdf.Path:
     """The path of `prim`, where one is asked for; else of the default prim, or of the only root prim; the absolute root
-    where there are several, which usdview and Blender show all. Raises InputError for a prim that is not there."""
+    where there are several, which usdview and Blender show all. Raises InputError for a prim that is not there, and for
+    one without geometry."""
     if prim is not None:
         return _asked(stage, source, prim)
     if stage.GetDefaultPrim():
@@ -27,6 +28,8 @@ def _asked(stage: Usd.Stage, source: Path, prim: str) -> Sdf.Path:
         names = [str(root.GetPath()) for root in stage.GetPseudoRoot().GetChildren()]
         do = f"choose {_listed(names)}, a prim below, or / for all" if names else "give a file with prims"
         raise InputError(f"has no prim {prim!r}", where=source, do=do)
+    if not found.IsPseudoRoot() and not holds_geometry(found):
+        raise InputError(f"its prim {prim} holds no geometry", where=source, do="choose one that does, or / for all")
     return found.GetPath()
 
 
@@ -41,18 +44,28 @@ def outside(stage: Usd.Stage, root: Sdf.Path) -> Iterator[tuple[Usd.Prim, Sdf.Pa
                     yield prim, path
 
 
+def holds_geometry(root: Usd.Prim) -> bool:
+    """Whether there is geometry at or below `root`, or instances, which a plain walk does not enter, so may hold it."""
+    return any(
+        (prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points))
+        or prim.IsInstance()
+        or prim.IsA(UsdGeom.PointInstancer)
+        for prim in Usd.PrimRange(root)
+    )
+
+
 def notes_on_root(stage: Usd.Stage, root: Sdf.Path, prim: str | None) -> tuple[str, ...]:
     """Sentences on what was taken for the target where `prim`, what was asked for, left it open, and on its lights."""
-    names = [str(each.GetPath()) for each in stage.GetPseudoRoot().GetChildren()]
     notes = []
     if prim is None and root == Sdf.Path.absoluteRootPath:
-        notes.append(
-            f"no defaultPrim: all {len(names)} root prims are the target ({_listed(names)}); --prim chooses one"
-        )
+        names = [str(each.GetPath()) for each in stage.GetPseudoRoot().GetChildren() if holds_geometry(each)]
+        held = f"all {len(names)} root prims with geometry are" if len(names) > 1 else "the root prim with geometry is"
+        notes.append(f"no defaultPrim: {held} the target ({_listed(names)}); --prim chooses one")
     lights = [each for each in Usd.PrimRange(stage.GetPrimAtPath(root)) if each.HasAPI(UsdLux.LightAPI)]
     if lights:
         named = _listed([str(each.GetPath()) for each in lights])
-        notes.append(f"{len(lights)} lights of the target's own file shine in every picture ({named})")
+        count, s, shine = len(lights), "" if len(lights) == 1 else "s", "shines" if len(lights) == 1 else "shine"
+        notes.append(f"{count} light{s} of the target's own file {shine} in every picture ({named})")
     return tuple(notes)
 
 

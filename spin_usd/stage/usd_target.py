@@ -19,7 +19,7 @@ from spin_usd.stage.materialx import composition_errors
 from spin_usd.stage.missing_images import dispensable_images
 from spin_usd.stage.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.slashes import slashes
-from spin_usd.stage.target_root import notes_on_root, outside, target_root
+from spin_usd.stage.target_root import holds_geometry, notes_on_root, outside, target_root
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
@@ -159,7 +159,7 @@ def describe(
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
     _refuse_nested_targets(root, where)
     found = [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
-    if not any(not prim.IsA(UsdGeom.Points) for prim in found) and not _instanced(root):
+    if not holds_geometry(root):
         raise InputError("holds no geometry", where=where)
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
     xformable = root.IsA(UsdGeom.Xformable)
@@ -196,11 +196,6 @@ def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
     if nested:
         found = f"its prim {nested[0].GetPath()} has {schema.TARGET_API}, which only the whole target may have"
         raise InputError(found, where=source, do="remove it there")
-
-
-def _instanced(root: Usd.Prim) -> bool:
-    """Whether geometry may be in instances, which a plain walk does not enter."""
-    return any(prim.IsInstance() or prim.IsA(UsdGeom.PointInstancer) for prim in Usd.PrimRange(root))
 
 
 def _metres_per_unit(stage: Usd.Stage, source: Path, units_per_metre: float | None) -> float:

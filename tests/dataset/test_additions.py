@@ -74,7 +74,7 @@ def test_all_of_them_reach_the_dataset(inputs: dict[str, Any], tmp_path: Path, s
     ]
     said = spin_usd("author", *files, *own).stderr
     assert "note: 2 keypoints are those of keypoints.json" in said
-    assert "parts by surfaces: bus of 1, panel of 2; 1 other surface stays as it is" in said
+    assert "parts made: bus (1 surface), panel (2 surfaces); 1 other surface stays as it is" in said
     assert spin_usd("check", inputs["out"]).stdout.endswith("0 errors, 0 warnings\n")
     spin_usd(
         "render", inputs["out"], "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1, "--frames", ":1"
@@ -105,6 +105,21 @@ def test_surfaces_of_one_part_are_one_part_and_all_others_keep_their_own(
         "panel": ("solar", 24), "tail": ("spacecraft", 12), "boom": ("spacecraft", 12),
     }  # fmt: skip
     assert check_stage(made.root) == ()
+
+
+@pytest.mark.parametrize(("scale", "told"), [(1, 0), (1000, 1)])
+def test_keypoints_of_another_unit_are_told(inputs: dict[str, Any], tmp_path: Path, scale: float, told: int) -> None:
+    given = {name: [scale * x for x in point] for name, point in KEYPOINTS.items()}
+    (tmp_path / "keypoints.json").write_text(json.dumps(given))
+    notes = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"}).notes
+    assert sum("2 of 2 keypoints are far off the target" in note for note in notes) == told
+
+
+def test_a_link_where_the_stage_shall_be_is_told(inputs: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    inputs["out"].symlink_to("empty")
+    with pytest.raises(InputError, match="is a link; give the folder that it leads to"):
+        author_stage(**inputs)
 
 
 @pytest.mark.parametrize(

@@ -231,7 +231,7 @@ def test_without_a_default_prim_all_roots_are_the_target(authored: Any) -> None:
     report = authored(layer(ROOTS, default=""))
     assert shown(report.root) == {"Body/C": (PAINT, [2, 4]), "Boom/C": (RED, [-0.5, 0.5])}
     assert report.notes == (
-        "no defaultPrim: all 4 root prims are the target (/Body, /Boom, /Looks, /View); --prim chooses one",
+        "no defaultPrim: all 2 root prims with geometry are the target (/Body, /Boom); --prim chooses one",
     )
     assert {finding.severity for finding in check_stage(report.root)} <= {"warning"}
 
@@ -300,7 +300,7 @@ def test_roots_find_their_images_in_a_stage_made_by_way_of_a_relative_path_or_a_
             r"has no prim '/None'; choose /Body, /Boom, /Looks, /View, a prim below, or / for all",
         ),
         (ROOTS, {"prim": "Body"}, "has no prim 'Body'"),
-        (ROOTS, {"prim": "/Looks"}, "holds no geometry"),
+        (ROOTS, {"prim": "/Looks"}, "its prim /Looks holds no geometry; choose one that does"),
         (ROOTS.replace("= </Looks/Paint>", "= </Looks/None>"), {"prim": "/Body"}, "/Looks/None, which is not there"),
         ("", {}, "holds no geometry"),
     ],
@@ -318,7 +318,7 @@ def test_a_prim_of_a_file_without_prims_is_told(authored: Any, tmp_path: Path) -
 
 def test_lights_of_the_targets_own_file_are_told(authored: Any) -> None:
     body = 'def Xform "W"\n{\n def Cube "C"\n {\n }\n def SphereLight "Lamp"\n {\n }\n}\n'
-    assert "1 lights of the target's own file shine in every picture (/W/Lamp)" in authored(layer(body)).notes
+    assert "1 light of the target's own file shines in every picture (/W/Lamp)" in authored(layer(body)).notes
 
 
 def test_a_file_named_with_backslashes_is_found(authored: Any, tmp_path: Path) -> None:

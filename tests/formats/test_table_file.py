@@ -51,7 +51,7 @@ def test_rules_are_the_same_in_every_form(tmp_path, name):
         ("a.json", '"tip"', "holds no table"),
         ("a.json", "{}", "holds no name"),
         ("a.csv", "name,x,y,z\n", "holds no name"),
-        ("a.json", '{"tip": [0, 0]}', r"a.json, 'tip': is no row: \[0, 0\]"),
+        ("a.json", '{"tip": [0, 0]}', "a.json, 'tip': is no row of x, y, z; write {"),
         ("a.json", '{"tip": [0, 0, 1], "tip": [0, 0, 2]}', "has the key 'tip' twice"),
         ("a.csv", "name,x,y,z\ntip,0,0,1\ntip,0,0,2\n", "line 3: names 'tip' a second time"),
         ("a.csv", "name,x,y\ntip,0,0\n", "line 2: has no 'z'"),
@@ -63,6 +63,13 @@ def test_rules_are_the_same_in_every_form(tmp_path, name):
         ("a.json", '{"tip": {"x": 0, "y": 0, "z": 1, "unit": "mm"}}', "has 'unit', which means nothing here"),
         ("a.json", '[{"name": 7, "x": 0, "y": 0, "z": 1}]', "entry 0: has the name 7"),
         ("a.toml", "tip = [0, 0", "is not TOML"),
+        (
+            "a.toml",
+            '[[keypoint]]\nname = "tip"\nx = 0\ny = 0\nz = 1\n',
+            r"a.toml, 'keypoint': is no row of x, y, z; write \"NAME\" = \[x, y, z\], one such line for each name$",
+        ),
+        ("a.csv", "name;x;y;z\ntip;0;0;1\n", "a.csv: has ';' between its columns; put commas between them"),
+        ("a.csv", "name\tx\ty\tz\ntip\t0\t0\t1\n", r"a.csv: has '\\t' between its columns"),
     ],
 )
 def test_what_is_wrong_with_keypoints_is_said_with_where(tmp_path, name, text, sentence):
