@@ -18,6 +18,6 @@ def notes_on_far_keypoints(keypoints: Keypoints | None, corners: Float) -> tuple
         return ()
     name, most = keypoints.names[int(away.argmax())], float(away.max())
     return (
-        f"{far} of {len(away)} keypoints are far off the target ({name!r}: {most:.3g} m from its bounding box): "
-        "keypoints are in metres, in body axes; check the unit of their file",
+        f"keypoints far off the target: {far} of {len(away)} ({name!r}: {most:.3g} m from its bounding box); "
+        "they are in metres, in body axes: check the unit of their file",
     )

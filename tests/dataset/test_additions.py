@@ -112,7 +112,7 @@ def test_keypoints_of_another_unit_are_told(inputs: dict[str, Any], tmp_path: Pa
     given = {name: [scale * x for x in point] for name, point in KEYPOINTS.items()}
     (tmp_path / "keypoints.json").write_text(json.dumps(given))
     notes = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"}).notes
-    assert sum("2 of 2 keypoints are far off the target" in note for note in notes) == told
+    assert sum("keypoints far off the target: 2 of 2" in note for note in notes) == told
 
 
 def test_a_link_where_the_stage_shall_be_is_told(inputs: dict[str, Any], tmp_path: Path) -> None:
