@@ -44,8 +44,8 @@ Prune = Annotated[bool, typer.Option("--prune", help="Remove the dataset's pictu
 Replace = Annotated[
     bool,
     typer.Option(
-        help="Remove all pictures of another stage first: one that author made from other files, units or seed, or "
-        "that has another root layer's name where author did not make it."
+        help="Remove all pictures of another stage first: one that author made from other files or with other "
+        "options, or that has another root layer's name where author did not make it."
     ),
 ]
 Verify = Annotated[

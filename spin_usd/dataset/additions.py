@@ -32,8 +32,8 @@ class Additions:
     keypoints: Keypoints | None = None
     parts: tuple[PartRule, ...] = ()
     channels: str | None = None
-    sun_from_camera: tuple[float, ...] | None = None
-    sun_from_target: tuple[float, ...] | None = None
+    sun_from_camera: tuple[float, float, float] | None = None
+    sun_from_target: tuple[float, float, float] | None = None
 
     def write(self, root: Path) -> tuple[str, ...]:
         """Write all but the Sun over the stage at `root`; returns notes on what was made. Raises InputError for rules
@@ -94,7 +94,7 @@ def read_additions(
     )
 
 
-def _direction(given: Sequence[float] | None) -> tuple[float, ...] | None:
+def _direction(given: Sequence[float] | None) -> tuple[float, float, float] | None:
     """At unit length."""
     if given is None:
         return None
@@ -102,4 +102,5 @@ def _direction(given: Sequence[float] | None) -> tuple[float, ...] | None:
     if len(given) != 3 or not 0 < length < float("inf"):
         found = f"{', '.join(f'{number:g}' for number in given)} is no direction to the Sun"
         raise InputError(found, do="give three numbers X,Y,Z, not all zero")
-    return tuple(float(number) / length for number in given)
+    x, y, z = (float(number) / length for number in given)
+    return x, y, z

@@ -26,7 +26,7 @@ from spin_usd.scene.poses import PoseList
 from spin_usd.scene.view_text import sentences
 from spin_usd.scene.views import Views
 from spin_usd.stage.author import ROOT, write_stage
-from spin_usd.stage.authorship import Origin
+from spin_usd.stage.authorship import Option, Origin
 from spin_usd.stage.camera_layer import lens_of
 from spin_usd.stage.compose import open_stage
 from spin_usd.stage.extent import box_corners
@@ -156,8 +156,7 @@ def _author(
     files |= {kind.lower(): file for kind, file in rig_files.items()} | dict(choices.additions.files)
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
     inputs = {role: (file.name, _sha256(file)) for role, file in files.items()}
-    numbers = {"seed": choices.seed, "units_per_metre": choices.units_per_metre}
-    origin = Origin(inputs=inputs, numbers={name: value for name, value in numbers.items() if value is not None})
+    origin = Origin(inputs=inputs, options=_options(choices))
     with new_folder(out) as folder:
         asset, notes = _write_target(target_file, folder, choices.units_per_metre, choices.prim)
         notes += _unused(settings, asset)
@@ -199,6 +198,19 @@ def _author(
         views=look.views if look else None,
         notes=(*camera_notes, *notes, *remarks),
     )
+
+
+def _options(choices: Choices) -> dict[str, Option]:
+    """Those that were given of what decides pictures beside the files, as `author`'s options are called."""
+    options = {
+        "seed": choices.seed,
+        "units_per_metre": choices.units_per_metre,
+        "prim": choices.prim,
+        "channels": choices.additions.channels,
+        "sun_direction": choices.additions.sun_from_camera,
+        "sun_from_target": choices.additions.sun_from_target,
+    }
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _write_light(root: Path, frames: int, light: Callable[[Any], Opinions] | None, additions: Additions) -> None:

@@ -58,7 +58,7 @@ class Plan:
     known_variants: tuple[str, ...]
     names: tuple[str, ...]
     stages: Mapping[str, Mapping[str, Any]]
-    origin: Mapping[str, str]
+    origin: Mapping[str, Any]
     description: Mapping[str, Any]
     pictures: tuple[PlannedPicture, ...]
     spared: tuple[Spared, ...] = ()

@@ -31,6 +31,20 @@ OVER = """#usda 1.0
     upAxis = "Z"
 )
 """
+CRAFT = """#usda 1.0
+(
+    defaultPrim = "Craft"
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Xform "Craft"
+{
+    def Cube "Body"
+    {
+        double size = 1
+    }
+}
+"""
 LOOK_ALIKES = (
     "notes.tmp-draft.txt",
     "a.tmp-1/x.tmp-2.png",
@@ -257,13 +271,47 @@ def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_p
     assert make(over, dataset).made == 2
     before = content(dataset)
     other = author(authored.parent.parent, tmp_path / "other", target="capsule", seed=1)
-    with pytest.raises(InputError, match=r"another stage \(of another seed, target\); .*--replace"):
+    with pytest.raises(InputError, match=r"another stage, which differs in: --seed, --target; .*--replace"):
         make(other, dataset)
     assert content(dataset) == before
     options = ("--out", dataset, "--renderer", "raycast", "--samples", 1, "--json")
     assert json.loads(spin_usd("plan", other, *options).stdout)["other_stage"] == ["seed", "target"]
     report = json.loads(spin_usd("render", other, *options, "--replace").stdout)
     assert (report["made"], report["pruned"]) == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("options", "additions", "kept"),
+    [
+        (
+            {"seed": 2**62, "units_per_metre": 1.0},
+            {"sun_direction": (0.0, 0.0, -2.0), "channels": "rgb"},
+            {"seed": 2**62, "units_per_metre": 1.0, "sun_direction": [0.0, 0.0, -1.0], "channels": "rgb"},
+        ),
+        (
+            {"prim": "/Craft"},
+            {"sun_from_target": (0.0, 3.0, 0.0)},
+            {"seed": 0, "prim": "/Craft", "sun_from_target": [0.0, 1.0, 0.0]},
+        ),
+    ],
+)
+def test_every_option_that_decides_pictures_makes_another_stage(authored, dataset, tmp_path, options, additions, kept):
+    """And is in dataset.json as JSON."""
+    (tmp_path / "craft.usda").write_text(CRAFT)
+    other = author(
+        authored.parent.parent, tmp_path / "other", target=tmp_path / "craft.usda", additions=additions, **options
+    )
+    with pytest.raises(InputError, match="another stage") as refused:
+        make(other, dataset)
+    changed = set(kept) if kept["seed"] else set(kept) - {"seed"}
+    assert all(f"--{name.replace('_', '-')}" in str(refused.value) for name in changed)
+    make(other, dataset, frames="0:1", replace=True)
+    assert json.loads((dataset / "dataset.json").read_text())["stage"]["origin"]["options"] == kept
+
+
+def test_a_renamed_file_makes_no_other_stage(authored, dataset, tmp_path):
+    poses = shutil.copy(REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json", tmp_path / "renamed.json")
+    assert make(author(authored.parent.parent, tmp_path / "same", poses=poses), dataset).reused == 2
 
 
 def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path):
