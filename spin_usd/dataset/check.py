@@ -7,7 +7,7 @@ from pathlib import Path
 from spin_usd.dataset.check_cache import cache_findings
 from spin_usd.dataset.check_pictures import AGAIN, Inventory, picture_findings
 from spin_usd.dataset.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
-from spin_usd.dataset.lock import token_in
+from spin_usd.dataset.picture import KINDS
 from spin_usd.dataset.schema import read_json
 from spin_usd.dataset.stage_path import root_layer
 from spin_usd.dataset.store import DESCRIPTION, LOCK, OWN, RECORDS, STAGE, Store
@@ -77,7 +77,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
         yield from picture_findings(store, path, inventory)
     progress("checking: picture", len(records), len(records))
     yield from cache_findings(store, inventory)
-    yield from _strays(store, inventory)
+    yield from _strays(inventory)
 
 
 def _strange(node: Node) -> Finding:
@@ -99,9 +99,9 @@ def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) ->
         yield Finding(code="stage", where=str(e.where or root), message=e.found)
 
 
-def _strays(store: Store, inventory: Inventory) -> Iterator[Finding]:
-    """Files among the pictures that no record lists."""
-    of_a_run = store.work(token_in(store.lock) or "").name
+def _strays(inventory: Inventory) -> Iterator[Finding]:
+    """Files among the pictures that no record lists. Outside the kinds' own folders all else is the user's."""
     for name in sorted(inventory.present - inventory.files):
-        if name.count("/") == 2 and name.partition("/")[0] not in (RECORDS, STAGE, of_a_run):
-            yield Finding(code="stray", where=name, message="is in no record; remove it", severity=WARNING)
+        if name.partition("/")[0] in KINDS:
+            message = "is in no record; move it elsewhere, or remove it"
+            yield Finding(code="stray", where=name, message=message, severity=WARNING)

@@ -333,6 +333,15 @@ def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path):
     assert content(dataset) == before
 
 
+def test_strays_are_told_of_the_datasets_own_places_alone(dataset):
+    for name in ("notes/a/b.txt", "image.old/nominal/c.png", "image/nominal/sub/d.png", "cache/mine/e.txt"):
+        (dataset / name).parent.mkdir(parents=True, exist_ok=True)
+        (dataset / name).write_text("mine")
+    findings = dataset_findings(dataset, progress=lambda *_: None)
+    found = [each.where for each in findings if not each.where.startswith("/")]
+    assert sorted(found) == ["cache/mine/e.txt", "image/nominal/sub/d.png"]
+
+
 def test_a_damaged_picture_is_made_again_when_told_to_verify(authored, dataset, spin_usd):
     path = dataset / "image" / "nominal" / "img000001.png"
     whole = path.read_bytes()
