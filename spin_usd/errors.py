@@ -1,4 +1,4 @@
-"""The error tree: every failure that a user can cause or mend is a SpinError.
+"""The error tree: every failure that a user can cause or fix is a SpinError.
 
 A message is one sentence that says what was found, where, and what to do next. Each class is also a
 built-in kind, so that callers who know nothing of spin_usd can still catch it.

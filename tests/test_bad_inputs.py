@@ -193,7 +193,7 @@ BAD_STAGES = {
     "empty file": ("", "stage.usda"),
     "brackets that do not close": (
         stage(CAMERA, TARGET.replace("[3]", "[3}")),
-        "cannot be understood, at '}'; mend the layer",
+        "cannot be understood, at '}'; fix the layer",
     ),
     "quotes that do not close": (
         HEAD + 'def Xform "World\n',

@@ -1,4 +1,4 @@
-"""Findings on a dataset's cache. All are warnings: pictures do not need it, and renders mend it."""
+"""Findings on a dataset's cache. All are warnings: pictures do not need it, and renders fix it."""
 
 from collections.abc import Iterator
 

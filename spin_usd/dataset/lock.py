@@ -17,7 +17,7 @@ from spin_usd.errors import InputError
 
 TEXT = "spin_usd {}\n"
 TOKEN = re.compile(rb"spin_usd ([0-9a-f]{32})\n")
-MOST_BYTES = 64  # more than a lock has
+MAX_BYTES = 64  # more than a lock has
 
 
 class Lock(NamedTuple):
@@ -84,5 +84,5 @@ def _open(path: Path, flags: int) -> int:
 def _token(descriptor: int) -> str | None:
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         return None
-    found = TOKEN.fullmatch(os.pread(descriptor, MOST_BYTES, 0))
+    found = TOKEN.fullmatch(os.pread(descriptor, MAX_BYTES, 0))
     return found[1].decode() if found else None

@@ -30,4 +30,4 @@ def read_example_file(path: str | Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise InputError("is not a text file", where=path, do="give a TOML file") from None
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
+        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None

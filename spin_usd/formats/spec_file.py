@@ -160,7 +160,7 @@ def _read_toml(path: Path) -> tuple[bytes, dict[str, Any]]:
     except UnicodeDecodeError:
         raise InputError("is not a text file", where=path, do="give a TOML file") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
+        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None
 
 
 @cache

@@ -113,7 +113,7 @@ def _read_toml(path: Path) -> Any:
     try:
         return tomllib.loads(_read_text(path))
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="mend it there") from None
+        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None
 
 
 def _read_text(path: Path) -> str:

@@ -88,7 +88,7 @@ def udim_files(path: Path) -> list[Path]:
 
 def parse_failure(error: Tf.ErrorException, where: object) -> StageError:
     """A Tf exception as one sentence."""
-    return StageError(f"USD cannot read it: {reason(error)}", where=where, do="mend the layer")
+    return StageError(f"USD cannot read it: {reason(error)}", where=where, do="fix the layer")
 
 
 def _check_file(file: Path) -> None:

@@ -18,4 +18,4 @@ def refuse(bad: Any, name: str, values: Any, why: str, where: Any) -> None:
     """Raise StageError for the first of `values` (N, ...) that is `bad` (N,)."""
     if bad.any():
         i = int(np.argmax(bad))
-        raise StageError(f"{name}[{i}] is {values[i]}, but {why}", where=where, do="mend the mesh")
+        raise StageError(f"{name}[{i}] is {values[i]}, but {why}", where=where, do="fix the mesh")

@@ -38,7 +38,7 @@ def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
     settings = UsdRender.Settings.GetStageRenderSettings(stage)
     if not settings:
         found = f"renderSettingsPrimPath {path} is no RenderSettings prim"
-        raise StageError(found, where=_name(stage), do="mend the path")
+        raise StageError(found, where=_name(stage), do="fix the path")
     window = settings.GetDataWindowNDCAttr().Get()
     if tuple(window) != (0, 0, 1, 1):
         raise UnsupportedError(f"its dataWindowNDC is {window}", where=path, do="use the whole frame")
@@ -53,7 +53,7 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
         camera = _from_lens(prim, time) if prim.HasAPI(schema.LENS_API) else _from_apertures(prim, time)
         camera.check_invertible()
     except GeometryError as error:
-        raise StageError(error.found, where=prim.GetPath(), do=error.do or "mend the camera") from None
+        raise StageError(error.found, where=prim.GetPath(), do=error.do or "fix the camera") from None
     return camera
 
 

@@ -105,7 +105,7 @@ def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         first = errors[0].rstrip(".")
-        raise StageError(f"does not compose: {first}{more}", where=path, do="mend the layer it names")
+        raise StageError(f"does not compose: {first}{more}", where=path, do="fix the layer it names")
 
 
 def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:

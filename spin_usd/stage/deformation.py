@@ -114,7 +114,7 @@ class Deformation:
         return total
 
     def _unfit(self, what: str) -> StageError:
-        return StageError(f"its {what} do not fit its points", where=self.query.GetPrim().GetPath(), do="mend them")
+        return StageError(f"its {what} do not fit its points", where=self.query.GetPrim().GetPath(), do="fix them")
 
 
 def _normal_offsets(shapes: UsdSkel.BlendShapeQuery, shape: int, sub_shape: int) -> Iterator[tuple[Int, Float]]:

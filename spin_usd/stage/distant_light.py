@@ -42,6 +42,6 @@ def _direction(prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:
     to = -np.array(world.GetLocalToWorldTransform(prim))[2, :3]
     length = np.linalg.norm(to)
     if not np.isfinite(length) or length == 0:
-        raise StageError("its transform gives it no direction", where=prim.GetPath(), do="mend its xformOps")
+        raise StageError("its transform gives it no direction", where=prim.GetPath(), do="fix its xformOps")
     result: Float = to / length
     return result

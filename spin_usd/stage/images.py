@@ -134,7 +134,7 @@ def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded
         raise StageError(f"is cut short or damaged ({said})", do="copy or make it again")
     pixels = _rgba(values.reshape(spec.height, spec.width, spec.nchannels), list(spec.channelnames))
     if not np.isfinite(pixels).all():
-        raise StageError("holds NaN or infinity", do="mend it")
+        raise StageError("holds NaN or infinity", do="fix it")
     if color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, data)):
         pixels[..., :3] = srgb.decode(pixels[..., :3])
     return Decoded(image=Image(name=name, pixels=pixels), wrap=_wrap(spec))

@@ -28,7 +28,7 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
         time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
     if len(matrices) != len(which):
-        raise StageError("USD cannot place its instances", where=prim.GetPath(), do="mend its arrays")
+        raise StageError("USD cannot place its instances", where=prim.GetPath(), do="fix its arrays")
     placed = np.array(matrices).reshape(-1, 4, 4)
     mask = np.array(instancer.ComputeMaskAtTime(time) or [True] * len(which), bool)
     return [
@@ -44,11 +44,9 @@ def _prototype_paths(prim: Usd.Prim) -> list[Any]:
     for path in paths:
         prototype = prim.GetStage().GetPrimAtPath(path)
         if not prototype or not prototype.IsActive() or not prototype.IsDefined():
-            raise StageError(f"its prototype {path} does not exist", where=prim.GetPath(), do="mend its prototypes")
+            raise StageError(f"its prototype {path} does not exist", where=prim.GetPath(), do="fix its prototypes")
         if prim.GetPath().HasPrefix(path):
-            raise StageError(
-                f"its prototype {path} holds the instancer", where=prim.GetPath(), do="mend its prototypes"
-            )
+            raise StageError(f"its prototype {path} holds the instancer", where=prim.GetPath(), do="fix its prototypes")
     return paths
 
 
@@ -60,15 +58,15 @@ def _check_arrays(
     if bad.any():
         i = int(np.argmax(bad))
         found = f"protoIndices[{i}] is {which[i]}, but there are {prototypes} prototypes"
-        raise StageError(found, where=where, do="mend its arrays")
+        raise StageError(found, where=where, do="fix its arrays")
     for name in ("positions", "orientations", "orientationsf", "scales", "ids"):
         values = _value(instancer.GetPrim().GetAttribute(name), time)
         if len(values) != count and (len(values) or name == "positions"):
-            raise StageError(f"has {count} protoIndices but {len(values)} {name}", where=where, do="mend its arrays")
+            raise StageError(f"has {count} protoIndices but {len(values)} {name}", where=where, do="fix its arrays")
         if name.startswith("orientations"):
             _check_norms(values, name, where)
         elif len(values) and not np.isfinite(np.array(values, np.float64)).all():
-            raise StageError(f"its {name} hold NaN or infinity", where=where, do="mend its arrays")
+            raise StageError(f"its {name} hold NaN or infinity", where=where, do="fix its arrays")
 
 
 def _check_norms(values: Any, name: str, where: Any) -> None:

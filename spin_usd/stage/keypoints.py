@@ -17,7 +17,7 @@ def find_keypoints(target: Usd.Prim) -> Usd.Prim | None:
         prim = target.GetStage().GetPrimAtPath(named[0])
         if len(named) > 1 or not prim or not prim.IsA(UsdGeom.Points) or not named[0].HasPrefix(target.GetPath()):
             found = f"its {schema.TARGET_KEYPOINTS} does not name one Points prim below it"
-            raise StageError(found, where=target.GetPath(), do="mend the relationship")
+            raise StageError(found, where=target.GetPath(), do="fix the relationship")
         return prim
     below = Usd.PrimRange(target, PROXIES)
     found_prims = [p for p in below if p.IsA(UsdGeom.Points) and p.HasAttribute(schema.KEYPOINT_NAME)]

@@ -36,7 +36,7 @@ def read_mesh(
         raise UnsupportedError(f"has subdivision scheme '{scheme}'", where=prim.GetPath(), do=do)
     triangles = _without_holes(mesh, time, triangles, len(counts)).with_area()
     if not len(triangles.corners):
-        raise StageError("has no face with an area", where=prim.GetPath(), do="remove the mesh or mend its faces")
+        raise StageError("has no face with an area", where=prim.GetPath(), do="remove the mesh or fix its faces")
     return triangles.turned() if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded else triangles
 
 
@@ -58,7 +58,7 @@ def _checked_topology(
     refuse(counts < 3, "faceVertexCounts", counts, "a face needs 3 corners", where)
     if counts.sum() != len(indices):
         found = f"faceVertexCounts ask for {counts.sum()} indices, faceVertexIndices holds {len(indices)}"
-        raise StageError(found, where=where, do="mend the mesh")
+        raise StageError(found, where=where, do="fix the mesh")
     refuse(
         (indices < 0) | (indices >= len(points)), "faceVertexIndices", indices, f"there are {len(points)} points", where
     )

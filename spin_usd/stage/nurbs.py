@@ -67,7 +67,7 @@ def _axis(patch: UsdGeom.NurbsPatch, name: str, time: Usd.TimeCode) -> Axis:
     fits = order >= 2 and count >= order and len(knots) == count + order
     if not fits or not np.isfinite(knots).all() or (np.diff(knots) < 0).any() or not knots[order - 1] < knots[count]:
         found = f"has {count} points, order {order} and {len(knots)} knots along {name}, which make no patch"
-        raise StageError(found, where=prim.GetPath(), do="mend them: as many knots as points and order, ascending")
+        raise StageError(found, where=prim.GetPath(), do="fix them: as many knots as points and order, ascending")
     whole = np.array([knots[order - 1], knots[count]])
     authored = prim.GetAttribute(f"{name}Range").Get(time)
     low, high = np.clip(np.array(authored if authored is not None else whole, np.float64), *whole)
@@ -81,10 +81,10 @@ def _net(patch: UsdGeom.NurbsPatch, u: Axis, v: Axis, time: Usd.TimeCode) -> Flo
     weights = weights if len(weights) else np.ones(len(points))
     if len(points) != u.count * v.count or len(weights) != len(points):
         found = f"has {len(points)} points and {len(weights)} weights, expected {u.count} x {v.count}"
-        raise StageError(found, where=patch.GetPath(), do="mend them")
+        raise StageError(found, where=patch.GetPath(), do="fix them")
     if not np.isfinite(points).all() or not (np.isfinite(weights) & (weights > 0)).all():
         raise StageError("holds points or weights that are not finite, or weights that are not positive",
-                         where=patch.GetPath(), do="mend them")  # fmt: skip
+                         where=patch.GetPath(), do="fix them")  # fmt: skip
     return np.column_stack([points * weights[:, None], weights]).reshape(v.count, u.count, 4)
 
 

@@ -74,7 +74,7 @@ class Corners:
 def check_count(interpolation: str, count: int, needed: int, where: str) -> None:
     if count != needed:
         found = f"holds {count} values, {interpolation} interpolation needs {needed}"
-        raise StageError(found, where=where, do="mend or remove them")
+        raise StageError(found, where=where, do="fix or remove them")
 
 
 def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -> FoundPrimvar | None:

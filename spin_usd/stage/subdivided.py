@@ -90,7 +90,7 @@ def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[
     if len(sharpness) == len(lengths):
         sharpness = np.repeat(sharpness, lengths - 1)
     if lengths.sum() != len(chain) or len(sharpness) != len(chain) - len(lengths):
-        raise StageError("its creaseLengths, creaseIndices and creaseSharpnesses disagree", where=where, do="mend them")
+        raise StageError("its creaseLengths, creaseIndices and creaseSharpnesses disagree", where=where, do="fix them")
     last = np.cumsum(lengths) - 1
     start = np.setdiff1d(np.arange(len(chain)), last)
     pairs = np.sort(np.stack([chain[start], chain[start + 1]], 1), 1) if len(chain) else np.zeros((0, 2), int)
@@ -104,7 +104,7 @@ def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float
     chosen = array(mesh.GetCornerIndicesAttr(), time, np.int64)
     values = _whole(array(mesh.GetCornerSharpnessesAttr(), time, np.float64), "cornerSharpnesses", where)
     if len(chosen) != len(values):
-        raise StageError("its cornerIndices and cornerSharpnesses disagree", where=where, do="mend them")
+        raise StageError("its cornerIndices and cornerSharpnesses disagree", where=where, do="fix them")
     refuse((chosen < 0) | (chosen >= points), "cornerIndices", chosen, f"there are {points} points", where)
     sharpness = np.zeros(points)
     sharpness[chosen] = values

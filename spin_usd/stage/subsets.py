@@ -28,7 +28,7 @@ def triangles_in(subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim, t
     bad = (indices < 0) | (indices >= len(counts))
     if bad.any():
         found = f"indices[{int(np.argmax(bad))}] is {indices[np.argmax(bad)]}, but there are {len(counts)} faces"
-        raise StageError(found, where=subset.GetPath(), do="mend the subset")
+        raise StageError(found, where=subset.GetPath(), do="fix the subset")
     return np.isin(triangles.source, indices)
 
 

@@ -115,7 +115,7 @@ class Nodes:
             s, t = read_numbers(shader, name, self.time, (0, 0))
             return Coordinates(primvar=None, constant=(float(s), float(t)))
         if depth == MAX_DEPTH:
-            raise StageError("is connected to itself, or to too many nodes", where=value.where, do="mend the network")
+            raise StageError("is connected to itself, or to too many nodes", where=value.where, do="fix the network")
         if value.node == "UsdTransform2d" and value.name == "result":
             inner = self._coordinates(value.shader, "in", depth + 1)
             return replace(inner, matrix=self._transform(value.shader, inner))
@@ -150,7 +150,7 @@ class Nodes:
 
 def _check_type(output: Output, numbers: slice | None, channels: int) -> None:
     if numbers is None:
-        raise StageError(f"is connected to outputs:{output.name}, which is none", where=output.where, do="mend it")
+        raise StageError(f"is connected to outputs:{output.name}, which is none", where=output.where, do="fix it")
     count = numbers.stop - numbers.start
     if count != channels:
         found = (

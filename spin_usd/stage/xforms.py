@@ -36,7 +36,7 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
     m = np.array(matrix)
     linear = m[:3, :3].T
     if not np.isfinite(m).all():
-        raise StageError("its transform is not finite", where=where, do="mend the numbers of its xformOps")
+        raise StageError("its transform is not finite", where=where, do="fix the numbers of its xformOps")
     off, right_handed = off_rotation(linear)
     if off < ORTHONORMAL and right_handed:
         turned = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
@@ -166,5 +166,5 @@ def local_matrix(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> Float:
         for op in ops:
             matrix = np.array(_rotation(op, time, notes) if op in rounded else op.GetOpTransform(time)) @ matrix
     if not np.isfinite(matrix).all():
-        raise StageError("its transform holds NaN or infinity", where=prim.GetPath(), do="mend its xformOps")
+        raise StageError("its transform holds NaN or infinity", where=prim.GetPath(), do="fix its xformOps")
     return matrix
