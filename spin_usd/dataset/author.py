@@ -1,6 +1,5 @@
 """`spin-usd author`: pose list or example + model + camera -> a layered stage."""
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.additions import Additions, read_additions
+from spin_usd.dataset.atomic import sha256_of
 from spin_usd.dataset.augment import augment_stage
 from spin_usd.dataset.author_camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author_size import check_written
@@ -155,7 +155,7 @@ def _author(
     rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
     files |= {kind.lower(): file for kind, file in rig_files.items()} | dict(choices.additions.files)
     rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
-    inputs = {role: (file.name, _sha256(file)) for role, file in files.items()}
+    inputs = {role: (file.name, sha256_of(file)) for role, file in files.items()}
     origin = Origin(inputs=inputs, options=_options(choices))
     with new_folder(out) as folder:
         asset, notes = _write_target(target_file, folder, choices.units_per_metre, choices.prim)
@@ -293,8 +293,3 @@ def _write_target(
         raise InputError("--prim is given, and only USD files have prims", where=file, do="leave --prim out")
     model = read_mesh_file(file, units_per_metre)
     return describe(write_mesh_target(model, place, name), name), model.notes
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()
