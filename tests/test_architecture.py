@@ -35,7 +35,7 @@ MAY_IMPORT = {
 ONLY_IN = {
     "pxr": ("stage",),
     "bpy": ("render/blender",),
-    "OpenImageIO": ("formats", "stage/images.py", "render/blender"),
+    "OpenImageIO": ("formats", "stage/composition/images.py", "render/blender"),
     "trimesh": ("formats",),
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
@@ -47,7 +47,7 @@ ONLY_IN = {
     "rich": ("cli",),
     "psutil": ("dataset", "render/blender"),
     "subprocess": ("dataset",),
-    "tempfile": ("dataset", "stage/images.py", "render/blender"),
+    "tempfile": ("dataset", "stage/composition/images.py", "render/blender"),
     "shutil": ("dataset", "stage"),
 }
 OPENS_BLENDER = "dataset/worker.py"  # alone imports from render/blender, when it opens that renderer: it loads bpy

@@ -12,11 +12,11 @@ from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.parts_file import read_parts_file
 from spin_usd.scene.keypoints import Keypoints
 from spin_usd.scene.part_rule import PartRule
-from spin_usd.stage.add_keypoints import add_keypoints
-from spin_usd.stage.add_parts import add_parts
-from spin_usd.stage.camera_layer import set_channels
-from spin_usd.stage.samples import Opinions, open_base, opinions
-from spin_usd.stage.sky import body_direction
+from spin_usd.stage.augment.sampled_values import Opinions, open_base, opinions
+from spin_usd.stage.augment.sun_and_planet import body_direction
+from spin_usd.stage.author.add_keypoints import add_keypoints
+from spin_usd.stage.author.add_parts import add_parts
+from spin_usd.stage.author.camera_layer import set_channels
 
 CHANNELS = ("mono", "rgb")
 SUN = "sun.direction"

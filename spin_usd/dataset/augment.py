@@ -15,11 +15,11 @@ from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.stream import stream
-from spin_usd.stage.augment import Augmentation, Source, open_selected, write_augmentations
-from spin_usd.stage.augmentation_files import FOLDER, set_name
-from spin_usd.stage.backgrounds import Background, background_of, bring_in
-from spin_usd.stage.parameters import BACKGROUND
-from spin_usd.stage.samples import open_base
+from spin_usd.stage.augment.background import Background, background_of, bring_in
+from spin_usd.stage.augment.parameters import BACKGROUND
+from spin_usd.stage.augment.replace_files import FOLDER, set_name
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
 
 Progress = Callable[[tuple[str, int, int]], None]
 

@@ -25,19 +25,19 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.poses import PoseList
 from spin_usd.scene.view_text import sentences
 from spin_usd.scene.views import Views
-from spin_usd.stage.author import ROOT, write_stage
-from spin_usd.stage.authorship import Option, Origin
-from spin_usd.stage.camera_layer import lens_of
-from spin_usd.stage.compose import open_stage
-from spin_usd.stage.extent import box_corners
-from spin_usd.stage.mesh_target import target_name, write_mesh_target
-from spin_usd.stage.presets import Preset, open_preset, preset_by_name
-from spin_usd.stage.read import StageReader
-from spin_usd.stage.rigs import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
-from spin_usd.stage.sampled_layer import write_sampled
-from spin_usd.stage.samples import Opinions, over
-from spin_usd.stage.target_notes import target_notes
-from spin_usd.stage.usd_target import TargetAsset, copy_usd_target, describe, target_by_name
+from spin_usd.stage.augment.sampled_layer import write_sampled
+from spin_usd.stage.augment.sampled_values import Opinions, over
+from spin_usd.stage.author.camera_layer import lens_of
+from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
+from spin_usd.stage.author.presets import Preset, open_preset, preset_by_name
+from spin_usd.stage.author.provenance import Option, Origin
+from spin_usd.stage.author.target.extent import box_corners
+from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
+from spin_usd.stage.author.target.from_usd import TargetAsset, copy_usd_target, describe, target_by_name
+from spin_usd.stage.author.target_notes import target_notes
+from spin_usd.stage.author.write_stage import ROOT, write_stage
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 
 @dataclass(frozen=True, kw_only=True)

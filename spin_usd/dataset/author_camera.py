@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from spin_usd.formats.camera_file import read_camera_file
-from spin_usd.stage.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
-from spin_usd.stage.layer import Layer
+from spin_usd.stage.author.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.usd.layer_file import Layer
 
 USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 

@@ -2,7 +2,7 @@
 
 from spin_usd.errors import SpinError
 from spin_usd.scene.emission import dim_emissions
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)
 

@@ -9,7 +9,7 @@ from spin_usd.scene.lit_share import suns_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.poses import PoseList
 from spin_usd.scene.views import Views, views_of
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are looked at: each takes about a millisecond
 

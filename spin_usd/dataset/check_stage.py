@@ -6,7 +6,7 @@ from typing import Any
 
 from spin_usd.dataset.check_faces import face_findings
 from spin_usd.scene.views import Views
-from spin_usd.stage.check import check_stage
+from spin_usd.stage.check.check_stage import check_stage
 
 
 def stage_findings(*, stage: str, progress: Callable[[Any], None]) -> dict[str, Any]:

@@ -8,10 +8,10 @@ from spin_usd.dataset.reach import KEYS, NeutralKeys, Side, Trials, changed
 from spin_usd.errors import InputError
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.scene.model import NOMINAL, FrameId
-from spin_usd.stage.compose import open_stage
-from spin_usd.stage.content import AUGMENTATION
-from spin_usd.stage.diff import differences
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.composition.stage_hash import AUGMENTATION
+from spin_usd.stage.diff.differences import differences
+from spin_usd.stage.read.stage_reader import StageReader
 
 PROGRESS_EVERY = 500
 

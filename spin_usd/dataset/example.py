@@ -14,7 +14,7 @@ from spin_usd.sampling.distribution import Distribution
 from spin_usd.sampling.poses import Place, PoseLaw
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
-from spin_usd.stage.camera_layer import lens_of
+from spin_usd.stage.author.camera_layer import lens_of
 
 SCHEMA = "example-1"
 UNIT = "unit"  # of a distribution's numbers, for readers

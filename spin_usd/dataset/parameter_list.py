@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from spin_usd.stage.parameters import (
+from spin_usd.stage.augment.parameters import (
     ATTITUDE,
     BACKGROUND,
     DIRECTION,

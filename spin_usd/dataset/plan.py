@@ -22,10 +22,10 @@ from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.views import ViewCollector
-from spin_usd.stage import schema
-from spin_usd.stage.authorship import origin_of
-from spin_usd.stage.copies import copy_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.author.provenance import origin_of
+from spin_usd.stage.composition.copy_stage import copy_stage
+from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.usd import schema
 
 PROGRESS_EVERY = 500
 

@@ -7,9 +7,9 @@ from spin_usd.errors import SpinError
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId
-from spin_usd.stage.diff import PRIM, Difference
-from spin_usd.stage.read import StageReader
-from spin_usd.stage.transplant import Stage, add_schemas, can_transplant, transplant
+from spin_usd.stage.diff.apply_difference import Stage, add_schemas, can_transplant, transplant
+from spin_usd.stage.diff.differences import PRIM, Difference
+from spin_usd.stage.read.stage_reader import StageReader
 
 KEYS = ("geometry", "radiance", "exposure")
 NOTHING = "nothing"

@@ -13,11 +13,11 @@ from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
 from spin_usd.scene.sky import Sky
-from spin_usd.stage.material_factors import check_factor, factor_limits, is_material_factor
-from spin_usd.stage.parameters import parameter_named
-from spin_usd.stage.samples import Opinions, opinions
-from spin_usd.stage.setting import Base
-from spin_usd.stage.sky import read_sky
+from spin_usd.stage.augment.attribute_change import Base
+from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
+from spin_usd.stage.augment.parameters import parameter_named
+from spin_usd.stage.augment.sampled_values import Opinions, opinions
+from spin_usd.stage.augment.sun_and_planet import read_sky
 
 MOST_TRIES = 1000
 ALWAYS = Constraint(

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
-from spin_usd.stage.parameters import Parameter
-from spin_usd.stage.ranges import Range
+from spin_usd.stage.augment.parameters import Parameter
+from spin_usd.stage.usd.ranges import Range
 
 Check = Callable[[Value], None]
 

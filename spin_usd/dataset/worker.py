@@ -34,7 +34,7 @@ from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sunlight import Sunlight, sunlight
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
 

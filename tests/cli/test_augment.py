@@ -2,7 +2,7 @@
 
 import json
 
-from spin_usd.stage.parameters import PARAMETERS, parameter_named
+from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
 
 
 def test_every_parameter_is_listed_with_its_units_and_range(spin_usd):

@@ -11,7 +11,7 @@ from conftest import REPOSITORY
 from spin_usd.cli.examples import EXAMPLES
 from spin_usd.cli.main import app
 from spin_usd.resources import BUNDLED, bundled
-from spin_usd.stage.layer import open_layer
+from spin_usd.stage.usd.layer_file import open_layer
 
 COMMANDS = typer.main.get_command(app).commands
 

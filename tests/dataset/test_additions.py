@@ -14,10 +14,10 @@ from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError, StageError
 from spin_usd.formats.image_file import read_image
 from spin_usd.scene.model import Scene
-from spin_usd.stage.check import check_stage
-from spin_usd.stage.read import StageReader
-from spin_usd.stage.samples import open_base
-from spin_usd.stage.sky import read_sky
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.augment.sun_and_planet import read_sky
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 BOXES = {"bus": "foil", "left": "cells", "right": "cells", "boom": "white"}
 CAMERA = {"Nu": 64, "Nv": 48, "ppx": 1e-5, "ppy": 1e-5, "cameraMatrix": [[90, 0, 32], [0, 90, 24], [0, 0, 1]]}

@@ -17,7 +17,7 @@ from spin_usd.dataset.planning import SHARED_FROM, Question, make_plan
 from spin_usd.dataset.schedule import BESIDE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.render.bands import picture_bands
 from spin_usd.scene.effort import Effort
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 OFF = 0.2  # of the pixels in bands: rows are filled more or less than half up to the outline
 METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)

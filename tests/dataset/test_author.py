@@ -17,8 +17,8 @@ from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 from spin_usd.dataset.author import AuthorReport, author_stage
 from spin_usd.dataset.hidden_folder import hidden_folder
 from spin_usd.errors import InputError, OutputError, SpinError
-from spin_usd.stage.check import check_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [
     {"filename": f"img{i:06d}.jpg", "q_vbs2tango_true": q, "r_Vo2To_vbs_true": [0.1, 0.2, 5.0 + i]}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from spin_usd.dataset.author import author_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]
 

@@ -11,8 +11,8 @@ import trimesh
 from spin_usd.dataset.author import AuthorReport, author_stage
 from spin_usd.dataset.author_size import check_written
 from spin_usd.errors import InputError
-from spin_usd.stage.read import StageReader
-from spin_usd.stage.usd_target import describe
+from spin_usd.stage.author.target.from_usd import describe
+from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 25]}]
 TRIANGLE = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 2]\npoint3f[] points = "

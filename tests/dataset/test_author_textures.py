@@ -17,8 +17,8 @@ from spin_usd.scene.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.texture import Color, Primvar, Texture
-from spin_usd.stage.check import check_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "img000000.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}]
 BLOCK, BLOCKS = 16, 4  # texels

@@ -15,9 +15,9 @@ from spin_usd.dataset.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Texture
-from spin_usd.stage.check import check_stage
-from spin_usd.stage.copies import copy_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.composition.copy_stage import copy_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "img000000.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 50]}]
 FLOAT32 = 1e-6

@@ -10,7 +10,7 @@ import trimesh
 from spin_usd.dataset.author import AuthorReport, author_example, author_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.stage.check import check_stage
+from spin_usd.stage.check.check_stage import check_stage
 
 BOX_CM = (110, 80, 30)
 COLOURED = """ply

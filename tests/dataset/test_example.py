@@ -18,12 +18,12 @@ from spin_usd.formats.pose_list import read_pose_list
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.resources import schemas, stages
 from spin_usd.scene.poses import FRAME_NAME, repeated_name
-from spin_usd.stage import sampled_layer
-from spin_usd.stage.camera_layer import camera_by_name, lens_of, open_camera_layer
-from spin_usd.stage.check import check_stage
-from spin_usd.stage.extent import box_corners
-from spin_usd.stage.read import StageReader
-from spin_usd.stage.usd_target import describe, target_by_name
+from spin_usd.stage.augment import sampled_layer
+from spin_usd.stage.author.camera_layer import camera_by_name, lens_of, open_camera_layer
+from spin_usd.stage.author.target.extent import box_corners
+from spin_usd.stage.author.target.from_usd import describe, target_by_name
+from spin_usd.stage.check.check_stage import check_stage
+from spin_usd.stage.read.stage_reader import StageReader
 
 NAMES = ("cubesat_cdt", "shirt", "spark", "speed", "speedplus", "swisscube", "urso")
 MAY_BE = {"target-cut-off", "target-unlit"}  # as in the sets that the examples are after

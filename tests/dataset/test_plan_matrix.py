@@ -12,7 +12,7 @@ from spin_usd.dataset.picture import PASSES
 from spin_usd.dataset.planning import Plan, Question, make_plan
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 METHOD = Method(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=3), seed=5)

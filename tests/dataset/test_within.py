@@ -10,8 +10,8 @@ from spin_usd.dataset.sampled import Pictures, drawn, samples_for
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import samples_of
 from spin_usd.sampling.sample import draw_all
-from spin_usd.stage.compose import open_stage
-from spin_usd.stage.samples import open_base
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.composition.open_stage import open_stage
 
 FRAMES = [f"img{i:06d}" for i in range(2000)]
 LEAST_P = 1e-3  # seeds are fixed: a test that passes once passes always

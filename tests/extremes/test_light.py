@@ -16,7 +16,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.sensor.develop import develop
-from spin_usd.stage.check import check_stage
+from spin_usd.stage.check.check_stage import check_stage
 
 SUN = 1361.0  # W/m2 at the Earth
 IRRADIANCES = (1e-9, 1e-6, 1.0, SUN, 10 * SUN)  # a bright star gives 1e-8

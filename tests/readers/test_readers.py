@@ -14,7 +14,7 @@ from spin_usd.dataset.picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.raycast import RaycastRenderer
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
 SNIPPETS = re.findall(r"^```python\n(.*?)^```", (REPOSITORY / "README.md").read_text(), re.MULTILINE | re.DOTALL)

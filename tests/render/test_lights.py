@@ -18,10 +18,10 @@ from spin_usd.render.blender.textures import forget_render_data
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
-from spin_usd.stage.area_lights import LEAST_SIZE_M, MOST_M
-from spin_usd.stage.images import Images
-from spin_usd.stage.light_emission import EMISSIONS
-from spin_usd.stage.lights import LightReader
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.lights.area import LEAST_SIZE_M, MOST_M
+from spin_usd.stage.read.lights.emission import EMISSIONS
+from spin_usd.stage.read.lights.lights import LightReader
 
 SAMPLES = 4096
 RADIOMETRY = 0.005  # relative: what is promised of a light at SAMPLES

@@ -14,7 +14,7 @@ from spin_usd.render.blender.light_groups import EMISSION
 from spin_usd.render.blender.textures import forget_render_data
 from spin_usd.render.rays import View
 from spin_usd.scene.effort import Effort
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 LIKE_THE_IMPORTER = 0.01  # mean difference relative to the mean
 SAMPLES = 16

@@ -2,9 +2,9 @@
 
 import pytest
 
-from spin_usd.stage.cameras import find_camera
-from spin_usd.stage.compose import open_stage
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.read.camera.camera import find_camera
+from spin_usd.stage.read.stage_reader import StageReader
 
 STAGE = """#usda 1.0
 (

@@ -27,7 +27,7 @@ from spin_usd.dataset.processors import hold_to, usable_cpus
 from spin_usd.dataset.render import RenderRequest
 from spin_usd.scene.effort import parse_effort
 from spin_usd.scene.keys import RenderSettings
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 OURS = "spin_usd, image and labels"
 LABELS = "spin_usd, labels only (raycast)"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ from spin_usd.scene.keys import RenderSettings
 from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
-from spin_usd.stage.read import StageReader
+from spin_usd.stage.read.stage_reader import StageReader
 
 Progress = Callable[[Any], None]
 

@@ -1,0 +1,60 @@
+"""Backgrounds: an environment that an augmentation brings in, instead of what lies behind the target in the stage."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, Usd
+
+from spin_usd.errors import InputError
+from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, open_rig, rig_by_name
+from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.usd.layer_file import export
+
+SUFFIXES = (".usd", ".usda", ".usdc")
+PRIM = "Background"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Background:
+    """A rig of kind Environment, and what of the stage's own environment goes: the paths of its prims."""
+
+    file: Path
+    at: str
+    gone: tuple[str, ...]
+
+
+def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
+    """The environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
+    file = folder / given if Path(given).suffix in SUFFIXES else rig_by_name(given, ENVIRONMENT)
+    root = stage.GetDefaultPrim()
+    if not root:
+        raise InputError("the stage has no default prim to put a background on", where="background", do="name one")
+    at = root.GetPath().AppendChild(ENVIRONMENT)
+    own = stage.GetPrimAtPath(at)
+    gone = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
+    return Background(file=file, at=str(at), gone=gone)
+
+
+def bring_in(stage: Usd.Stage, background: Background) -> Sdf.Layer:
+    """Compose it into `stage`, in its session layer, so that what is drawn for it finds it; returns the layer, which
+    must live as long."""
+    rig = open_rig(background.file, ENVIRONMENT)
+    _write(stage.GetSessionLayer(), background, rig.identifier)
+    return rig
+
+
+def write_background(layer: Sdf.Layer, background: Background, folder: Path) -> None:
+    """Author it in `layer`, a file to be beside `folder`, into which the rig and its images are copied."""
+    rig = open_rig(background.file, ENVIRONMENT)
+    name = background.file.stem
+    copy_assets(rig, folder / name)
+    export(rig, folder / f"{name}.usda")
+    _write(layer, background, f"./{folder.name}/{name}.usda")
+
+
+def _write(layer: Sdf.Layer, background: Background, asset: str) -> None:
+    for path in background.gone:
+        Sdf.CreatePrimInLayer(layer, path).active = False
+    prim = Sdf.CreatePrimInLayer(layer, Sdf.Path(background.at).AppendChild(PRIM))
+    prim.specifier = Sdf.SpecifierDef
+    prim.referenceList.prependedItems.append(Sdf.Reference(asset))

@@ -1,0 +1,149 @@
+"""Settings of the camera: exposure, optics, detector, focus, lens."""
+
+from dataclasses import replace
+from typing import Any
+
+from pxr import Usd
+
+from spin_usd.errors import GeometryError, InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.stage.augment.attribute_change import Base, Place, Setting, Values, fallback_of, in_schema, place_of
+from spin_usd.stage.read.camera.camera import find_camera
+from spin_usd.stage.read.camera.lens import derived_values, read_lens
+from spin_usd.stage.usd import schema
+
+EXPOSURE = {
+    "exposure.time": "exposure:time",
+    "exposure.iso": "exposure:iso",
+    "exposure.responsivity": "exposure:responsivity",
+}
+"""Attributes of USD's camera that take the value drawn."""
+LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+
+
+def exposure(base: Base, names: tuple[str, ...]) -> Setting:
+    (name,) = names
+    at = place_of(find_camera(base.stage).GetAttribute(EXPOSURE[name]))
+    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (float(drawn[name]),))
+
+
+def exposure_stops(base: Base, names: tuple[str, ...]) -> Setting:
+    """Stops are added to the camera's own `exposure`."""
+    attribute = find_camera(base.stage).GetAttribute("exposure")
+    varies, own = attribute.ValueMightBeTimeVarying(), float(attribute.Get(base.first))
+
+    def values(drawn: Values, time: float) -> tuple[float]:
+        stops = float(attribute.Get(Usd.TimeCode(time))) if varies else own
+        return (stops + float(drawn["exposure.stops"]),)
+
+    return Setting(parameters=names, places=(place_of(attribute),), values=values, varies=varies)
+
+
+def of_schema(base: Base, names: tuple[str, ...], api: str, attribute: str) -> Setting:
+    """An attribute of one of our schemas, which is applied where it is not yet."""
+    (name,) = names
+    path, kind = str(find_camera(base.stage).GetPath()), in_schema(api, attribute)
+    whole = kind in ("int", "int64")
+    return Setting(
+        parameters=names,
+        places=(Place(prim=path, attribute=attribute, type=kind),),
+        values=lambda drawn, _: (_number(drawn[name], whole, name),),
+        apis=_missing(base, api),
+    )
+
+
+def optics(base: Base, names: tuple[str, ...]) -> Setting:
+    return of_schema(base, names, schema.OPTICS_API, schema.OPTICS[names[0].removeprefix("optics.")])
+
+
+def vignetting(base: Base, names: tuple[str, ...]) -> Setting:
+    """The first of the three coefficients; the others stay."""
+    camera, name = find_camera(base.stage), schema.OPTICS["vignetting"]
+    attribute = camera.GetAttribute(name)
+    own = attribute.Get(base.first) if attribute else fallback_of(schema.OPTICS_API, name)
+    return Setting(
+        parameters=names,
+        places=(Place(prim=str(camera.GetPath()), attribute=name, type=in_schema(schema.OPTICS_API, name)),),
+        values=lambda drawn, _: (type(own)(float(drawn["optics.vignetting"]), own[1], own[2]),),
+        apis=_missing(base, schema.OPTICS_API),
+    )
+
+
+def sensor(base: Base, names: tuple[str, ...]) -> Setting:
+    return of_schema(base, names, schema.SENSOR_API, schema.SENSOR[names[0].removeprefix("sensor.")])
+
+
+def metering(base: Base, names: tuple[str, ...]) -> Setting:
+    return of_schema(base, names, schema.SENSOR_API, schema.AUTO_EXPOSURE_LEVEL)
+
+
+def _missing(base: Base, api: str) -> tuple[tuple[str, str], ...]:
+    camera = find_camera(base.stage)
+    return () if camera.HasAPI(api) else ((str(camera.GetPath()), api),)
+
+
+def _number(value: Any, whole: bool, name: str) -> float | int:
+    if not whole:
+        return float(value)
+    if value != int(value):
+        raise InputError(f"is {value:g}, not a whole number", where=name, do="draw it with choice")
+    return int(value)
+
+
+def focus(base: Base, names: tuple[str, ...]) -> Setting:
+    """Distance in metres, or the aperture's f-number."""
+    (name,) = names
+    attribute = {"focus.distance": "focusDistance", "focus.fstop": "fStop"}[name]
+    unit = base.metres if name == "focus.distance" else 1.0
+    at = place_of(find_camera(base.stage).GetAttribute(attribute))
+    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (float(drawn[name]) / unit,))
+
+
+def lens(base: Base, names: tuple[str, ...]) -> Setting:
+    """Errors of the calibration, added to the lens's numbers; what is derived of them follows."""
+    prim = find_camera(base.stage)
+    if not prim.HasAPI(schema.LENS_API):
+        found = f"has no {schema.LENS_API}, so {names[0]} has nothing to be added to"
+        raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or leave it out")
+    own, focal = read_lens(prim), float(prim.GetAttribute("focalLength").Get(base.first))
+    before = _lens_values(own, focal)
+    changed = {name for each in names for name in _changed(before, _lens_values(_offset(own, {each: 1e-3}), focal))}
+    places = tuple(place_of(prim.GetAttribute(name)) for name in before if name in changed and prim.HasAttribute(name))
+
+    def values(drawn: Values, _: float) -> tuple[Any, ...]:
+        after = _lens_values(_offset(own, drawn), focal)
+        return tuple(after[place.attribute] for place in places)
+
+    return Setting(parameters=names, places=places, values=values)
+
+
+def _lens_values(camera: Camera, focal_length: float) -> dict[str, Any]:
+    """Every attribute that says something of the lens, by name."""
+    numbers = (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)
+    return {**dict(zip(schema.LENS_NUMBERS, numbers, strict=True)), **derived_values(camera, focal_length)}
+
+
+def _changed(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
+    return [name for name in before if before[name] != after[name]]
+
+
+def _offset(camera: Camera, drawn: Values) -> Camera:
+    """`camera` with the offsets lens.* of `drawn`."""
+    off = {name: float(drawn.get(f"lens.{name}", 0.0)) for name in LENS}
+    k1, k2, p1, p2, k3 = (
+        k + off[name] for k, name in zip(camera.distortion, ("k1", "k2", "p1", "p2", "k3"), strict=True)
+    )
+    try:
+        moved = replace(
+            camera,
+            fx=camera.fx + off["fx"],
+            fy=camera.fy + off["fy"],
+            cx=camera.cx + off["cx"],
+            cy=camera.cy + off["cy"],
+            distortion=(k1, k2, p1, p2, k3),
+        )
+        moved.check_invertible()
+    except GeometryError as error:
+        do = "draw smaller errors"
+        raise InputError(error.found, where=", ".join(n for n in drawn if n.startswith("lens.")), do=do) from None
+    return moved

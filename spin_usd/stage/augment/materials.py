@@ -1,0 +1,130 @@
+"""Settings of materials: inputs of the UsdPreviewSurfaces below the target, and any attribute by its path."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdShade
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.stage.augment.attribute_change import Base, Place, Setting, place_of
+from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.usd.shader_inputs import Output, read_input
+
+SCALARS = ("roughness", "metallic", "clearcoat", "clearcoatRoughness", "opacity", "ior")
+COLORS = ("diffuseColor", "specularColor", "emissiveColor")
+FALLBACKS: dict[str, tuple[float, ...]] = {
+    "roughness": (0.5,),
+    "metallic": (0.0,),
+    "clearcoat": (0.0,),
+    "clearcoatRoughness": (0.01,),
+    "opacity": (1.0,),
+    "ior": (1.5,),
+    "diffuseColor": (0.18, 0.18, 0.18),
+    "specularColor": (0.0, 0.0, 0.0),
+    "emissiveColor": (0.0, 0.0, 0.0),
+}
+"""Of UsdPreviewSurface's specification: what an input is unless authored."""
+FACTOR = ".factor"
+CHANNELS: dict[str, tuple[int, ...]] = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgb": (0, 1, 2), "rgba": (0, 1, 2)}
+
+
+def material_input(base: Base, names: tuple[str, ...]) -> Setting:
+    """material.NAME.INPUT takes the value; material.NAME.INPUT.factor multiplies what is there, an image too."""
+    (parameter,) = names
+    name, _, rest = parameter.removeprefix("material.").partition(".")
+    factor, of = rest.endswith(FACTOR), rest.removesuffix(FACTOR)
+    shaders = _shaders(base, name, parameter)
+    parts: list[tuple[Place, Callable[[Any], Any]]] = []
+    for shader in shaders:
+        parts += _factors(shader, of, base.first) if factor else [_replaced(shader, of)]
+    unique = {str(place): (place, make) for place, make in parts}
+    places = tuple(place for place, _ in unique.values())
+    makers = tuple(make for _, make in unique.values())
+    return Setting(
+        parameters=names, places=places, values=lambda drawn, _: tuple(make(drawn[parameter]) for make in makers)
+    )
+
+
+def _shaders(base: Base, name: str, parameter: str) -> list[UsdShade.Shader]:
+    """The surfaces of the target's materials of that name, or of all for "*"."""
+    target = find_target(base.stage)
+    materials = [UsdShade.Material(prim) for prim in Usd.PrimRange(target) if prim.IsA(UsdShade.Material)]
+    there = sorted({material.GetPrim().GetName() for material in materials})
+    chosen = [material for material in materials if name in ("*", material.GetPrim().GetName())]
+    if not chosen:
+        known = ", ".join(there[:20]) or "none that can be overridden"
+        raise InputError(f"the target has no material {name!r}", where=parameter, do=f"it has {known}")
+    sources = [material.ComputeSurfaceSource()[0] for material in chosen]
+    return [shader for shader in sources if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface"]
+
+
+def _replaced(shader: UsdShade.Shader, name: str) -> tuple[Place, Callable[[Any], Any]]:
+    """The input takes the value drawn, of the same for all three colours where it is one number; images are cut off."""
+    size = len(FALLBACKS[name])
+    kind = "float" if size == 1 else "color3f"
+    connected = bool(shader.GetInput(name)) and shader.GetInput(name).HasConnectedSource()
+    at = Place(prim=str(shader.GetPath()), attribute=f"inputs:{name}", type=kind, cut=connected)
+    return at, (float if size == 1 else _color)
+
+
+def _color(value: Any) -> Gf.Vec3f:
+    return Gf.Vec3f(*(float(v) for v in value)) if isinstance(value, tuple) else Gf.Vec3f(float(value))
+
+
+def _factors(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> list[tuple[Place, Callable[[Any], Any]]]:
+    """The input's value multiplied, or what scales its image."""
+    found = read_input(shader, name, time)
+    if not isinstance(found, Output):
+        own = np.array(FALLBACKS[name] if found is None else found, np.float64).reshape(-1)
+        kind = "float" if own.size == 1 else "color3f"
+        at = Place(prim=str(shader.GetPath()), attribute=f"inputs:{name}", type=kind)
+        return [(at, _scaled(own, tuple(range(own.size)), lambda v: Gf.Vec3f(*v) if v.size == 3 else float(v[0])))]
+    if found.node != "UsdUVTexture":
+        do = "give it a value or an image, or replace it without .factor"
+        raise InputError(f"its {name} comes from a {found.node}", where=shader.GetPath(), do=do)
+    return [
+        (place, _scaled(own, CHANNELS[found.name], lambda v: Gf.Vec4f(*v)))
+        for place, own in _scale_and_bias(found.shader, time)
+    ]
+
+
+def _scale_and_bias(texture: UsdShade.Shader, time: Usd.TimeCode) -> list[tuple[Place, Float]]:
+    found = []
+    for name, fallback in (("scale", (1.0, 1.0, 1.0, 1.0)), ("bias", (0.0, 0.0, 0.0, 0.0))):
+        value = read_input(texture, name, time)
+        if value is None and name == "bias":
+            continue
+        own = np.array(fallback if value is None else value, np.float64)
+        found.append((Place(prim=str(texture.GetPath()), attribute=f"inputs:{name}", type="float4"), own))
+    return found
+
+
+def _scaled(own: Float, channels: tuple[int, ...], made: Callable[[Float], Any]) -> Callable[[Any], Any]:
+    def scaled(factor: Any) -> Any:
+        factors = np.ones(own.size)
+        factors[list(channels)] = factor
+        return made(own * factors)
+
+    return scaled
+
+
+def attribute_by_path(base: Base, names: tuple[str, ...]) -> Setting:
+    """An attribute that the stage has, as its type takes the value."""
+    (name,) = names
+    attribute = base.stage.GetAttributeAtPath(name) if Sdf.Path.IsValidPathString(name)[0] else None
+    if not attribute or not attribute.IsDefined():
+        raise InputError("the stage has no such attribute", where=name, do="give its prim's path, a dot and its name")
+    at, kind = place_of(attribute, cut=attribute.HasAuthoredConnections()), attribute.GetTypeName()
+    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (_cast(drawn[name], kind, name),))
+
+
+def _cast(value: Any, kind: Sdf.ValueTypeName, name: str) -> Any:
+    make = type(kind.defaultValue)
+    try:
+        if issubclass(make, bool | int | str) and make(value) != value:
+            raise TypeError(value)
+        return make(*value) if isinstance(value, tuple) else make(value)
+    except (TypeError, ValueError):
+        raise InputError(f"takes no {value!r}: it is a {kind}", where=name, do="draw what fits it") from None

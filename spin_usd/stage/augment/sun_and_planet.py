@@ -1,0 +1,67 @@
+"""Where Sun, target and planet are in all pictures, for constraints on what is drawn."""
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.sky import Sky
+from spin_usd.stage.augment.attribute_change import Base, placed_in_time
+from spin_usd.stage.augment.lights import find_sun, sun_directions
+from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
+from spin_usd.stage.read.camera.camera import find_camera, read_camera
+from spin_usd.stage.read.lights.lights import find_lights
+from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.usd.transforms import between, placement
+
+RIM_STEPS = 16  # on each side of the picture
+
+
+def read_sky(base: Base) -> Sky:
+    """The Sun, if any; the ball around the target's bound; the planet of earth.*, if any; the picture's rim."""
+    suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
+    planet = find_planet(base)
+    target, radius = _target(base)
+    camera = read_camera(find_camera(base.stage), base.first)
+    rays = camera.rays(camera.rim(RIM_STEPS))
+    return Sky(
+        sun=sun_directions(base, find_sun(base)) if suns else None,
+        target=target,
+        target_radius=radius,
+        planet=planet_centres(base, planet) if planet else None,
+        radii=radii(base, planet) if planet else (0.0, 0.0),
+        frame=rays / np.linalg.norm(rays, axis=1, keepdims=True),
+    )
+
+
+def _target(base: Base) -> tuple[Float, float]:
+    """(N, 3) the middle of the target's bound, camera axes, and the radius of the ball around that, metres."""
+    target, camera = find_target(base.stage), find_camera(base.stage)
+    bound = UsdGeom.BBoxCache(base.first, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    box = bound.ComputeUntransformedBound(target).ComputeAlignedRange()
+    moves = placed_in_time(target) or placed_in_time(camera)
+    middle = np.array(box.GetMidpoint()) * base.metres
+    places = [_place(base, target, camera, time, middle) for time in (base.times if moves else base.times[:1])]
+    return np.array(places), float(box.GetSize().GetLength()) / 2 * base.metres
+
+
+def body_direction(base: Base, direction: Float) -> Float:
+    """(N, 3) in camera axes, at each of the base's times, a direction (3,) of the target's own axes."""
+    target, camera = find_target(base.stage), find_camera(base.stage)
+    return np.array([_cam_body(base, target, camera, time)[0].directions(direction) for time in base.times])
+
+
+def _place(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
+    T_cam_body, scale = _cam_body(base, target, camera, time)
+    return T_cam_body.points(middle * scale)
+
+
+def _cam_body(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float) -> tuple[Transform, float]:
+    """T_cam_body, metres, and the scale of the body's axes in the world."""
+    world = UsdGeom.XformCache(Usd.TimeCode(time))
+    usdcam, body = (
+        placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=base.metres, where=prim.GetPath())
+        for prim, frame in ((camera, "usdcam"), (target, "body"))
+    )
+    return T_CAM_USDCAM @ between(usdcam.transform, body.transform), body.scale

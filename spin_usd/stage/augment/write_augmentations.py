@@ -1,0 +1,193 @@
+"""Writes augmentations: a layer for each, and the variant set `augmentation` that refers to them, over a stage.
+
+All is written beside its place first, and read once; then it takes the place of what was there.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, Usd
+
+from spin_usd import __version__
+from spin_usd.errors import InputError, SpinError
+from spin_usd.stage.augment.background import Background, write_background
+from spin_usd.stage.augment.replace_files import (
+    FOLDER,
+    REPEATED,
+    read_again,
+    refuse_other_root,
+    repeat,
+    replace,
+    root_over,
+    set_name,
+    write_root,
+    written_in,
+)
+from spin_usd.stage.augment.sampled_values import Opinions, write_opinions
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.composition.stage_hash import AUGMENTATION
+from spin_usd.stage.read.camera.camera import find_camera, read_camera
+from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
+from spin_usd.stage.read.camera.optics import read_optics
+from spin_usd.stage.read.camera.sensor import read_sensor
+from spin_usd.stage.read.frames import read_frames
+from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
+
+MOST_IN_TEXT = 4096  # pictures whose samples a person would still read
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Augmentation:
+    """selections: variant set of the default prim -> variant."""
+
+    name: str
+    selections: Mapping[str, str]
+    what: Opinions
+    background: Background | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """The specification that the augmentations were drawn from."""
+
+    name: str
+    sha256: str
+    seed: int
+
+    def author(self, layer: Sdf.Layer) -> None:
+        data = dict(layer.customLayerData)
+        data[schema.PROVENANCE] = {
+            "version": __version__,
+            "spec": {"name": self.name, "sha256": self.sha256, "seed": str(self.seed)},
+        }
+        layer.customLayerData = data
+
+
+def open_selected(path: Path, selections: Mapping[str, str]) -> Usd.Stage:
+    """The stage at `path` without augmentation, with these variants of its default prim's sets selected.
+
+    Raises InputError for a set or a variant that it does not have.
+    """
+    stage = open_stage(path)
+    prim = stage.GetDefaultPrim()
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        for name, variant in selections.items():
+            _check_selection(prim, name, variant)
+            prim.GetVariantSet(name).SetVariantSelection(variant)
+    return stage
+
+
+def _check_selection(prim: Usd.Prim, name: str, variant: str) -> None:
+    sets = [each for each in prim.GetVariantSets().GetNames() if each != AUGMENTATION] if prim else []
+    if name not in sets:
+        do = f"select among {', '.join(sets)}" if sets else "author the stage with them, or select nothing"
+        raise InputError(f"the stage has no variant set {name!r}", where=f"select.{name}", do=do)
+    if variant not in (known := prim.GetVariantSet(name).GetVariantNames()):
+        found = f"the variant set {name!r} has no {variant!r}"
+        raise InputError(found, where=f"select.{name}", do=f"select one of {', '.join(known)}")
+
+
+def write_augmentations(
+    path: Path,
+    out: Path | None,
+    augmentations: Sequence[Augmentation],
+    source: Source,
+    *,
+    work: Path,
+    trial: Path,
+    list_files: Callable[[Path], None],
+) -> Path:
+    """Write them over the stage at `path`, in place, or as the new root layer `out` beside it; returns the root layer.
+    work: a folder beside it, and trial: a file there, both of which the caller removes. list_files gets the folder of
+    augmentations when all in it and the layer beside it are written, and may add to it.
+
+    Written in place again they replace those that were there. Raises InputError for what a picture could not be taken
+    with, and for another file at `out`; OutputError where it cannot be written; then all is as it was.
+    """
+    root, frames = open_layer(path), len(read_frames(open_stage(path), ""))
+    final = path if out is None else out
+    if final.resolve().parent != path.resolve().parent:
+        raise InputError("is not in the stage's folder", where=out, do=f"write it to {path.parent}")
+    name = set_name(out)
+    layer = f"./{FOLDER}/{name}.usda"
+    with written_in(work):
+        refuse_other_root(path, final, root, layer, trial)
+        for augmentation in augmentations:
+            _write_one(work / name, augmentation, root, frames, source)
+        export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
+        export(root_over(path, final, root, f"./{work.name}/{name}.usda"), trial)
+        for augmentation in augmentations:
+            _read_once(trial, augmentation.name)
+        with writing(work / name):
+            list_files(work / name)
+        replace(work, path.parent / FOLDER, name)
+        write_root(path, final, root, layer, trial)
+    for file in (final, path.parent / FOLDER / f"{name}.usda", *(path.parent / FOLDER / name).iterdir()):
+        read_again(file)
+    return final
+
+
+def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames: int, source: Source) -> None:
+    """One augmentation's own values."""
+    layer = Sdf.Layer.CreateAnonymous(_suffix(augmentation, frames))
+    selected = ", ".join(f"{name} {variant}" for name, variant in augmentation.selections.items())
+    documentation = f"What the augmentation {augmentation.name} draws, over {selected or 'the stage as it is'}."
+    _head(layer, root, frames, documentation, source)
+    write_opinions(layer, augmentation.what)
+    if augmentation.background:
+        write_background(layer, augmentation.background, folder / "backgrounds")
+    export(layer, folder / _file(augmentation, frames))
+
+
+def _suffix(augmentation: Augmentation, frames: int) -> str:
+    many = frames > MOST_IN_TEXT and any(opinion.samples for opinion in augmentation.what.attributes)
+    return ".usdc" if many else ".usda"
+
+
+def _file(augmentation: Augmentation, frames: int) -> str:
+    return f"{augmentation.name}{_suffix(augmentation, frames)}"
+
+
+def _variants(
+    augmentations: Sequence[Augmentation], folder: str, root: Sdf.Layer, frames: int, source: Source
+) -> Sdf.Layer:
+    """The variant set: each variant selects among the other sets and refers to its own layer."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    _head(layer, root, frames, f"The augmentations of the specification {source.name}: one variant each.", source)
+    prim = Sdf.CreatePrimInLayer(layer, Sdf.Path.absoluteRootPath.AppendChild(root.defaultPrim))
+    prim.variantSetNameList.prependedItems.append(AUGMENTATION)
+    variants = Sdf.VariantSetSpec(prim, AUGMENTATION)
+    for augmentation in augmentations:
+        variant = Sdf.VariantSpec(variants, augmentation.name).primSpec
+        for name, selection in augmentation.selections.items():
+            variant.variantSelections[name] = selection
+        variant.referenceList.prependedItems.append(Sdf.Reference(f"./{folder}/{_file(augmentation, frames)}"))
+    return layer
+
+
+def _head(layer: Sdf.Layer, root: Sdf.Layer, frames: int, documentation: str, source: Source) -> None:
+    """What every layer repeats, as the stage's root says it."""
+    author_metadata(layer, default_prim=root.defaultPrim, documentation=documentation, frames=frames)
+    repeat(root, layer, [name for name in REPEATED if name != "renderSettingsPrimPath"])
+    source.author(layer)
+    Sdf.CreatePrimInLayer(layer, Sdf.Path.absoluteRootPath.AppendChild(root.defaultPrim))
+
+
+def _read_once(root: Path, variant: str) -> None:
+    """Raise InputError where camera or lights of the first picture could not be used."""
+    try:
+        stage = open_stage(root, variant=variant)
+        frame = read_frames(stage, variant)[0]
+        camera, time = find_camera(stage), Usd.TimeCode(frame.time_code)
+        lens = read_camera(camera, time)
+        read_sensor(camera, time)
+        read_optics(camera, lens, time)
+        read_thin_lens(camera, time, 1.0)
+        LightReader(stage, Images())
+    except SpinError as error:
+        where = f"augmentation {variant}: {error.where}"
+        raise InputError(error.found, where=where, do=error.do) from None

@@ -1,0 +1,44 @@
+"""Keypoints that a user gives, written over an authored stage: a Points prim of its own, in body axes and metres."""
+
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdGeom, Vt
+
+from spin_usd.scene.keypoints import Keypoints
+from spin_usd.stage.author.added_layer import add_layer
+from spin_usd.stage.author.poses_layer import TARGET
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.conversion import box, vec3d, vec3f_array
+from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+
+FILE = "keypoints.usda"
+NAME = "Keypoints"
+PLACE = TARGET.AppendChild(NAME)
+
+
+def add_keypoints(root: Path, keypoints: Keypoints) -> None:
+    """Write them over the stage at `root`, instead of those that its model has. Raises OutputError."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=NAME, documentation="The keypoints that were given, metres, body axes.")
+    source = Sdf.Path.absoluteRootPath.AppendChild(NAME)
+    stage = Usd.Stage.Open(layer)
+    _author(UsdGeom.Points.Define(stage, source), keypoints)
+    add_layer(root, layer, FILE, {PLACE: source})
+    made = open_layer(root)
+    made.GetPrimAtPath(PLACE).specifier = Sdf.SpecifierDef
+    stage = Usd.Stage.Open(made)
+    stage.GetPrimAtPath(TARGET).GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([PLACE])
+    with writing(root):
+        made.Save()
+
+
+def _author(points: UsdGeom.Points, keypoints: Keypoints) -> None:
+    prim = points.GetPrim()
+    points.CreatePointsAttr(vec3f_array(keypoints.points))
+    points.CreateExtentAttr(box(keypoints.points))
+    points.CreatePurposeAttr(UsdGeom.Tokens.guide)
+    primvars = UsdGeom.PrimvarsAPI(prim)
+    name = schema.KEYPOINT_NAME.removeprefix("primvars:")
+    primvars.CreatePrimvar(name, Sdf.ValueTypeNames.StringArray, UsdGeom.Tokens.vertex).Set(list(keypoints.names))
+    prim.ApplyAPI(schema.KEYPOINTS_API)
+    prim.GetAttribute(schema.KEYPOINT_POSITIONS).Set(Vt.Vec3dArray([vec3d(point) for point in keypoints.points]))

@@ -1,0 +1,92 @@
+"""Names and classes that a user gives a model's parts, written over an authored stage as semantic labels."""
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from pxr import Sdf, Usd
+
+from spin_usd.errors import InputError
+from spin_usd.scene.part_rule import PartRule, first_match
+from spin_usd.stage.author.added_layer import add_layer
+from spin_usd.stage.author.model_surfaces import Surface, model_surfaces
+from spin_usd.stage.author.poses_layer import TARGET
+from spin_usd.stage.composition.open_stage import open_stage
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+
+FILE = "parts.usda"
+NAME = "Model"
+MODEL = TARGET.AppendChild(NAME)
+LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "SemanticsLabelsAPI:class"}
+
+
+def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dict[str, int], int]:
+    """Label the surfaces of the model in the stage at `root`: of all that a part's rules match, one part is made.
+    Returns the number of surfaces of each part, and of those that no rule matches.
+
+    A surface whose names no rule matches keeps the part and the class that it has. Instances that hold matched surfaces
+    are instances no more: labels do not reach into them. `where`: the rules' file, for messages. Raises InputError for
+    a rule that labels nothing, and for a part of several classes; OutputError.
+    """
+    stage = open_stage(root)
+    found = list(model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL)))
+    chosen = [(each, rule) for each in found if (rule := first_match(rules, each.names + each.materials))]
+    _refuse_idle(rules, found, {rule.pattern for _, rule in chosen}, where)
+    _refuse_mixed(chosen, where)
+    add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(NAME)})
+    made = open_layer(root)
+    edited = Usd.Stage.Open(made)
+    sizes = Counter(rule.part for _, rule in chosen)
+    edited.GetPrimAtPath(TARGET).GetAttribute(schema.TARGET_MERGED_PARTS).Set(list(sizes))
+    with writing(root):
+        made.Save()
+    return dict(sizes), len(found) - len(chosen)
+
+
+def _refuse_idle(rules: Sequence[PartRule], found: Sequence[Surface], used: set[str], where: object) -> None:
+    """Raise InputError for a rule that no surface was left to."""
+    for rule in rules:
+        if rule.pattern in used:
+            continue
+        if any(rule.matches(each.names + each.materials) for each in found):
+            what, do = "matches only what rows before it match", "put it before them, or remove it"
+        else:
+            materials = dict.fromkeys(each.materials[-1] for each in found if each.materials)
+            groups = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
+            what = "matches nothing"
+            do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(groups)}"
+        raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
+
+
+def _refuse_mixed(chosen: Sequence[tuple[Surface, PartRule]], where: object) -> None:
+    """Raise InputError for a part that is given no class and whose surfaces have several."""
+    first: dict[str, Surface] = {}
+    for surface, rule in chosen:
+        other = first.setdefault(rule.part, surface)
+        if rule.class_name is None and surface.class_name != other.class_name:
+            classes = f"{other.class_name!r} ({other.path.name}) and {surface.class_name!r} ({surface.path.name})"
+            raise InputError(
+                f"the part {rule.part!r} would be of the classes {classes}", where=where, do="give it a class"
+            )
+
+
+def _layer(chosen: Sequence[tuple[Surface, PartRule]]) -> Sdf.Layer:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=NAME, documentation="The parts' names and classes that were given.")
+    model = Sdf.Path.absoluteRootPath.AppendChild(NAME)
+    Sdf.CreatePrimInLayer(layer, model)
+    for surface, rule in chosen:
+        for instance in surface.instances:
+            Sdf.CreatePrimInLayer(layer, instance.ReplacePrefix(MODEL, model)).instanceable = False
+        prim = Sdf.CreatePrimInLayer(layer, surface.path.ReplacePrefix(MODEL, model))
+        _label(prim, schema.PART_LABELS, rule.part)
+        if rule.class_name is not None:
+            _label(prim, schema.CLASS_LABELS, rule.class_name)
+    return layer
+
+
+def _label(prim: Sdf.PrimSpec, name: str, label: str) -> None:
+    applied = prim.GetInfo("apiSchemas").prependedItems if prim.HasInfo("apiSchemas") else []
+    prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[*applied, LABELS[name]]))
+    Sdf.AttributeSpec(prim, name, Sdf.ValueTypeNames.TokenArray).default = [label]

@@ -1,0 +1,109 @@
+"""Camera layers: one Camera prim with its lens, sensor and exposure; those of known data sets by name."""
+
+import math
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdGeom
+
+from spin_usd.errors import InputError, SpinError
+from spin_usd.geometry.camera import Camera
+from spin_usd.resources import bundled
+from spin_usd.stage.read.camera.lens import author_lens, read_lens, usd_focal_length
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+
+SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
+WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
+EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
+
+
+def responsivity() -> float:
+    """exposure:responsivity that brings a white Lambertian facing the Sun, radiance E/pi, to WHITE_LEVEL.
+
+    USD scales radiance by time x iso/100 x 2^exposure x responsivity / fStop^2.
+    """
+    scale = WHITE_LEVEL * math.pi / SOLAR_IRRADIANCE
+    return scale * EXPOSURE_FSTOP**2 / (EXPOSURE_TIME * EXPOSURE_ISO / 100)
+
+
+def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str, channels: str = "mono") -> Sdf.Layer:
+    """An anonymous layer whose /Camera has the lens of `camera`; `focal_length` in tenths of a metre, as USD has it."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim="Camera", documentation=documentation)
+    stage = Usd.Stage.Open(layer)
+    prim = UsdGeom.Camera.Define(stage, "/Camera").GetPrim()
+    author_lens(prim, camera, focal_length)
+    _author_sensor(prim, channels)
+    _author_exposure(UsdGeom.Camera(prim))
+    return layer
+
+
+def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -> Sdf.Layer:
+    """`new_camera_layer` for pixels `pixel_pitch` metres wide."""
+    return new_camera_layer(camera, focal_length=usd_focal_length(camera, pixel_pitch), documentation=documentation)
+
+
+def camera_names() -> tuple[str, ...]:
+    return tuple(bundled("cameras"))
+
+
+def camera_by_name(name: str) -> Path:
+    """The layer of a camera that travels with spin_usd. Raises InputError that lists those there are."""
+    if name not in camera_names():
+        raise InputError(
+            f"there is no camera named {name!r}", do=f"name one of {', '.join(camera_names())}, or a camera file"
+        )
+    return bundled("cameras")[name]
+
+
+def open_camera_layer(path: str | Path) -> Sdf.Layer:
+    """An anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens.
+
+    Raises InputError that names the file.
+    """
+    source = open_layer(path)
+    stage = Usd.Stage.Open(source)
+    prim = stage.GetDefaultPrim()
+    if not (prim and prim.IsA(UsdGeom.Camera)):
+        raise InputError("has no default prim that is a Camera", where=path, do="give a layer like stages/cameras/*")
+    if UsdGeom.GetStageMetersPerUnit(stage) != 1:
+        raise InputError("is a camera layer whose metersPerUnit is not 1", where=path, do="author it in metres")
+    try:
+        read_lens(prim).check_invertible()
+    except SpinError as error:
+        raise InputError(str(error), where=path) from None
+    copy = Sdf.Layer.CreateAnonymous(".usda")
+    copy.TransferContent(source)
+    return copy
+
+
+def set_channels(path: Path, channels: str) -> None:
+    """Write the sensor's channels, "mono" or "rgb", into the camera layer at `path`. Raises OutputError."""
+    layer = open_layer(path)
+    stage = Usd.Stage.Open(layer)
+    prim = stage.GetDefaultPrim()
+    prim.ApplyAPI(schema.SENSOR_API)
+    prim.GetAttribute(schema.SENSOR["channels"]).Set(channels)
+    with writing(path):
+        layer.Save()
+
+
+def lens_of(layer: Sdf.Layer) -> Camera:
+    """The lens of a camera layer."""
+    stage = Usd.Stage.Open(layer)
+    return read_lens(stage.GetDefaultPrim())
+
+
+def _author_sensor(prim: Usd.Prim, channels: str) -> None:
+    prim.ApplyAPI(schema.SENSOR_API)
+    for field, value in {"channels": channels, "bit_depth": 8, "encoding": "srgb"}.items():
+        prim.GetAttribute(schema.SENSOR[field]).Set(value)
+
+
+def _author_exposure(camera: UsdGeom.Camera) -> None:
+    camera.CreateExposureTimeAttr(EXPOSURE_TIME)
+    camera.CreateExposureIsoAttr(EXPOSURE_ISO)
+    camera.CreateExposureFStopAttr(EXPOSURE_FSTOP)
+    camera.CreateExposureResponsivityAttr(responsivity())
+    camera.CreateExposureAttr(0.0)
+    camera.CreateFStopAttr(0.0)  # no depth of field

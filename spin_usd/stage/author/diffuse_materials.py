@@ -1,0 +1,126 @@
+"""Any target made matt, by opinions over its own materials: Lambert in their colours, nothing shines."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from spin_usd.stage.author.poses_layer import TARGET, WORLD
+from spin_usd.stage.usd import schema
+
+SURFACE = "UsdPreviewSurface"
+TYPES = Sdf.ValueTypeNames
+# With an index of refraction of 1 a dielectric reflects nothing.
+INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
+    "inputs:clearcoat": (TYPES.Float, 0.0),
+    "inputs:ior": (TYPES.Float, 1.0),
+    "inputs:metallic": (TYPES.Float, 0.0),
+    "inputs:roughness": (TYPES.Float, 1.0),
+    "inputs:useSpecularWorkflow": (TYPES.Int, 0),
+}
+EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
+MODEL = TARGET.AppendChild("Model")
+DISPLAYED = TARGET.AppendChild("Matt")
+"""The material of what has none of its own but a displayColor."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matt:
+    """What makes a target matt. Paths are relative to the target's root, "." for the root itself.
+
+    surfaces: its UsdPreviewSurface nodes · instances: the instances that hold such nodes, which opinions do not reach ·
+    displayed: whether any of its gprims has no material.
+    """
+
+    surfaces: tuple[str, ...]
+    instances: tuple[str, ...]
+    displayed: bool
+
+
+def find_matt(file: Path, prim: str | None) -> Matt:
+    """Of the target in `file`, whose root is `prim`, or the default prim."""
+    stage = Usd.Stage.Open(str(file))
+    root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
+    prims = list(Usd.PrimRange(root, EVERYTHING))
+    surfaces = [each for each in prims if _is_surface(each)]
+    above = {path for each in surfaces for path in each.GetPath().GetPrefixes()}
+    instances = [each for each in prims if each.IsInstance() and each.GetPath() in above]
+    return Matt(
+        surfaces=tuple(str(each.GetPath().MakeRelativePath(root.GetPath())) for each in surfaces),
+        instances=tuple(str(each.GetPath().MakeRelativePath(root.GetPath())) for each in instances),
+        displayed=any(_is_displayed(each) for each in prims),
+    )
+
+
+def author_matt(layer: Sdf.Layer, variant: Sdf.Path, matt: Matt) -> None:
+    """Write the opinions into the variant of /World at `variant`."""
+    model = Sdf.CreatePrimInLayer(layer, MODEL.ReplacePrefix(WORLD, variant))
+    for path in matt.instances:
+        _below(model, path).instanceable = False
+    for path in matt.surfaces:
+        shader = _below(model, path)
+        for name, (kind, value) in INPUTS.items():
+            spec = Sdf.AttributeSpec(shader, name, kind)
+            spec.default = value
+            spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
+    if matt.displayed:
+        _author_displayed(layer, variant)
+        schemas = Sdf.TokenListOp()
+        schemas.prependedItems = ["MaterialBindingAPI"]
+        model.SetInfo("apiSchemas", schemas)
+        binding = Sdf.RelationshipSpec(model, UsdShade.Tokens.materialBinding, custom=False)
+        binding.targetPathList.explicitItems = [DISPLAYED]
+
+
+def _below(model: Sdf.PrimSpec, relative: str) -> Sdf.PrimSpec:
+    return Sdf.CreatePrimInLayer(model.layer, model.path.AppendPath(relative)) if relative != "." else model
+
+
+def _is_surface(prim: Usd.Prim) -> bool:
+    return bool(prim.IsA(UsdShade.Shader)) and UsdShade.Shader(prim).GetIdAttr().Get() == SURFACE
+
+
+def _is_displayed(prim: Usd.Prim) -> bool:
+    """Whether it is a gprim without a material. Keypoints are not drawn."""
+    if not prim.IsA(UsdGeom.Gprim) or prim.HasAttribute(schema.KEYPOINT_NAME):
+        return False
+    return not UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]
+
+
+def _author_displayed(layer: Sdf.Layer, variant: Sdf.Path) -> None:
+    """A material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
+    material = _define(layer, DISPLAYED.ReplacePrefix(WORLD, variant), "Material")
+    shader = _node(material, "Surface", SURFACE)
+    for name, (kind, value) in INPUTS.items():
+        Sdf.AttributeSpec(shader, name, kind).default = value
+    for name, primvar, of, kind, fallback in (
+        ("inputs:diffuseColor", "displayColor", "float3", TYPES.Color3f, (0.18, 0.18, 0.18)),
+        ("inputs:opacity", "displayOpacity", "float", TYPES.Float, 1.0),
+    ):
+        value_type = TYPES.Find(of)
+        reader = _node(material, primvar, f"UsdPrimvarReader_{of}")
+        Sdf.AttributeSpec(reader, "inputs:varname", TYPES.String).default = primvar
+        Sdf.AttributeSpec(reader, "inputs:fallback", value_type).default = fallback
+        output = Sdf.AttributeSpec(reader, "outputs:result", value_type)
+        Sdf.AttributeSpec(shader, name, kind).connectionPathList.explicitItems = [_composed(output.path)]
+    surface = Sdf.AttributeSpec(shader, "outputs:surface", TYPES.Token)
+    Sdf.AttributeSpec(material, "outputs:surface", TYPES.Token).connectionPathList.explicitItems = [
+        _composed(surface.path)
+    ]
+
+
+def _composed(path: Sdf.Path) -> Sdf.Path:
+    return path.StripAllVariantSelections()
+
+
+def _node(material: Sdf.PrimSpec, name: str, identifier: str) -> Sdf.PrimSpec:
+    node = _define(material.layer, material.path.AppendChild(name), "Shader")
+    Sdf.AttributeSpec(node, "info:id", TYPES.Token, Sdf.VariabilityUniform).default = identifier
+    return node
+
+
+def _define(layer: Sdf.Layer, path: Sdf.Path, kind: str) -> Sdf.PrimSpec:
+    spec = Sdf.CreatePrimInLayer(layer, path)
+    spec.specifier, spec.typeName = Sdf.SpecifierDef, kind
+    return spec

@@ -1,0 +1,63 @@
+"""The layer of poses: where the target is at each picture, and the picture's name, as time samples.
+
+Time code i is picture i. The camera stands at the world's origin, looks along +Y and has +Z up.
+"""
+
+import math
+
+import numpy as np
+from pxr import Sdf
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.conversion import quatd, vec3d
+from spin_usd.stage.usd.layer_file import author_metadata
+
+T_WORLD_CAM = Transform(
+    to="world", of="cam", rotation=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), translation=np.zeros(3)
+)
+
+WORLD = Sdf.Path("/World")
+TARGET = Sdf.Path("/World/Target")
+
+
+def poses_layer(poses: PoseList) -> Sdf.Layer:
+    """An anonymous layer with an `over` for the world and one for the target. Meant for a .usdc file."""
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    q, t = target_in_world(poses)
+    with Sdf.ChangeBlock():
+        author_metadata(layer, default_prim=WORLD.name, frames=len(poses))
+        world, target = Sdf.CreatePrimInLayer(layer, WORLD), Sdf.CreatePrimInLayer(layer, TARGET)
+        _samples(world, schema.CAPTURE_FRAME, Sdf.ValueTypeNames.String, list(poses.names))
+        _samples(world, schema.CAPTURE_SOURCE_FILE, Sdf.ValueTypeNames.String, list(poses.files))
+        _samples(target, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t])
+        _samples(target, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q])
+        order = Sdf.AttributeSpec(target, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+        order.default = ["xformOp:translate", "xformOp:orient"]
+    return layer
+
+
+def target_in_world(poses: PoseList) -> tuple[Float, Float]:
+    """q_world_body (N, 4) and t_world_body (N, 3) metres: T_world_cam @ T_cam_body.
+
+    Each quaternion has the sign that is nearer to the one before, so that USD's slerp turns the short way.
+    """
+    w, x, y, z = poses.q_cam_body.T
+    # The camera's own quaternion is (1, -1, 0, 0) / sqrt(2): this is its Hamilton product with (w, x, y, z).
+    q = np.stack([w + x, x - w, y + z, z - y], -1) / math.sqrt(2)
+    turns = np.sign((q[1:] * q[:-1]).sum(-1))
+    turns[turns == 0] = 1
+    q[1:] *= np.cumprod(turns)[:, None]
+    return q, T_WORLD_CAM.directions(poses.t_cam_body) + 0.0  # no negative zeros
+
+
+def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:
+    """One at each time code; of none there is no attribute."""
+    if not values:
+        return
+    attribute = Sdf.AttributeSpec(prim, name, kind)
+    layer, path = prim.layer, attribute.path
+    for time_code, value in enumerate(values):
+        layer.SetTimeSample(path, float(time_code), value)

@@ -1,0 +1,118 @@
+"""Presets: how pictures of one kind are taken, as a layer: camera settings, lights, what lies behind, the look.
+
+A preset's default prim is World, with any of the children Camera (sensor, exposure, optics, focus: not the lens),
+Lights, Environment and Target/Model (variant selections). What it lacks stays as it is without a preset.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, Usd
+
+from spin_usd.errors import InputError
+from spin_usd.resources import bundled
+from spin_usd.stage.author.lights_and_environment import composed, extracted
+from spin_usd.stage.usd.layer_file import open_layer
+
+WORLD = Sdf.Path("/World")
+CAMERA, LIGHTS, ENVIRONMENT = (WORLD.AppendChild(name) for name in ("Camera", "Lights", "Environment"))
+MODEL = WORLD.AppendPath("Target/Model")
+EMPTY = (WORLD, MODEL.GetParentPath(), MODEL)  # these hold nothing of their own
+PREFIXES = ("spin:sensor:", "spin:optics:", "exposure:", "shutter:")
+NAMES = ("exposure", "fStop", "focusDistance")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Preset:
+    """`flat`: all that its layers compose, asset paths absolute. selections: variant set -> variant of the target."""
+
+    file: Path
+    flat: Sdf.Layer
+    selections: Mapping[str, str]
+
+    def layer(self, prim: Sdf.Path) -> Sdf.Layer | None:
+        """What it says about LIGHTS or ENVIRONMENT, as a layer of its own; None where it says nothing."""
+        if not self.flat.GetPrimAtPath(prim):
+            return None
+        return extracted(self.flat, prim, self.flat.documentation)
+
+    def rig(self, kind: str) -> Sdf.Layer | None:
+        """Its lights or its environment, by the kind of rig; None where it has none."""
+        return self.layer(WORLD.AppendChild(kind))
+
+    def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+        """Its selections among the `variants` of a target: those of sets that the target does not have are left out.
+
+        Raises InputError for a variant that a set lacks.
+        """
+        chosen = {name: variant for name, variant in self.selections.items() if name in variants}
+        for name, variant in chosen.items():
+            if variant not in variants[name]:
+                found = f"selects {name} {variant!r}, and the target has {', '.join(variants[name])}"
+                raise InputError(found, where=f"{self.file} {MODEL}", do="select one of those")
+        return chosen
+
+    def set_camera(self, layer: Sdf.Layer) -> None:
+        """Write its camera settings over those of a camera layer."""
+        source = self.flat.GetPrimAtPath(CAMERA)
+        if not source:
+            return
+        stage = Usd.Stage.Open(layer)
+        camera = stage.GetDefaultPrim()
+        for schema in source.GetInfo("apiSchemas").GetAddedOrExplicitItems() if source.HasInfo("apiSchemas") else ():
+            camera.AddAppliedSchema(schema)
+        camera.SetDocumentation(source.GetInfo("documentation"))
+        said = f"Sensor, exposure, optics and focus are those of the preset {self.file.stem} instead."
+        layer.documentation = f"{layer.documentation}\n{said}"
+        for attribute in source.properties:
+            Sdf.CopySpec(self.flat, attribute.path, layer, camera.GetPath().AppendProperty(attribute.name))
+
+
+def preset_names() -> tuple[str, ...]:
+    """The presets that travel with spin_usd."""
+    return tuple(bundled("presets"))
+
+
+def preset_by_name(name: str) -> Path:
+    """The layer of a preset that travels with spin_usd. Raises InputError that lists those there are."""
+    if name not in preset_names():
+        found = f"there is no preset named {name!r}"
+        raise InputError(found, do=f"name one of {', '.join(preset_names())}, or a preset layer")
+    return bundled("presets")[name]
+
+
+def open_preset(path: str | Path) -> Preset:
+    """The preset in the layer at `path`, composed. Raises InputError that names the file and the prim at fault."""
+    file = Path(path)
+    layer = open_layer(file)
+    flat = composed(layer, path)
+    stage = Usd.Stage.Open(layer)
+    if layer.defaultPrim != WORLD.name or not stage.GetPrimAtPath(WORLD):
+        raise InputError("is no preset: its default prim is not World", where=path, do="see stages/presets")
+    model = stage.GetPrimAtPath(MODEL)
+    selections = dict(model.GetVariantSets().GetAllVariantSelections()) if model else {}
+    flat.documentation = layer.documentation
+    for prim in (p for root in flat.rootPrims for p in _tree(root)):
+        _check(prim, file)
+    return Preset(file=file, flat=flat, selections=selections)
+
+
+def _tree(prim: Sdf.PrimSpec) -> list[Sdf.PrimSpec]:
+    """The prim and what is below it, lights and environment left out: they may hold anything."""
+    below = [] if prim.path in (LIGHTS, ENVIRONMENT) else [p for child in prim.nameChildren for p in _tree(child)]
+    return [prim, *below]
+
+
+def _check(prim: Sdf.PrimSpec, file: Path) -> None:
+    """Refuse what would be left out of the authored stage."""
+    where = f"{file} {prim.path}"
+    if prim.path not in (*EMPTY, CAMERA, LIGHTS, ENVIRONMENT):
+        do = "keep to Camera, Lights, Environment and Target/Model below World"
+        raise InputError("is a prim that a preset cannot have", where=where, do=do)
+    for attribute in prim.properties if prim.path in EMPTY else ():
+        raise InputError(f"has {attribute.name}, which a preset cannot set", where=where, do="remove it")
+    for attribute in prim.properties if prim.path == CAMERA else ():
+        if attribute.name not in NAMES and not attribute.name.startswith(PREFIXES):
+            found = f"has {attribute.name}, which is the camera's own"
+            raise InputError(found, where=where, do="put it into a camera layer, and give that as --camera")

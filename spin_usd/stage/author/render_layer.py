@@ -1,0 +1,43 @@
+"""UsdRender's account of what a stage is rendered to: resolution, products, and one variable for each label."""
+
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
+
+from spin_usd.geometry.camera import Camera
+from spin_usd.stage.usd.layer_file import author_metadata
+
+SETTINGS = Sdf.Path("/Render/Settings")
+VARIABLES = {  # name: type of a pixel
+    "image": "color3f",
+    "depth": "float",
+    "segmentation": "int",
+    "dense_pose": "point3f",
+}
+
+
+def render_layer(camera: Camera) -> Sdf.Layer:
+    """An anonymous layer with /Render. Its camera is named where the layer is referenced, which is outside it."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.Scope.Define(stage, "/Render")
+    UsdGeom.Scope.Define(stage, "/Render/Products")
+    UsdGeom.Scope.Define(stage, "/Render/Vars")
+    settings = UsdRender.Settings.Define(stage, SETTINGS)
+    settings.CreateResolutionAttr(Gf.Vec2i(camera.width, camera.height))
+    settings.CreatePixelAspectRatioAttr(camera.fy / camera.fx)
+    settings.CreateIncludedPurposesAttr([UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    settings.CreateProductsRel().SetTargets([_product(stage, name, kind) for name, kind in VARIABLES.items()])
+    return layer
+
+
+def _product(stage: Usd.Stage, name: str, kind: str) -> Sdf.Path:
+    """A product of one variable: each label is a file of its own."""
+    variable = UsdRender.Var.Define(stage, f"/Render/Vars/{name}")
+    variable.CreateDataTypeAttr(kind)
+    variable.CreateSourceNameAttr(name)
+    variable.CreateSourceTypeAttr(UsdRender.Tokens.raw)
+    product = UsdRender.Product.Define(stage, f"/Render/Products/{name}")
+    product.CreateProductTypeAttr(UsdRender.Tokens.raster)
+    product.CreateProductNameAttr(name)
+    product.CreateOrderedVarsRel().SetTargets([variable.GetPath()])
+    return product.GetPath()

@@ -1,0 +1,150 @@
+"""A mesh file's model as a USD asset: an interface layer whose payload is the look over the geometry.
+
+<name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. One Mesh
+for each part, labelled with the part's name; the asset's class is "spacecraft".
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
+
+from spin_usd.arrays import Float
+from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.material import Material
+from spin_usd.stage.author.target.material_network import author_material
+from spin_usd.stage.author.target.texture_files import asset_paths, write_images
+from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
+from spin_usd.stage.usd.layer_file import author_metadata, export
+
+NEUTRAL = ModelMaterial(constants=Material(path="neutral"))  # UsdPreviewSurface's own fallbacks: 18 % grey
+CLASS_OF_A_MODEL = "spacecraft"
+MATERIALS = "mtl"
+
+
+def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
+    """Write the asset's layers into `folder` and return the interface layer, <name>.usda. Raises OutputError."""
+    prim = name[:1].upper() + name[1:]
+    root = Sdf.Path.absoluteRootPath.AppendChild(prim)
+    paths = [
+        root.AppendChild(child) for child in unique_identifiers([MATERIALS, *(part.name for part in asset.parts)])[1:]
+    ]
+    geometry = _layer(prim, "The parts' meshes, metres, body axes.")
+    look = _layer(prim, "Materials, and which part has which.")
+    payload = _layer(prim, "Everything below the interface: the look over the geometry.")
+    payload.subLayerPaths = ["./look.usda", "./geometry.usdc"]
+    _author_geometry(geometry, root, paths, asset)
+    _author_look(look, root, root.AppendChild(MATERIALS), paths, asset)
+    interface = _interface(prim, asset, name)
+    write_images(asset, folder)
+    for layer, file in ((geometry, "geometry.usdc"), (look, "look.usda"), (payload, "payload.usda")):
+        export(layer, folder / file)
+    export(interface, folder / f"{name}.usda")
+    return folder / f"{name}.usda"
+
+
+def target_name(text: str) -> str:
+    """`text` as the name of a target's folder and file."""
+    return identifier(text).lower()
+
+
+def _layer(prim: str, documentation: str) -> Sdf.Layer:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=prim, documentation=documentation)
+    return layer
+
+
+def _interface(prim: str, asset: MeshAsset, name: str) -> Sdf.Layer:
+    layer = _layer(prim, f"The target {asset.name}, made by spin-usd author from a mesh file.")
+    _author_model(Usd.Stage.Open(layer), prim, asset, name)
+    # As a spec once the stage is closed, because the payload is not there yet to be composed.
+    layer.GetPrimAtPath(f"/{prim}").payloadList.prependedItems = [Sdf.Payload("./payload.usda")]
+    return layer
+
+
+def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> None:
+    root = UsdGeom.Xform.Define(stage, f"/{prim}").GetPrim()
+    model = Usd.ModelAPI(root)
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(name)
+    model.SetAssetIdentifier(Sdf.AssetPath(f"./{name}.usda"))
+    points = np.concatenate([part.points[part.face_indices] for part in asset.parts])
+    UsdGeom.ModelAPI.Apply(root).SetExtentsHint(box(points))
+    _label(root, "class", CLASS_OF_A_MODEL)
+
+
+def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.Xform.Define(stage, root)
+    for path, part in zip(paths, asset.parts, strict=True):
+        _author_mesh(UsdGeom.Mesh.Define(stage, path), part)
+
+
+def _author_mesh(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
+    mesh.CreatePointsAttr(vec3f_array(part.points))
+    mesh.CreateFaceVertexCountsAttr(int_array(part.face_counts))
+    mesh.CreateFaceVertexIndicesAttr(int_array(part.face_indices))
+    mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    mesh.CreateExtentAttr(box(part.points))
+    if part.normals is not None:
+        mesh.CreateNormalsAttr(vec3f_array(_unit(part)))
+        mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    _author_primvars(mesh, part)
+    mesh.GetPrim().SetDisplayName(part.name)
+    _label(mesh.GetPrim(), "part", part.name)
+
+
+def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
+    for name, values in part.primvars.items():
+        is_color = values.shape[1] == 3
+        kind = Sdf.ValueTypeNames.Color3fArray if is_color else Sdf.ValueTypeNames.TexCoord2fArray
+        primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(name, kind, UsdGeom.Tokens.faceVarying)
+        primvar.Set(vec3f_array(values) if is_color else vec2f_array(values))
+
+
+def _unit(part: MeshPart) -> Float:
+    """The corners' normals (C, 3) at unit length; the face's own where the file's is zero."""
+    assert part.normals is not None
+    starts = part.face_starts
+    corners = part.points[part.face_indices]
+    face = np.cross(corners[starts + 1] - corners[starts], corners[starts + 2] - corners[starts])
+    length = np.linalg.norm(part.normals, axis=1, keepdims=True)
+    normals = np.where(length > 0, part.normals, np.repeat(face, part.face_counts, axis=0))
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny))
+
+
+def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.Scope.Define(stage, scope)
+    materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
+    names = unique_identifiers([material.constants.path for material in materials])
+    files = asset_paths(asset)
+    used = {int(i) % len(materials) for part in asset.parts for i in np.unique(part.face_material)}
+    made = {i: author_material(stage, scope.AppendChild(names[i]), materials[i], files) for i in sorted(used)}
+    layer.GetPrimAtPath(root).specifier = Sdf.SpecifierOver
+    for path, part in zip(paths, asset.parts, strict=True):
+        _bind(stage.OverridePrim(path), part.face_material % len(materials), made)
+
+
+def _bind(prim: Usd.Prim, face_material: NDArray[np.int32], made: dict[int, UsdShade.Material]) -> None:
+    """Bind the whole mesh when it has one material, else a partition of its faces."""
+    binding = UsdShade.MaterialBindingAPI.Apply(prim)
+    used = np.unique(face_material)
+    if len(used) == 1:
+        binding.Bind(made[int(used[0])])
+        return
+    for index in used:
+        material = made[int(index)]
+        subset = UsdGeom.Subset.Define(prim.GetStage(), prim.GetPath().AppendChild(material.GetPrim().GetName()))
+        subset.CreateElementTypeAttr(UsdGeom.Tokens.face)
+        subset.CreateFamilyNameAttr(UsdShade.Tokens.materialBind)
+        subset.CreateIndicesAttr(int_array(np.flatnonzero(face_material == index)))
+        UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
+    # The family's type as a plain attribute: the mesh is only an `over` here.
+    family = prim.CreateAttribute("subsetFamily:materialBind:familyType", Sdf.ValueTypeNames.Token, custom=False)
+    family.Set(UsdGeom.Tokens.partition)
+
+
+def _label(prim: Usd.Prim, taxonomy: str, label: str) -> None:
+    UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr([label])

@@ -1,0 +1,134 @@
+"""How large a USD target is in its own file, by UsdGeom's own computations: an authority apart from our own readers.
+
+Extents that the file states are not believed: many are stale.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
+
+from spin_usd.arrays import Float
+from spin_usd.scene.source_bounds import SourceBounds
+from spin_usd.stage.read.shapes.triangulate import newell
+from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.usd.visibility import DRAWN_PURPOSES
+
+FLAT_SURFACES = (UsdGeom.Tokens.none, UsdGeom.Tokens.bilinear)
+
+
+def usd_bounds(
+    file: Path, prim: str | None, *, metres_per_unit: float, selections: Mapping[str, str], time_code: float
+) -> SourceBounds | None:
+    """The size in metres of what lies at and below `prim`, the default prim where None, at one time and with the
+    variants `selections` of that prim; None where nothing has a size."""
+    stage = Usd.Stage.Open(str(file))
+    root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim() or stage.GetPseudoRoot()
+    time = Usd.TimeCode(time_code)
+    stated = UsdGeom.StageHasAuthoredMetersPerUnit(stage)
+    metres = root_number(stage, METRES_PER_UNIT) if stated else metres_per_unit
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        for name, variant in selections.items():
+            root.GetVariantSet(name).SetVariantSelection(variant)
+        _expand_instances(root)
+        _bake_skeletons(root, time)
+        _forget_extents(root)
+    cache = UsdGeom.BBoxCache(time, list(DRAWN_PURPOSES), useExtentsHint=False)
+    box = cache.ComputeLocalBound(root).ComputeAlignedRange()
+    if box.IsEmpty():
+        return None
+    polygons, only = _polygons(root, time)
+    whole = np.array([box.GetMin(), box.GetMax()]) * metres
+    if polygons is None:
+        return SourceBounds(whole=whole, polygons=None, exact=False)
+    return SourceBounds(whole=polygons * metres if only else whole, polygons=polygons * metres, exact=only)
+
+
+def _expand_instances(root: Usd.Prim) -> None:
+    """Their prims can then be told to forget their extents."""
+    while instances := [prim for prim in Usd.PrimRange(root) if prim.IsInstance()]:
+        for prim in instances:
+            prim.SetInstanceable(False)
+
+
+def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
+    """Make points of what skeletons bend at `time`: USD's own extent of a SkelRoot holds little more than its joints.
+    Animations stand still first, for what is baked of one that moves is only at its own samples."""
+    for prim in root.GetStage().Traverse():
+        if prim.IsA(UsdSkel.Animation):
+            for attribute in prim.GetAuthoredAttributes():
+                attribute.Set(attribute.Get(time))
+    moment = Gf.Interval(time.GetValue(), time.GetValue())
+    for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Root)]:
+        UsdSkel.BakeSkinning(UsdSkel.Root(prim), moment)
+    for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Skeleton)]:
+        UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)  # its joints are no part of the craft
+
+
+def _forget_extents(root: Usd.Prim) -> None:
+    for prim in Usd.PrimRange(root):
+        if prim.IsA(UsdGeom.Boundable):
+            UsdGeom.Boundable(prim).GetExtentAttr().Block()
+
+
+def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
+    """The box (2, 3) of the plain polygons in the axes of the root's parent, None for none; and whether nothing else
+    is drawn. What a material displaces, or a skeleton bends, is not plain."""
+    only, boxes = True, []
+    world = UsdGeom.XformCache(time)
+    to_body = world.GetParentToWorldTransform(root).GetInverse()
+    displaced = any(_displaces(prim) for prim in Usd.PrimRange(root))
+    everything = iter(Usd.PrimRange(root))
+    for prim in everything:
+        if not prim.IsA(UsdGeom.Boundable) or not _drawn(prim, time):
+            continue
+        if prim.IsA(UsdGeom.PointInstancer):
+            everything.PruneChildren()
+        mesh = UsdGeom.Mesh(prim)
+        plain = mesh and not displaced and mesh.GetSubdivisionSchemeAttr().Get() in FLAT_SURFACES and not _bent(prim)
+        corners = _corners(mesh, time) if plain else np.zeros((0, 3))
+        only &= bool(plain)
+        if len(corners):
+            placed = corners @ _matrix(world.GetLocalToWorldTransform(prim) * to_body)
+            boxes += [placed[:, :3].min(0), placed[:, :3].max(0)]
+    return (np.stack([np.min(boxes, 0), np.max(boxes, 0)]) if boxes else None), only
+
+
+def _corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Float:
+    """(N, 4) homogeneous points of the faces that have an area; none where the numbers do not fit together."""
+    points = np.array(mesh.ComputePointsAtTime(time, time) or [], np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
+    if not len(points) or counts.sum() != len(indices) or (len(indices) and indices.max() >= len(points)):
+        return np.zeros((0, 4))
+    starts, used = np.cumsum(counts) - counts, []
+    holes = np.array(mesh.GetHoleIndicesAttr().Get(time) or [], np.int64)
+    for size in np.unique(counts[counts >= 3]):
+        faces = np.setdiff1d(np.flatnonzero(counts == size), holes)
+        polygons = points[indices[starts[faces][:, None] + np.arange(size)]]
+        used.append(polygons[np.linalg.norm(newell(polygons), axis=-1) > 0].reshape(-1, 3))
+    corners = np.concatenate([np.zeros((0, 3)), *used])
+    return np.column_stack([corners, np.ones(len(corners))])
+
+
+def _matrix(matrix: Gf.Matrix4d) -> Float:
+    return np.array(matrix, np.float64)
+
+
+def _drawn(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+    geometry = UsdGeom.Imageable(prim)
+    shown = geometry.ComputeVisibility(time) != UsdGeom.Tokens.invisible
+    return shown and geometry.ComputePurpose() in DRAWN_PURPOSES
+
+
+def _bent(prim: Usd.Prim) -> bool:
+    """Whether a skeleton moves its points."""
+    return bool(prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
+
+
+def _displaces(prim: Usd.Prim) -> bool:
+    """Whether `prim` is a shader that may move surfaces."""
+    shader = UsdShade.Shader(prim)
+    found = shader and shader.GetInput("displacement")
+    return bool(found) and (found.HasConnectedSource() or bool(found.Get()))

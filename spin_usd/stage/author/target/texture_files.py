@@ -1,0 +1,43 @@
+"""The image files of a mesh file's model, beside the layers that name them."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from spin_usd.scene.asset import ImageFile, MeshAsset
+from spin_usd.stage.usd.layer_file import writing
+
+FOLDER = "textures"
+NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean something in asset paths
+
+
+def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
+    """The asset path of each image of `asset`, relative to the target's layers. Equal images are one file."""
+    paths: dict[ImageFile, str] = {}
+    by_data: dict[bytes, str] = {}
+    taken: set[str] = set()
+    for file in (image.file for material in asset.materials for image in material.images.values()):
+        if file.data not in by_data:
+            by_data[file.data] = f"./{FOLDER}/{_unique(Path(file.name), taken)}"
+        paths[file] = by_data[file.data]
+    return paths
+
+
+def write_images(asset: MeshAsset, folder: Path) -> None:
+    """Write the images below `folder`. Raises OutputError."""
+    for file, path in asset_paths(asset).items():
+        place = folder / path
+        with writing(place):
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(file.data)
+
+
+def _unique(name: Path, taken: set[str]) -> str:
+    """`name` with letters that every file system and asset path takes, numbered where it was met before."""
+    stem = NOT_ALLOWED.sub("_", name.stem) or "image"
+    found, number = f"{stem}{name.suffix}", 1
+    while found.lower() in taken:
+        number += 1
+        found = f"{stem}_{number}{name.suffix}"
+    taken.add(found.lower())
+    return found

@@ -1,0 +1,117 @@
+"""The variant sets `camera`, `environment` and `materials` of an authored stage, each with the variants plain and rich.
+
+They are those of the published ablation. What the variants hold comes from `stages/augmentations`, by reference; no
+variant is selected, so that the stage stays as it was authored until an augmentation selects among them.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pxr import Sdf, Usd
+
+from spin_usd.errors import InputError
+from spin_usd.resources import stages
+from spin_usd.stage.author.diffuse_materials import Matt, author_matt
+from spin_usd.stage.author.presets import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD, Preset, open_preset
+from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.layer_file import author_metadata, export
+
+GROUPS = ("camera", "environment", "materials")
+PLAIN, RICH = "plain", "rich"
+LAYER = "groups.usda"
+RIGS = (LIGHTS, ENVIRONMENT)
+PLACES = ("", "Xform", "Scope")  # the types of a rig's root that are nothing themselves
+BEHIND = (schema.PLANET_API, schema.STARS_API, schema.BACK_PLATE_API)
+
+DOCUMENTATION = """Three variant sets of /World, each with the variants plain and rich; none is selected here.
+camera: sensor, optics and exposure, never the lens. environment: the stage's own lights and surroundings are switched
+off, and others come in. materials: {materials}
+What they hold is in groups/plain.usda and groups/rich.usda."""
+SELECTED = "the target's own looks, by their names."
+OVERRIDDEN = """the target has no such looks. In plain, its materials are made matt; rich says nothing, because
+the target is rich as it was modelled: an augmentation that selects it means just that, and not plain."""
+
+
+def write_groups(
+    folder: Path, rigs: Mapping[Sdf.Path, Sdf.Layer], looks: Mapping[str, tuple[str, ...]], matt: Matt
+) -> None:
+    """Write the layer with the three sets, and what it refers to, into `folder`.
+
+    rigs: the stage's own layers of LIGHTS and ENVIRONMENT · looks: the target's variant sets with their variants ·
+    matt: what makes its materials matt where it has no looks of these names. Raises InputError for a rig that cannot be
+    switched off, OutputError.
+    """
+    kinds = {name: open_preset(stages() / "augmentations" / f"{name}.usda") for name in (PLAIN, RICH)}
+    has_looks = all(_has(looks, kind.selections) for kind in kinds.values())
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    documentation = DOCUMENTATION.format(materials=SELECTED if has_looks else OVERRIDDEN)
+    author_metadata(layer, default_prim=WORLD.name, documentation=documentation)
+    world = Sdf.CreatePrimInLayer(layer, WORLD)
+    for name, kind in kinds.items():
+        _write_kind(kind, folder / "groups")
+        _bring(_over(world, "camera", name, CAMERA), name)
+        for path in RIGS:
+            rig = _over(world, "environment", name, path)
+            _bring(rig, name)
+            _switch_off(rig, _children(rigs[path], kind, path))
+        materials = _variant(world, "materials", name)
+        if has_looks:
+            _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
+        elif name == PLAIN:
+            author_matt(layer, materials.path, matt)
+    world.variantSetNameList.prependedItems[:] = GROUPS  # they do not fight; this is the order that people expect
+    export(layer, folder / LAYER)
+
+
+def _write_kind(kind: Preset, folder: Path) -> None:
+    """What a variant of each set refers to, with its files."""
+    _add_schemas(kind.flat.GetPrimAtPath(CAMERA))
+    copy_assets(kind.flat, folder / kind.file.stem)
+    export(kind.flat, folder / kind.file.name)
+
+
+def _add_schemas(camera: Sdf.PrimSpec) -> None:
+    """Let it add its schemas to the camera's own: flattened, its list would stand instead of theirs."""
+    schemas = Sdf.TokenListOp()
+    schemas.prependedItems = camera.GetInfo("apiSchemas").GetAddedOrExplicitItems()
+    camera.SetInfo("apiSchemas", schemas)
+
+
+def _has(looks: Mapping[str, tuple[str, ...]], selections: Mapping[str, str]) -> bool:
+    return all(variant in looks.get(name, ()) for name, variant in selections.items())
+
+
+def _variant(world: Sdf.PrimSpec, group: str, name: str) -> Sdf.PrimSpec:
+    return Sdf.CreateVariantInLayer(world.layer, world.path, group, name).primSpec
+
+
+def _over(world: Sdf.PrimSpec, group: str, name: str, path: Sdf.Path) -> Sdf.PrimSpec:
+    """The prim at `path`, below /World, within the variant."""
+    variant = _variant(world, group, name)
+    return Sdf.CreatePrimInLayer(world.layer, path.ReplacePrefix(WORLD, variant.path))
+
+
+def _bring(prim: Sdf.PrimSpec, kind: str) -> None:
+    """Refer to the prim of the same path in what the variants of the name `kind` bring."""
+    prim.referenceList.Prepend(Sdf.Reference(f"./groups/{kind}.usda", prim.path.StripAllVariantSelections()))
+
+
+def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
+    for name in names:
+        Sdf.CreatePrimInLayer(over.layer, over.path.AppendChild(name)).active = False
+
+
+def _children(rig: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]:
+    """The names of all that the rig holds. Raises InputError where that cannot be switched off by name alone."""
+    stage = Usd.Stage.Open(rig)
+    root = stage.GetDefaultPrim()
+    if root.GetTypeName() not in PLACES or any(root.HasAPI(api) for api in BEHIND):
+        found = "shines or shows something itself, which no variant of the stage can switch off"
+        raise InputError(found, where=f"{path.name} /{root.GetName()}", do="put it below an Xform of that name")
+    names = tuple(child.GetName() for child in root.GetChildren())
+    for name in names:
+        if kind.flat.GetPrimAtPath(path.AppendChild(name)):
+            found = f"has the name of what the stage's variant environment={kind.file.stem} brings in"
+            raise InputError(found, where=f"{path.name} /{root.GetName()}/{name}", do="give it another name")
+    return names

@@ -1,0 +1,160 @@
+"""Writes a stage: dataset.usda over one layer for each concern.
+
+Base values come by reference, so that a variant on /World can override each of them; only the poses, which make the
+pictures, and the variant sets themselves are local (sublayers). The target is in its own axes:
+T_world_body = T_world_cam @ T_cam_body.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
+
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.scene.poses import PoseList
+from spin_usd.stage.author.diffuse_materials import find_matt
+from spin_usd.stage.author.lights_and_environment import USUAL, rig_by_name
+from spin_usd.stage.author.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
+from spin_usd.stage.author.presets import Preset
+from spin_usd.stage.author.provenance import Origin, author_origin
+from spin_usd.stage.author.render_layer import SETTINGS, render_layer
+from spin_usd.stage.author.target.from_usd import TargetAsset
+from spin_usd.stage.author.variant_sets import LAYER as GROUPS_LAYER
+from spin_usd.stage.author.variant_sets import write_groups
+from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.read.camera.lens import read_lens
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.conversion import quatd, vec3d
+from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
+
+ROOT = "dataset.usda"
+CAMERA = WORLD.AppendChild("Camera")
+MODEL = TARGET.AppendChild("Model")
+MODEL_LAYER = "layers/model.usda"
+
+
+def write_stage(
+    folder: Path,
+    *,
+    poses: PoseList,
+    target: TargetAsset,
+    camera: Sdf.Layer,
+    origin: Origin,
+    seed: int,
+    preset: Preset | None = None,
+    rigs: Mapping[str, Sdf.Layer] | None = None,
+) -> Path:
+    """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
+
+    `camera` is a layer as `stage.camera_layer` makes it; it is changed. `rigs`: layers of `stage.rigs` by kind, instead
+    of the preset's and the usual ones. Raises OutputError, InputError for a file that one of them names and that is
+    not there.
+    """
+    if preset:
+        preset.set_camera(camera)
+    own = _write_layers(folder / "layers", poses, camera, preset, rigs or {})
+    write_groups(folder / "layers", own, target.variants, find_matt(target.file, target.prim))
+    with writing(folder / ROOT):
+        root = Sdf.Layer.CreateNew(str(folder / ROOT))
+    author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
+    root.subLayerPaths = [f"./layers/{GROUPS_LAYER}", "./layers/poses.usdc"]
+    stage = Usd.Stage.Open(root)
+    stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
+    _author_world(stage, origin, seed)
+    for name in ("camera", "lights", "environment"):
+        prim = stage.DefinePrim(WORLD.AppendChild(name.capitalize()))
+        prim.GetReferences().AddReference(f"./layers/{name}.usda")
+    _author_target(stage, target, folder, preset.chosen(target.variants) if preset else {})
+    stage.DefinePrim("/Render").GetReferences().AddReference("./layers/render.usda")
+    UsdRender.Settings(stage.OverridePrim(SETTINGS)).CreateCameraRel().SetTargets([CAMERA])
+    export(root, folder / ROOT)
+    return folder / ROOT
+
+
+def _write_layers(
+    folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, rigs: Mapping[str, Sdf.Layer]
+) -> dict[Sdf.Path, Sdf.Layer]:
+    """Write what the root layer refers to; returns the layers of the lights and of what lies behind, by their place."""
+    lens = _place_camera(camera)
+    export(poses_layer(poses), folder / "poses.usdc")
+    export(camera, folder / "camera.usda")
+    export(render_layer(lens), folder / "render.usda")
+    chosen: dict[Sdf.Path, Sdf.Layer] = {}
+    for kind, usual in USUAL.items():
+        place = WORLD.AppendChild(kind)
+        own = rigs.get(kind) or (preset.layer(place) if preset else None)
+        if own:
+            copy_assets(own, folder / kind.lower())
+        chosen[place] = own or open_layer(rig_by_name(usual, kind))
+        export(chosen[place], folder / f"{kind.lower()}.usda")
+    return chosen
+
+
+def _place_camera(layer: Sdf.Layer) -> Camera:
+    """Stand the layer's camera at the origin, looking along +Y with +Z up; returns its intrinsics."""
+    stage = Usd.Stage.Open(layer)
+    prim = stage.GetDefaultPrim()
+    pose = T_WORLD_CAM @ T_CAM_USDCAM
+    xformable = UsdGeom.Xformable(prim)
+    xformable.ClearXformOpOrder()
+    xformable.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation))
+    xformable.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(quatd(pose.quaternion))
+    return read_lens(prim)
+
+
+def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
+    world = UsdGeom.Xform.Define(stage, WORLD).GetPrim()
+    Usd.ModelAPI(world).SetKind(Kind.Tokens.assembly)
+    world.ApplyAPI(schema.CAPTURE_API)
+    world.GetAttribute(schema.CAPTURE_SEED).Set(seed)
+    author_origin(stage.GetRootLayer(), world, origin)
+
+
+def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
+    prim = UsdGeom.Xform.Define(stage, TARGET).GetPrim()
+    Usd.ModelAPI(prim).SetKind(Kind.Tokens.group)
+    prim.ApplyAPI(schema.TARGET_API)
+    prim.GetAttribute(schema.TARGET_NAME).Set(target.name)
+    if target.keypoints:
+        prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
+    # Without a type the asset's own holds, which may be Mesh; of one that has no place only an Xform can be scaled.
+    model = stage.DefinePrim(MODEL, "" if target.xformable else "Xform")
+    if selections:
+        _write_model(target, folder, selections)
+        model.GetReferences().AddReference(f"./{MODEL_LAYER}")
+    else:
+        model.GetReferences().AddReference(_file(target, folder), target.prim or Sdf.Path())
+    if model.HasAPI(schema.TARGET_API):  # an asset made for spin_usd; here its parent is the target
+        model.RemoveAPI(schema.TARGET_API)
+    if not target.has_kind:
+        Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
+    if target.metres_per_unit != 1:
+        scale = model.CreateAttribute(schema.UNITS_OP, Sdf.ValueTypeNames.Double3, custom=False)
+        scale.Set(Gf.Vec3d(target.metres_per_unit))
+        # Outermost: the asset's own operations stay in its own units.
+        UsdGeom.Xformable(model).CreateXformOpOrderAttr([schema.UNITS_OP, *target.order])
+
+
+def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
+    """The target with its variants selected, in a layer between: a variant on /World may select others."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    author_metadata(layer, default_prim=MODEL.name, documentation="The target as the preset selects it.")
+    stage = Usd.Stage.Open(layer)
+    prim = stage.DefinePrim(Sdf.Path.absoluteRootPath.AppendChild(MODEL.name))
+    prim.GetReferences().AddReference(f".{_file(target, folder)}", target.prim or Sdf.Path())
+    for name, variant in selections.items():
+        prim.GetVariantSet(name).SetVariantSelection(variant)
+    export(layer, folder / MODEL_LAYER)
+
+
+def _file(target: TargetAsset, folder: Path) -> str:
+    """The target's layer as the stage in `folder` names it."""
+    return f"./{target.file.relative_to(folder).as_posix()}"
+
+
+def _documentation(poses: PoseList, target: TargetAsset) -> str:
+    return (
+        f"{len(poses)} pictures of {target.name}: time code i is picture i. The camera stands at the origin and looks "
+        "along +Y; the target moves (layers/poses.usdc)."
+    )

@@ -1,0 +1,109 @@
+"""Findings on a stage: USD's own validators, the rules that make a stage a dataset, then what a render would refuse.
+
+A stage that `spin-usd author` has just written has none.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from pxr import Usd, UsdValidation
+
+from spin_usd.errors import InputError, StageError
+from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.stage.check.every_picture import OnViews, Progress, TargetRule, scene_findings
+from spin_usd.stage.check.layers import layer_findings
+from spin_usd.stage.check.poses_and_cameras import camera_findings, capture_findings, norm_findings, pose_findings
+from spin_usd.stage.check.prims import (
+    draw_mode_findings,
+    extent_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+)
+from spin_usd.stage.check.properties import property_findings
+from spin_usd.stage.check.variant_opinions import variant_findings
+from spin_usd.stage.composition.materialx import names_document
+from spin_usd.stage.composition.open_stage import open_for_check
+
+# A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
+LEFT_OUT = "UsdzValidators"
+COMPOSITION = "CompositionErrorTest"
+
+RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
+    layer_findings,
+    capture_findings,
+    pose_findings,
+    norm_findings,
+    camera_findings,
+    kind_findings,
+    label_findings,
+    light_findings,
+    extent_findings,
+    draw_mode_findings,
+    property_findings,
+    variant_findings,
+)
+
+
+def check_stage(
+    path: str | Path,
+    *,
+    progress: Progress = lambda done, total: None,
+    target_rule: TargetRule = lambda target: iter(()),
+    on_views: OnViews = lambda views: None,
+) -> tuple[Finding, ...]:
+    """All findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one more, on
+    each shape of its target; `on_views` is told what the stage's own pictures show.
+
+    A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
+    when there is no file at `path`.
+    """
+    if not Path(path).is_file():
+        raise InputError("is not there, or is no file", where=path)
+    try:
+        stage = open_for_check(path)
+    except StageError as refusal:
+        message = f"{refusal.found}; {refusal.do}"
+        return (Finding(code="refused", where=str(refusal.where), message=message),)
+    found = [*validator_findings(stage)]
+    for rule in RULES:
+        found += rule(stage)
+    found += scene_findings(path, stage, progress=progress, target_rule=target_rule, on_views=on_views)
+    return tuple(found)
+
+
+def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """What UsdValidation's own validators say, without those for usdz packages.
+
+    Of what does not compose a picture lacks something; the rest is form, and what renders right is a warning at most.
+    """
+    validators = [
+        validator
+        for validator in UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        if LEFT_OUT not in validator.GetMetadata().GetKeywords()
+    ]
+    for error in UsdValidation.ValidationContext(validators).Validate(stage):
+        if error.GetType() == UsdValidation.ValidationErrorType.Info:
+            continue
+        yield Finding(
+            code=str(error.GetIdentifier()),
+            where=_site(error, stage),
+            message=" ".join(error.GetMessage().split()),
+            severity=_severity(error),
+        )
+
+
+def _severity(error: UsdValidation.ValidationError) -> str:
+    lost = COMPOSITION in str(error.GetIdentifier()) and not names_document(error.GetMessage())
+    return ERROR if lost else WARNING
+
+
+def _site(error: UsdValidation.ValidationError, stage: Usd.Stage) -> str:
+    for site in error.GetSites():
+        if site.IsPrim():
+            return str(site.GetPrim().GetPath())
+        if site.IsProperty():
+            return str(site.GetProperty().GetPath())
+        if site.GetLayer():
+            return str(site.GetLayer().identifier)
+    return str(stage.GetRootLayer().identifier)

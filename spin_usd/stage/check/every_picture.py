@@ -1,0 +1,126 @@
+"""Rules on what the pictures need: every picture of every variant is read as for a render."""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from pxr import Usd
+
+from spin_usd.errors import SpinError
+from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.target import Target
+from spin_usd.scene.views import ViewCollector, Views
+from spin_usd.stage.check.blended_poses import BlendedPoses
+from spin_usd.stage.check.identical_variants import SameVariants
+from spin_usd.stage.check.refusals import refusals
+from spin_usd.stage.check.views import view_findings
+from spin_usd.stage.composition.materialx import composition_errors
+from spin_usd.stage.composition.open_stage import open_stage, variants
+from spin_usd.stage.read.stage_reader import StageReader
+
+MAX_VARIANTS = 200  # of one set; each is composed and read
+PROGRESS_EVERY = 500
+
+Progress = Callable[[int, int], None]
+"""Told how many pictures were read and how many there are."""
+TargetRule = Callable[[Target], Iterator[Finding]]
+"""What there is to say of a target's shape."""
+OnViews = Callable[[Views], None]
+"""Told what a stage's own pictures show, those of its first variant."""
+
+
+def scene_findings(
+    path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule, on_views: OnViews
+) -> Iterator[Finding]:
+    """What a render of the stage at `path` would refuse: of each variant the first picture that cannot be read, and all
+    that is wrong there, in the readers' own words. What variants share is told once, of the first; of each of the
+    target's shapes what `target_rule` finds. `on_views` is told what the pictures show where they can be read.
+
+    `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
+    """
+    if composition_errors(stage):
+        return
+    names = variants(stage)
+    if len(names) > MAX_VARIANTS:
+        message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
+        yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
+    told: set[tuple[str, str]] = set()
+    same, shapes = SameVariants(path), Shapes(target_rule)
+    for place, name in enumerate(names[:MAX_VARIANTS]):
+        check = _VariantCheck(path, name, told, same, shapes)
+        yield from check.findings(place, min(len(names), MAX_VARIANTS), progress)
+        if place == 0 and check.views:
+            on_views(check.views)
+
+
+class Shapes:
+    """The target's shapes, each of which is looked at once."""
+
+    def __init__(self, rule: TargetRule) -> None:
+        self._rule = rule
+        self._last: Target | None = None
+        self._seen: set[str] = set()
+
+    def findings(self, target: Target) -> Iterator[Finding]:
+        if target is self._last:
+            return
+        self._last = target
+        if target.mesh.key not in self._seen:
+            self._seen.add(target.mesh.key)
+            yield from self._rule(target)
+
+
+class _VariantCheck:
+    """One variant's pictures. `told`: where and what was found already. `same` and `shapes` have seen the variants
+    before."""
+
+    def __init__(
+        self, path: str | Path, variant: str, told: set[tuple[str, str]], same: SameVariants, shapes: Shapes
+    ) -> None:
+        self.path, self.variant, self.told, self.same, self.shapes = path, variant, told, same, shapes
+        self.picture = ""
+        self.views: Views | None = None
+
+    def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
+        """`place` among `count` variants, for the progress."""
+        try:
+            reader = StageReader(self.path, variant=self.variant)
+            blended, seen = BlendedPoses(reader), ViewCollector()
+            target = ""
+            for done, frame in enumerate(reader.frames):
+                if done % PROGRESS_EVERY == 0:
+                    progress(place * len(reader.frames) + done, count * len(reader.frames))
+                self.picture = frame.name
+                scene = reader.scene(frame)
+                blended.add(scene)
+                seen.add(scene)
+                target = scene.target.path
+                yield from self.shapes.findings(scene.target)
+                self.same.see(scene, len(reader.frames))
+            progress((place + 1) * len(reader.frames), count * len(reader.frames))
+        except SpinError as error:
+            for each in (error, *self._others()):
+                do = f"; {each.do}" if each.do else ""
+                yield from self._told_once("scene", each.where or self.path, each.found, do)
+            return
+        for note in reader.notes:
+            yield from self._told_once(note.code, note.where, note.message, "", note.severity)
+        yield from self.same.findings(self.variant)
+        if blended.pictures:
+            self.picture = blended.pictures[0]
+            yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
+        self.picture, self.views = "", seen.views()
+        for finding in view_findings(self.views, target) if self.views else ():
+            yield from self._told_once(finding.code, finding.where, finding.message, "", finding.severity)
+
+    def _others(self) -> Iterator[SpinError]:
+        """What else the variant's readers refuse; reading a picture ended at the first of them."""
+        with suppress(SpinError):  # a variant that is not opened was told of already
+            yield from refusals(open_stage(self.path, variant=self.variant))
+
+    def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
+        if (str(where), found) not in self.told:
+            self.told.add((str(where), found))
+            at = f"picture {self.picture} of variant" if self.picture else "variant"
+            message = f"{found}{do} ({at} {self.variant})"
+            yield Finding(code=code, where=str(where), message=message, severity=severity)

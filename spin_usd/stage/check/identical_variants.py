@@ -1,0 +1,55 @@
+"""Rule: an augmentation whose pictures are all as another's, but for what is drawn from their seeds, adds nothing."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.keys import KeyMaker, RenderSettings
+from spin_usd.scene.model import NOMINAL, FrameId, Scene
+from spin_usd.stage.read.stage_reader import StageReader
+
+# Any settings do: they are the same for both of two pictures.
+SETTINGS = RenderSettings(renderer="", effort=Effort(), seed=0)
+PROBES = 8  # pictures of a variant that are looked at first
+
+
+@dataclass(eq=False)
+class SameVariants:
+    """Compares the variants of the stage at `path`: by some pictures each, and by all where those are equal."""
+
+    path: str | Path
+    _probes: dict[str, dict[int, str]] = field(default_factory=dict)
+    _keys: KeyMaker = field(default_factory=lambda: KeyMaker(SETTINGS))
+
+    def see(self, scene: Scene, pictures: int) -> None:
+        """One picture of the `pictures` of its variant."""
+        at = scene.frame.index
+        if at * PROBES // pictures != (at - 1) * PROBES // pictures:
+            self._probes.setdefault(scene.frame.variant, {})[at] = _content(scene, self._keys)
+
+    def findings(self, variant: str) -> Iterator[Finding]:
+        """Of a variant, all of whose pictures were seen, among those before it."""
+        for other, probes in self._probes.items():
+            if other == variant:
+                return
+            if probes == self._probes.get(variant) and self._equal(other, variant):
+                message = f"the pictures of variant {variant} are all those of {other}, but for drawn noise; remove it"
+                yield Finding(code="variant-same", where=str(self.path), message=message, severity=WARNING)
+                return
+
+    def _equal(self, a: str, b: str) -> bool:
+        readers = StageReader(self.path, variant=a), StageReader(self.path, variant=b)
+        pairs = zip(*(_contents(reader, reader.frames) for reader in readers), strict=True)
+        return all(one == other for one, other in pairs)
+
+
+def _contents(reader: StageReader, frames: tuple[FrameId, ...]) -> Iterator[str]:
+    keys = KeyMaker(SETTINGS)
+    return (_content(reader.scene(frame), keys) for frame in frames)
+
+
+def _content(scene: Scene, keys: KeyMaker) -> str:
+    """Digest of all that decides the picture, its variant's seed left out."""
+    return keys.keys(replace(scene, frame=replace(scene.frame, variant=NOMINAL))).exposure

@@ -1,0 +1,122 @@
+"""Rules on layers: the metadata that each repeats, units that agree, anchored asset paths."""
+
+from collections.abc import Callable, Iterator
+
+from pxr import Ar, Sdf, Usd
+
+from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.stage.composition.named_assets import named_assets, opened_assets
+from spin_usd.stage.usd import schema
+
+ALWAYS = ("upAxis", "metersPerUnit")
+UNCONVERTED = {
+    "upAxis": "what it brings lies on its side; turn the prim that refers to it",
+    "metersPerUnit": "what it brings is of another size; scale the prim that refers to it",
+}
+OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
+FALLBACKS = {
+    "upAxis": "upAxis Y",
+    "metersPerUnit": "metersPerUnit 0.01",
+    "timeCodesPerSecond": "24 time codes a second",
+    "framesPerSecond": "24 frames a second",
+    "startTimeCode": "a start at 0",
+    "endTimeCode": "an end at 0",
+    "defaultPrim": "no default prim",
+}
+"""What USD takes where a layer that is root does not say."""
+UNIT_TOLERANCE = 1e-6  # relative, of metersPerUnit
+
+
+def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    root = stage.GetRootLayer()
+    for layer in stage.GetUsedLayers():
+        packed = layer.GetFileFormat().IsPackage() or Ar.IsPackageRelativePath(layer.identifier)
+        if not (layer.anonymous or packed):
+            yield from _metadata(layer, root)
+            yield from _paths(layer)
+    prim = stage.GetDefaultPrim()
+    named = bool(prim and prim.HasAPI(schema.CAPTURE_API))
+    for layer in stage.GetLayerStack(includeSessionLayers=False):
+        yield from _time(layer, root, named)
+    yield from _units(stage)
+
+
+def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
+    """USD reads these from the root layer alone; what is not there falls back to Y, 0.01 m and 24."""
+    authored = layer.pseudoRoot.ListInfoKeys()
+    required = (*ALWAYS, *OF_A_ROOT) if layer == root else ALWAYS
+    missing = [name for name in required if name not in authored]
+    if not layer.HasDefaultPrim():
+        missing.append("defaultPrim")
+    if missing:
+        yield Finding(
+            code="layer-metadata",
+            where=layer.identifier,
+            message=f"the layer does not author {', '.join(missing)}, so where it is root USD takes "
+            f"{', '.join(FALLBACKS[name] for name in missing)}; author what is meant",
+            severity=WARNING,
+        )
+
+
+def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
+    """In the stage's own layers a time code is a picture where the stage `named` its pictures so; what comes by
+    reference keeps its own clock."""
+    if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
+        yield Finding(
+            code="layer-time",
+            where=layer.identifier,
+            message=f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}, the root layer's is "
+            f"{root.timeCodesPerSecond:g}: USD moves this layer's time samples, off the pictures; make them equal",
+            severity=ERROR if named else WARNING,
+        )
+
+
+def _paths(layer: Sdf.Layer) -> Iterator[Finding]:
+    """That they stay in the stage's folder is sure: a stage where one leaves it is not opened."""
+    loose = sorted({path for path in named_assets(layer.realPath) if not path.startswith(("./", "../"))})
+    if loose:
+        for path in opened_assets(layer.realPath, loose):
+            yield Finding(
+                code="path-not-anchored",
+                where=layer.identifier,
+                message=f"the asset path {path!r} does not begin with './', so USD also looks for it elsewhere; "
+                "write './' before it",
+                severity=WARNING,
+            )
+
+
+def _units(stage: Usd.Stage) -> Iterator[Finding]:
+    """USD converts neither units nor axes: a layer in others needs a scale or a turn where it comes in.
+
+    The target's own axes are the body frame, so its layers may have any.
+    """
+    root = stage.GetRootLayer().pseudoRoot
+    free = {
+        "upAxis": _below(stage, lambda prim: prim.HasAPI(schema.TARGET_API)),
+        "metersPerUnit": _below(stage, lambda prim: prim.HasAttribute(schema.UNITS_OP)),
+    }
+    for layer in stage.GetUsedLayers():
+        info = layer.pseudoRoot
+        for name in ALWAYS:
+            if layer.identifier in free[name] or not (info.HasInfo(name) and root.HasInfo(name)):
+                continue
+            here, there = info.GetInfo(name), root.GetInfo(name)
+            if here != there and not (name == "metersPerUnit" and abs(here / there - 1) <= UNIT_TOLERANCE):
+                yield Finding(
+                    code="layer-units",
+                    where=layer.identifier,
+                    message=f"{name} is {here}, the root layer's is {there}, and USD does not convert: "
+                    f"{UNCONVERTED[name]}",
+                    severity=WARNING,
+                )
+
+
+def _below(stage: Usd.Stage, chosen: Callable[[Usd.Prim], bool]) -> set[str]:
+    """The layers, other than the stage's own, that bring opinions to a chosen prim or below it."""
+    found: set[str] = set()
+    for prim in stage.Traverse():
+        if chosen(prim):
+            for each in Usd.PrimRange(prim):
+                arcs = Usd.PrimCompositionQuery(each).GetCompositionArcs()
+                found |= {layer.identifier for arc in arcs for layer in arc.GetTargetNode().layerStack.layers}
+    return found - {layer.identifier for layer in stage.GetLayerStack()}

@@ -1,0 +1,132 @@
+"""Rules on prims: kinds, labels, lights, extents, draw modes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import Kind, Usd, UsdGeom, UsdLux, UsdSemantics
+
+from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.stage.author.camera_layer import SOLAR_IRRADIANCE
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.draw_modes import stand_ins
+from spin_usd.stage.usd.visibility import ancestors
+
+LOOKS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
+"""By the irradiance below which a picture that is exposed for the Sun looks so."""
+LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
+
+
+def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """A model's ancestors are all groups, or USD does not see it as a model."""
+    for prim in stage.Traverse():
+        kind = Usd.ModelAPI(prim).GetKind()
+        if kind and Kind.Registry.IsA(kind, Kind.Tokens.model) and not prim.IsModel():
+            yield Finding(
+                code="kind-broken",
+                where=str(prim.GetPath()),
+                message=f"has kind {kind}, but not every ancestor is a group or an assembly, so USD does not see a "
+                "model; give all of those such a kind, or remove this one",
+                severity=WARNING,
+            )
+
+
+def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every surface of the target has a class, its own or inherited."""
+    for target in stage.Traverse():
+        if not target.HasAPI(schema.TARGET_API):
+            continue
+        for prim in Usd.PrimRange(target, Usd.TraverseInstanceProxies()):
+            if _is_surface(prim) and not _labelled(prim, target):
+                yield Finding(
+                    code="label-none",
+                    where=str(prim.GetPath()),
+                    message=f"has no {schema.CLASS_LABELS}, its own or inherited, so its class is unknown in every "
+                    "picture; label it, or a prim above it",
+                    severity=WARNING,
+                )
+
+
+def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Lights author what decides their power, and a Sun is not dark. A dome's fallbacks are plain; a distant light's
+    intensity, 50,000, is not of the Sun, and never meant; but one that came with a target is its author's."""
+    for prim in stage.Traverse():
+        if not prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
+            continue
+        missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
+        if missing or _dark_unless_normalised(prim):
+            wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing and not _of_target(prim)
+            said = f"does not author {' and '.join(missing)}" if missing else "authors inputs:normalize = 0"
+            message = f"the light {said}, so {_effect(prim, missing)}"
+            severity = ERROR if wrong else WARNING
+            yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
+
+
+def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Everything with points that is drawn says its bounds."""
+    for prim in stage.Traverse():
+        if (
+            prim.IsA(UsdGeom.PointBased)
+            and _is_drawn(prim)
+            and not UsdGeom.Boundable(prim).GetExtentAttr().HasAuthoredValue()
+        ):
+            message = "has no extent, so viewers must read all its points to frame it; author extent"
+            yield Finding(code="extent-none", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
+def _effect(prim: Usd.Prim, missing: list[str]) -> str:
+    """What comes of it that the light does not author the inputs that are `missing`, and what to do."""
+    if not prim.IsA(UsdLux.DistantLight):
+        effects = {"inputs:intensity": "its intensity is 1", "inputs:normalize": "its light grows with its area"}
+        return f"{' and '.join(effects[name] for name in missing)}; author what is meant"
+    watts = irradiance(prim)
+    look = next((look for limit, look in LOOKS if watts < limit), "white")
+    return (
+        f"it gives {watts:.3g} W/m2 where the Sun gives {SOLAR_IRRADIANCE:g}, and pictures that are exposed for the "
+        f"Sun are {look}; author inputs:normalize = 1 and as inputs:intensity the irradiance in W/m2"
+    )
+
+
+def _dark_unless_normalised(prim: Usd.Prim) -> bool:
+    """Whether it is a distant light whose intensity is a radiance, and too little of it for so small a disk."""
+    return prim.IsA(UsdLux.DistantLight) and not _normalised(prim) and 0 < irradiance(prim) < LOOKS[0][0]
+
+
+def irradiance(prim: Usd.Prim) -> float:
+    """W/m2 of a distant light of white colour, at its default time: see `distant_light`."""
+    light = UsdLux.LightAPI(prim)
+    half = np.radians(float(prim.GetAttribute("inputs:angle").Get())) / 2
+    size = 1.0 if half == 0 or _normalised(prim) else np.pi * np.sin(half) ** 2
+    return float(light.GetIntensityAttr().Get() * np.exp2(light.GetExposureAttr().Get()) * size)
+
+
+def _normalised(prim: Usd.Prim) -> bool:
+    return bool(UsdLux.LightAPI(prim).GetNormalizeAttr().Get())
+
+
+def _of_target(prim: Usd.Prim) -> bool:
+    return any(above.HasAPI(schema.TARGET_API) for above in ancestors(prim))
+
+
+def draw_mode_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """What others show of a model is what a picture shows."""
+    for prim, mode in stand_ins(stage.GetPseudoRoot()):
+        message = f"asks to be drawn as {mode}, as other programs do; a picture shows its geometry"
+        yield Finding(code="draw-mode", where=str(prim.GetPath()), message=message, severity=WARNING)
+
+
+def _is_surface(prim: Usd.Prim) -> bool:
+    gprim = prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points) and not prim.IsA(UsdGeom.Curves)
+    return bool(gprim and _is_drawn(prim))
+
+
+def _is_drawn(prim: Usd.Prim) -> bool:
+    return UsdGeom.Imageable(prim).ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+def _labelled(prim: Usd.Prim, target: Usd.Prim) -> bool:
+    while prim and prim != target.GetParent():
+        attribute = UsdSemantics.LabelsAPI(prim, "class").GetLabelsAttr() if prim else None
+        if attribute and attribute.HasAuthoredValue():
+            return True
+        prim = prim.GetParent()
+    return False

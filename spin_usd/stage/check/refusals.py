@@ -1,0 +1,129 @@
+"""What the readers of a stage refuse, each by itself: all at once, where reading a picture ends at the first."""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import SpinError
+from spin_usd.geometry.transform import Transform
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.camera.camera import find_camera, read_camera
+from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
+from spin_usd.stage.read.camera.optics import read_optics
+from spin_usd.stage.read.camera.sensor import read_sensor
+from spin_usd.stage.read.camera.shutter import read_opening
+from spin_usd.stage.read.environment.environment import EnvironmentReader
+from spin_usd.stage.read.frames import read_frames
+from spin_usd.stage.read.lights.lights import LightReader, read_light, refuse_light, visible_lights
+from spin_usd.stage.read.stage_reader import metres_per_unit
+from spin_usd.stage.read.target.gprim import PieceReader
+from spin_usd.stage.read.target.keypoints import read_keypoints
+from spin_usd.stage.read.target.part_labels import Labels
+from spin_usd.stage.read.target.point_instancer import read_instances
+from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.transforms import check_chain
+from spin_usd.stage.usd.visibility import (
+    DRAWN_PURPOSES,
+    PROXIES,
+    geometry_outside,
+    is_geometry,
+    is_invisible,
+    own_purpose,
+)
+
+type Attempt = Callable[[], object]
+
+NOWHERE = Transform(to="world", of="usdcam", rotation=np.eye(3), translation=np.zeros(3))
+"""A camera, for reading what does not depend on where it is."""
+
+
+def refusals(stage: Usd.Stage) -> Iterator[SpinError]:
+    """All that is refused of the opened `stage` at its first picture; of each prim the first thing."""
+    for attempt in _attempts(stage):
+        try:
+            attempt()
+        except SpinError as error:
+            yield error
+
+
+def _attempts(stage: Usd.Stage) -> Iterator[Attempt]:
+    time = Usd.TimeCode.EarliestTime()
+    with suppress(SpinError):
+        time = Usd.TimeCode(read_frames(stage, "")[0].time_code)
+    yield partial(metres_per_unit, stage)
+    yield partial(read_frames, stage, "")
+    yield from _of_camera(stage, time)
+    yield from _of_target(stage, time)
+    yield from _of_lights(stage, time)
+
+
+def _of_camera(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
+    yield partial(find_camera, stage)
+    with suppress(SpinError):
+        prim = find_camera(stage)
+        yield partial(check_chain, prim)
+        yield partial(read_camera, prim, time)
+        yield partial(read_sensor, prim, time)
+        yield partial(read_thin_lens, prim, time, 1.0)
+        yield partial(read_opening, prim, 0.0, rows=1)
+        lens = read_camera(prim, time)
+        yield partial(read_optics, prim, lens, time)
+
+
+def _of_target(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
+    """Without a target all that is geometry is looked at: one of its prims is meant."""
+    yield partial(find_target, stage)
+    target = stage.GetPseudoRoot()
+    with suppress(SpinError):
+        target = find_target(stage)
+        yield partial(check_chain, target)
+        yield partial(read_keypoints, target, time)
+        yield from (partial(_refuse, error) for error in geometry_outside(target))
+    images = Images()
+    for prim in _to_draw(target, time):
+        yield partial(_read_geometry, prim, time, images)
+
+
+def _to_draw(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
+    """All prims at and below `root` that are drawn at `time` if they are geometry; of equal instances one."""
+    waiting, seen = [(root, "default")], set()
+    while waiting:
+        prim, inherited = waiting.pop()
+        own = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()
+        if own in seen or is_invisible(prim, time) or prim.IsA(UsdGeom.Subset):
+            continue
+        seen.add(own)
+        purpose = own_purpose(prim, inherited)
+        if purpose in DRAWN_PURPOSES:
+            yield prim
+        waiting += [(child, purpose) for child in reversed(prim.GetFilteredChildren(PROXIES))]
+
+
+def _read_geometry(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> None:
+    if not is_geometry(prim):
+        return
+    if prim.IsA(UsdGeom.PointInstancer):
+        list(read_instances(prim, time))
+    else:
+        PieceReader(time=time, images=images, visited=[], notes=Notes()).read(prim, Labels().of_gprim(prim))
+
+
+def _of_lights(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
+    images, world = Images(), UsdGeom.XformCache(time)
+    for prim in visible_lights(stage):
+        yield partial(_read_light, prim, time, world, images)
+    yield partial(LightReader, stage, images)
+    yield partial(EnvironmentReader, stage, images)
+
+
+def _read_light(prim: Usd.Prim, time: Usd.TimeCode, world: UsdGeom.XformCache, images: Images) -> None:
+    refuse_light(prim)
+    read_light(prim, time, NOWHERE, world, 1.0, images)
+
+
+def _refuse(error: SpinError) -> None:
+    raise error

@@ -1,0 +1,184 @@
+"""Image files that a stage names, decoded to linear or raw RGBA: what UsdUVTexture and dome lights look up.
+
+Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel,
+before any interpolation; alpha is never a colour, and never multiplied into one.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
+from numpy.typing import NDArray
+from pxr import Ar, Sdf, Usd
+
+from spin_usd.errors import SpinError, StageError, UnsupportedError
+from spin_usd.scene import srgb
+from spin_usd.scene.texture import Image, Tiles
+from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
+COLOR_SPACES = ("auto", "raw", "sRGB")
+MAX_PIXELS = 2**26  # of one image: 8192 x 8192, 1 GiB decoded
+MAX_TOTAL_PIXELS = 2**28  # of all that a reader holds
+WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mirror"}
+"""Wrap modes as OpenImageIO names them in a file's metadata, and as USD does."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Decoded:
+    """An image, and the wrap modes of s and t that its file's metadata asks for ("black" where it asks for none)."""
+
+    image: Image
+    wrap: tuple[str, str]
+
+
+@dataclass(eq=False)
+class Images:
+    """Decodes each file once for each colour space. `before`: those that another reader has decoded of the same files,
+    as its `decoded`; they have not changed since."""
+
+    before: Mapping[tuple[str, str], Decoded] = field(default_factory=dict)
+    decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
+    _pixels: int = 0
+
+    def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Decoded:
+        """The file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
+
+        Raises StageError, with the prim and the file, for one that is missing, outside the stage's folder, too large,
+        damaged or not finite, UnsupportedError for a kind of file or image that is not read.
+        """
+        path = _checked(asset, prim)
+        key = (path, color_space)
+        if key not in self.decoded:
+            try:
+                self.decoded[key] = self.before.get(key) or _decode(path, color_space)
+            except SpinError as error:
+                raise type(error)(
+                    f"its image @{asset.path}@ {error.found}", where=prim.GetPath(), do=error.do
+                ) from None
+            self._pixels += self.decoded[key].image.pixels[..., 0].size
+        if self._pixels > MAX_TOTAL_PIXELS:
+            found = f"its image @{asset.path}@ brings the stage's images to more than {MAX_TOTAL_PIXELS} pixels"
+            raise StageError(found, where=prim.GetPath(), do="make them smaller")
+        return self.decoded[key]
+
+    def read_tiles(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Tiles:
+        """The set of tiles that `asset`, a resolved value of `prim`, names. Raises as `read`, with each tile's file."""
+        tiles = [(corner, self.read(tile, color_space, prim).image) for corner, tile in tiles_of(asset)]
+        if not tiles:
+            found = f"its image @{asset.path}@ has no tile"
+            raise StageError(found, where=prim.GetPath(), do="put tiles such as 1001 where the layer looks")
+        return Tiles(name=Path(asset.path).name, images=tuple(tiles))
+
+
+def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:
+    """The resolved path. What USD resolves must still lie in the stage's own folder, whatever led there."""
+    path, where = asset.resolvedPath, prim.GetPath()
+    if is_tiled(asset):
+        raise UnsupportedError(f"its image @{asset.path}@ is a set of tiles", where=where, do="use one image")
+    if not path:
+        raise StageError(f"its image @{asset.path}@ does not exist", where=where, do="put it where the layer looks")
+    outer = Path(Ar.SplitPackageRelativePathOuter(path)[0]).resolve()
+    folder = Path(prim.GetStage().GetRootLayer().realPath).resolve().parent
+    if not outer.is_relative_to(folder):
+        raise StageError(f"its image @{asset.path}@ lies outside the stage's folder", where=where, do="move it inside")
+    if _suffix(path) not in SUFFIXES:
+        do = f"convert it to one of {', '.join(SUFFIXES)}"
+        raise UnsupportedError(f"its image @{asset.path}@ is not of a kind that is read", where=where, do=do)
+    return str(path)
+
+
+def _suffix(path: str) -> str:
+    return Path(_inner(path)).suffix.lower()
+
+
+def _inner(path: str) -> str:
+    """The path within the package, where `path` lies in one."""
+    return Ar.SplitPackageRelativePathInner(path)[1] or path
+
+
+def _decode(path: str, color_space: str) -> Decoded:
+    """Raises SpinError that names neither file nor prim."""
+    with Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) as asset:
+        data = asset.GetBuffer() if asset else b""
+    name = Path(_inner(path)).name
+    if not Ar.IsPackageRelativePath(path):
+        return _decode_file(path, name, data, color_space)
+    # OpenImageIO's Python reads from named files only.
+    with NamedTemporaryFile(suffix=_suffix(path), delete=False) as file:
+        file.write(data)
+    try:
+        return _decode_file(file.name, name, data, color_space)
+    finally:
+        os.unlink(file.name)
+
+
+def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded:
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(file, hints)
+    if source is None:
+        raise StageError(f"cannot be decoded ({oiio.geterror()})", do="make it again")
+    spec = source.spec()
+    _check_size(spec)
+    values = source.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
+    reason = source.geterror()
+    source.close()
+    if values is None or reason:
+        said = reason.splitlines()[-1] if reason else "no reason given"
+        raise StageError(f"is cut short or damaged ({said})", do="copy or make it again")
+    pixels = _rgba(values.reshape(spec.height, spec.width, spec.nchannels), list(spec.channelnames))
+    if not np.isfinite(pixels).all():
+        raise StageError("holds NaN or infinity", do="fix it")
+    if color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, data)):
+        pixels[..., :3] = srgb.decode(pixels[..., :3])
+    return Decoded(image=Image(name=name, pixels=pixels), wrap=_wrap(spec))
+
+
+def _check_size(spec: Any) -> None:
+    if spec.width * spec.height > MAX_PIXELS:
+        found = f"has {spec.width} x {spec.height} pixels, more than {MAX_PIXELS}"
+        raise StageError(found, do="make it smaller")
+    if spec.depth > 1 or spec.width < 1 or spec.height < 1:
+        raise UnsupportedError("is no picture of rows and columns", do="make it again")
+    if (spec.full_x, spec.full_y, spec.full_width, spec.full_height) != (spec.x, spec.y, spec.width, spec.height):
+        raise UnsupportedError("has a data window that differs from its display window", do="write it without one")
+
+
+def _rgba(values: NDArray[np.float32], names: list[str]) -> NDArray[np.float32]:
+    """(H, W, 4): grey for all three colours where there is one, alpha 1 where there is none."""
+    grey = [name for name in names if name not in "RGBA"]
+    if set("RGB") <= set(names):
+        colors = [names.index(name) for name in "RGB"]
+    elif len(names) == 1 or (len(names) == 2 and "A" in names and len(grey) == 1):
+        colors = [0 if len(names) == 1 else names.index(grey[0])] * 3
+    else:
+        raise UnsupportedError(f"has the channels {', '.join(names[:8])}", do="give it R, G, B, or one channel")
+    alpha = values[..., names.index("A")] if "A" in names and len(names) > 1 else np.ones(values.shape[:2], np.float32)
+    return np.concatenate([values[..., colors], alpha[..., None]], -1)
+
+
+def _is_srgb(spec: Any, data: bytes) -> bool:
+    """What the specification says of "auto": sRGB where the file's own metadata say so, else where it has 8 bits and 3
+    or 4 channels. OpenImageIO calls a file sRGB unless it says otherwise, so that alone says nothing."""
+    space = spec.get_string_attribute("oiio:ColorSpace")
+    if space.startswith("g22"):
+        return True
+    if space and not space.startswith("srgb"):
+        return False
+    header = data[: max(data.find(b"IDAT"), 0)]  # of a PNG: its sRGB chunk, or the name of its profile
+    profile = spec.get_string_attribute("ICCProfile:profile_description")
+    if b"sRGB" in header or profile.startswith("sRGB") or spec.get_int_attribute("Exif:ColorSpace") == 1:
+        return True
+    return bool(spec.format.basetype == oiio.UINT8 and spec.nchannels in (3, 4))
+
+
+def _wrap(spec: Any) -> tuple[str, str]:
+    """Source: OpenImageIO's documentation, metadata "wrapmodes"."""
+    modes = [WRAPS.get(mode.strip(), "black") for mode in spec.get_string_attribute("wrapmodes").split(",")]
+    return modes[0], modes[-1]

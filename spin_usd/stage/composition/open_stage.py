@@ -1,0 +1,129 @@
+"""Stages opened for reading: checked, composed without errors, one augmentation selected."""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from types import MappingProxyType
+
+from pxr import Tf, Usd, UsdUtils
+
+from spin_usd.errors import StageError
+from spin_usd.scene.model import NOMINAL
+from spin_usd.stage.composition.files import Files, files_of, parse_failure
+from spin_usd.stage.composition.materialx import composition_errors
+from spin_usd.stage.composition.stage_hash import AUGMENTATION
+
+MAX_PRIMS = 200_000
+VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
+
+
+def open_stage(
+    path: str | Path, *, variant: str = NOMINAL, selections: Mapping[str, str] = MappingProxyType({})
+) -> Usd.Stage:
+    """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`, and the
+    `selections` (set to variant) of its other sets, which beat those that the stage and its augmentation make.
+
+    "nominal" is the stage without any augmentation, whatever it selects itself, when it has no variant of that name.
+    Raises StageError for a file that USD must not open (see `assets`), any composition error, too many prims, a variant
+    whose name cannot name a folder, or an unknown variant or set.
+    """
+    files = files_of(path)
+    with silenced():
+        stage = _opened(files, path)
+        _select(stage, variant, path)
+        for name, chosen in selections.items():
+            _select_other(stage, name, chosen, path)
+        _refuse_errors(stage, path)
+        _refuse_excess(stage, files, path)
+    return stage
+
+
+def open_for_check(path: str | Path) -> Usd.Stage:
+    """The stage at `path` as it stands, composition errors included; what could harm the reader is still refused."""
+    files = files_of(path)
+    stage = _opened(files, path)
+    _refuse_excess(stage, files, path)
+    return stage
+
+
+def variants(stage: Usd.Stage) -> tuple[str, ...]:
+    """What `open_stage` accepts as `variant`: "nominal" first, then the others in alphabetical order."""
+    return (NOMINAL, *sorted(set(_variant_names(stage)) - {NOMINAL}))
+
+
+def _variant_names(stage: Usd.Stage) -> list[str]:
+    prim = stage.GetDefaultPrim()
+    names: list[str] = prim.GetVariantSet(AUGMENTATION).GetVariantNames() if prim else []
+    return names
+
+
+def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
+    known = variants(stage)
+    for name in known:
+        if not VARIANT_NAME.fullmatch(name):
+            do = "use small letters, digits and '_'"
+            raise StageError(f"has a variant named {name!r}, which cannot name a folder", where=path, do=do)
+    if variant not in known:
+        raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(known)}")
+    prim = stage.GetDefaultPrim()
+    if not prim:
+        return
+    augmentations = prim.GetVariantSet(AUGMENTATION)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        if variant in _variant_names(stage):
+            augmentations.SetVariantSelection(variant)
+        elif augmentations.GetVariantSelection():
+            # An empty selection is an opinion, and beats one that the stage's own layers author.
+            augmentations.BlockVariantSelection()
+
+
+def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -> None:
+    sets = stage.GetDefaultPrim().GetVariantSets() if stage.GetDefaultPrim() else None
+    names = sorted(set(sets.GetNames()) - {AUGMENTATION}) if sets else []
+    if sets is None or name not in names:
+        do = f"choose one of {', '.join(names)}" if names else "name one of its augmentations"
+        raise StageError(f"has no variant set '{name}' on its default prim", where=path, do=do)
+    known = sets.GetVariantSet(name).GetVariantNames()
+    if variant not in known:
+        do = f"choose one of {', '.join(known)}"
+        raise StageError(f"has no variant '{variant}' in its set '{name}'", where=path, do=do)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        sets.SetSelection(name, variant)
+
+
+def _opened(files: Files, path: str | Path) -> Usd.Stage:
+    try:
+        return Usd.Stage.Open(str(files.root))
+    except Tf.ErrorException as error:
+        raise parse_failure(error, path) from None
+
+
+def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
+    errors = composition_errors(stage)
+    if errors:
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        first = errors[0].rstrip(".")
+        raise StageError(f"does not compose: {first}{more}", where=path, do="fix the layer it names")
+
+
+def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
+    """Refuse layers that were not looked at before they were opened, and too many prims."""
+    for layer in stage.GetUsedLayers():
+        file = layer.realPath.split("[")[0]
+        if not layer.anonymous and Path(file).resolve() not in files.found:
+            raise StageError(f"uses {layer.identifier}, which its layers do not name", where=path, do="name it")
+    if next(islice(stage.Traverse(), MAX_PRIMS, None), None):
+        raise StageError(f"has more than {MAX_PRIMS} prims", where=path, do="instance what repeats, or split the stage")
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Keep USD's warnings off the terminal: what matters of them is raised."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        delegate.TakeUncoalescedDiagnostics()
+        del delegate

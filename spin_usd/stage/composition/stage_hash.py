@@ -1,0 +1,66 @@
+"""What a composed stage says, apart from where it lies: its hash and its files."""
+
+import hashlib
+from pathlib import Path
+
+from pxr import Ar, Usd, UsdUtils
+
+from spin_usd.arrays import digest
+from spin_usd.scene.model import NOMINAL
+from spin_usd.stage.composition.files import udim_files
+from spin_usd.stage.composition.flattened import flattened_text
+
+AUGMENTATION = "augmentation"
+
+
+def selected_variant(stage: Usd.Stage) -> str:
+    """The selection of the default prim's augmentation; "nominal" where there is none."""
+    prim = stage.GetDefaultPrim()
+    return (prim.GetVariantSet(AUGMENTATION).GetVariantSelection() if prim else "") or NOMINAL
+
+
+def stage_hash(stage: Usd.Stage) -> str:
+    """sha256 (hex) of the composed content, its assets' bytes and the selected variant.
+
+    It does not depend on where the stage lies or how it is split into layers, and ignores variants not selected.
+    """
+    flat = stage.Flatten(addSourceFileComment=False)
+    UsdUtils.ModifyAssetPaths(flat, lambda path: f"sha256:{asset_sha256(path)}" if path else path)
+    return digest([selected_variant(stage), flattened_text(flat)])
+
+
+def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
+    """Path relative to `root` -> sha256 (hex) of every layer and asset that this composition uses, in order."""
+    folder = Path(root).resolve()
+    paths = [layer.realPath for layer in stage.GetUsedLayers() if not layer.anonymous]
+
+    def note(path: str) -> str:
+        paths.append(path)
+        return path
+
+    UsdUtils.ModifyAssetPaths(stage.Flatten(addSourceFileComment=False), note)
+    files = sorted({file for path in paths if path for file in _resolved(path)})
+    return {_relative(file, folder): _sha256(file) for file in files}
+
+
+def _resolved(path: str) -> list[Path]:
+    """The files an absolute asset path stands for: the package of what lies in one, several for <UDIM>, or none."""
+    outer = Path(Ar.SplitPackageRelativePathOuter(path)[0])
+    return [file for file in udim_files(outer) if file.is_file()]
+
+
+def asset_sha256(path: str) -> str:
+    """Digest of the files that a resolved asset path stands for, wherever they lie; or that there are none."""
+    inner = Ar.SplitPackageRelativePathOuter(path)[1]
+    files = _resolved(path)
+    return digest([[_sha256(file) for file in files], inner]) if files else f"missing {Path(path).name}"
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _relative(file: Path, folder: Path) -> str:
+    real = file.resolve()
+    return real.relative_to(folder).as_posix() if real.is_relative_to(folder) else real.as_posix()

@@ -1,0 +1,208 @@
+"""What differs between two compositions of a stage, by prim and property: composed values, not opinions.
+
+Documentation, comments and custom data describe, and are left out.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Usd
+
+from spin_usd.stage.composition.opinions import origin, strongest
+from spin_usd.stage.composition.stage_hash import used_files
+from spin_usd.stage.diff.value_text import DIGITS, same_value, value_texts
+from spin_usd.stage.usd.visibility import PROXIES
+
+FILE, PRIM, ACTIVE, SELECTION, SCHEMAS, METADATA = "file", "prim", "active", "selection", "schemas", "metadata"
+ATTRIBUTE, CONNECTION, RELATIONSHIP = "attribute", "connection", "relationship"
+ALL_PRIMS = Usd.TraverseInstanceProxies(Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
+"""Those that are not active too."""
+# fmt: off
+OF_NO_PICTURE = {
+    "allowedTokens", "apiSchemas", "active", "comment", "custom", "customData", "default", "displayGroup",
+    "displayName", "documentation", "hidden", "specifier", "spline", "timeSamples", "typeName", "variability",
+    "variantSelection", "variantSetNames",
+}
+# fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """One thing that differs from a first composition, `before`, to a second, `after`; None is where there is none.
+
+    kind: one of the words above · where: a prim's or property's path, or a file · name: of the variant set or the
+    metadata · before_from, after_from: layer and variants of the strongest opinion · samples: how many time samples
+    differ, the first of them, that of `time_code`, being what before and after show; 0 for what does not vary.
+    """
+
+    kind: str
+    where: str
+    name: str = ""
+    before: str | None = None
+    after: str | None = None
+    before_from: str | None = None
+    after_from: str | None = None
+    samples: int = 0
+    time_code: float | None = None
+
+
+def differences(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
+    """All that differs from `a` to `b`, two compositions of one root layer: files first, then by prim path.
+
+    What is below a prim that one of them lacks, or that is not active there, is not listed.
+    """
+    yield from _files(a, b)
+    prims_a, prims_b = ({prim.GetPath(): prim for prim in Usd.PrimRange.Stage(s, ALL_PRIMS)} for s in (a, b))
+    clips = any(Usd.ClipsAPI(p).GetClips() for prims in (prims_a, prims_b) for p in prims.values())
+    gone = None
+    for path in sorted({*prims_a, *prims_b}):
+        if gone and path.HasPrefix(gone):
+            continue
+        before, after = prims_a.get(path), prims_b.get(path)
+        if before is None or after is None:
+            gone = path
+            yield _lone(before, after)
+        elif clips or before.GetPrimStackWithLayerOffsets() != after.GetPrimStackWithLayerOffsets():
+            yield from _of_prim(before, after)
+            gone = None if before.IsActive() and after.IsActive() else path
+
+
+def _files(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
+    """The files that only one of them is made of."""
+    folder = a.GetRootLayer().realPath.rpartition("/")[0]
+    before, after = used_files(a, folder), used_files(b, folder)
+    for file in sorted(before.keys() ^ after.keys()):
+        digests = (files[file][:DIGITS] if file in files else None for files in (before, after))
+        yield _difference(FILE, file, "", digests, (None, None))
+
+
+def _lone(before: Usd.Prim | None, after: Usd.Prim | None) -> Difference:
+    path = next(prim.GetPath() for prim in (before, after) if prim)
+    texts = (_described(prim) if prim else None for prim in (before, after))
+    return _difference(PRIM, str(path), "", texts, (_origin(prim) if prim else None for prim in (before, after)))
+
+
+def _described(prim: Usd.Prim) -> str:
+    below = sum(1 for _ in Usd.PrimRange(prim, PROXIES)) - 1
+    return f"{prim.GetTypeName() or 'prim'}" + (f" and {below} prims below" if below > 0 else "")
+
+
+def _of_prim(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
+    where = str(a.GetPath())
+    if a.IsActive() != b.IsActive():
+        texts = ("active" if prim.IsActive() else "not active" for prim in (a, b))
+        yield _difference(ACTIVE, where, "", texts, (_origin(a, "active"), _origin(b, "active")))
+        return
+    yield from _selections(a, b)
+    schemas = [list(map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas())) for prim in (a, b)]
+    if schemas[0] != schemas[1]:
+        origins = (_origin(a, "apiSchemas"), _origin(b, "apiSchemas"))
+        yield _difference(SCHEMAS, where, "", map(", ".join, schemas), origins)
+    yield from _metadata(a, b, where)
+    if a.GetTypeName() != b.GetTypeName():
+        texts = (str(prim.GetTypeName()) for prim in (a, b))
+        yield _difference(METADATA, where, "typeName", texts, (_origin(a, "typeName"), _origin(b, "typeName")))
+    names = {p.GetName() for prim in (a, b) for p in prim.GetAuthoredProperties()}
+    for name in sorted(names):
+        if any(prim.GetRelationship(name) for prim in (a, b)):
+            yield from _relationship(a, b, name)
+        else:
+            yield from _attribute(a, b, name)
+
+
+def _selections(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
+    """The variants that prims of the stage select; what was asked for, in the session, is no difference."""
+    chosen = [prim.GetVariantSets().GetAllVariantSelections() for prim in (a, b)]
+    specs = [prim.GetStage().GetSessionLayer().GetPrimAtPath(prim.GetPath()) for prim in (a, b)]
+    asked = {name for spec in specs if spec for name in spec.variantSelections.keys()}  # noqa: SIM118 - a map proxy
+    for name in sorted({*chosen[0], *chosen[1]} - asked):
+        before, after = (selections.get(name) or None for selections in chosen)
+        if before != after:
+            origins = (_origin(prim, "variantSelection", name) for prim in (a, b))
+            yield _difference(SELECTION, str(a.GetPath()), name, (before, after), origins)
+
+
+def _metadata(a: Usd.Object, b: Usd.Object, where: str) -> Iterator[Difference]:
+    before, after = a.GetAllMetadata(), b.GetAllMetadata()
+    for name in sorted(({*before, *after}) - OF_NO_PICTURE):
+        if before.get(name) != after.get(name):
+            texts = (str(all_of[name]) if name in all_of else None for all_of in (before, after))
+            yield _difference(METADATA, where, name, texts, (None, None))
+
+
+def _relationship(a: Usd.Prim, b: Usd.Prim, name: str) -> Iterator[Difference]:
+    both = [prim.GetRelationship(name) for prim in (a, b)]
+    targets = [_paths(r.GetTargets()) if r else None for r in both]
+    if targets[0] != targets[1]:
+        yield _difference(RELATIONSHIP, f"{a.GetPath()}.{name}", "", targets, map(_property_origin, both))
+
+
+def _attribute(a: Usd.Prim, b: Usd.Prim, name: str) -> Iterator[Difference]:
+    both = [prim.GetAttribute(name) for prim in (a, b)]
+    where = f"{a.GetPath()}.{name}"
+    connections = [_paths(attribute.GetConnections()) if attribute else None for attribute in both]
+    if (connections[0] or None) != (connections[1] or None):
+        yield _difference(CONNECTION, where, "", connections, map(_property_origin, both))
+    if all(both):
+        yield from _metadata(both[0], both[1], where)
+    if all(both) and _same_opinions(*both):
+        return
+    times = sorted({*_times(both[0]), *_times(both[1])})
+    codes = [Usd.TimeCode(time) for time in times] or [Usd.TimeCode.Default()]
+    differing = [code for code in codes if not same_value(*_values(both, code))]
+    if differing:
+        known = next(attribute for attribute in both if attribute)
+        texts = value_texts(*_values(both, differing[0]), known)
+        varies = {"samples": len(differing), "time_code": differing[0].GetValue()} if times else {}
+        yield _difference(ATTRIBUTE, where, "", texts, map(_property_origin, both), **varies)
+
+
+def _same_opinions(a: Usd.Attribute, b: Usd.Attribute) -> bool:
+    """Whether their values come from the same places, so that there is no need to read them."""
+    clips = Usd.ResolveInfoSourceValueClips
+    if clips in (a.GetResolveInfo().GetSource(), b.GetResolveInfo().GetSource()):
+        return False
+    return bool(a.GetPropertyStackWithLayerOffsets() == b.GetPropertyStackWithLayerOffsets())
+
+
+def _times(attribute: Usd.Attribute) -> list[float]:
+    if not attribute:
+        return []
+    return [*attribute.GetTimeSamples(), *(attribute.GetSpline().GetKnots() if attribute.HasSpline() else ())]
+
+
+def _values(both: list[Usd.Attribute], code: Usd.TimeCode) -> tuple[Any, Any]:
+    before, after = (attribute.Get(code) if attribute else None for attribute in both)
+    return before, after
+
+
+def _paths(paths: list[Any]) -> str:
+    return ", ".join(f"<{path}>" for path in paths)
+
+
+def _property_origin(prop: Usd.Property) -> str | None:
+    spec = strongest(prop.GetPropertyStack()) if prop else None
+    return origin(prop.GetPrim(), spec) if spec else None
+
+
+def _origin(prim: Usd.Prim, info: str = "specifier", of: str = "") -> str | None:
+    """Where the prim's strongest opinion on `info` comes from; `of`: the variant set of a selection."""
+    for spec in prim.GetPrimStack():
+        if spec.HasInfo(info) and (not of or of in spec.variantSelections):
+            return origin(prim, spec)
+    return None
+
+
+def _difference(kind: str, where: str, name: str, texts: Any, origins: Any, **varies: Any) -> Difference:
+    (before, after), (before_from, after_from) = texts, origins
+    return Difference(
+        kind=kind,
+        where=where,
+        name=name,
+        before=before,
+        after=after,
+        before_from=before_from,
+        after_from=after_from,
+        **varies,
+    )

@@ -1,0 +1,78 @@
+"""The lens on a camera prim: spin:lens:* owns the numbers, USD's own attributes and omni:lensdistortion:* follow.
+
+USD gives focal length, apertures and their offsets in tenths of a scene unit; scene units are metres here.
+Source of the apertures: UsdGeomCamera's schema; checked against OpenCV in the tests.
+"""
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from spin_usd.errors import GeometryError, StageError
+from spin_usd.geometry.camera import Camera
+from spin_usd.stage.usd import schema
+
+OMNI_ZEROS = ("k4", "k5", "k6", "s1", "s2", "s3", "s4")
+CLIPPING_RANGE = (0.01, 1e6)  # metres; for other viewers, our renderers do not clip
+
+
+def usd_focal_length(camera: Camera, pixel_pitch: float) -> float:
+    """`focalLength` of a camera whose pixels are `pixel_pitch` metres wide, rounded to float32 as USD keeps it."""
+    return float(np.float32(10 * camera.fx * pixel_pitch))
+
+
+def derived_values(camera: Camera, focal_length: float) -> dict[str, object]:
+    """Every attribute that follows from the lens and the prim's `focalLength` (tenths of a metre), by name.
+
+    The numbers are doubles; USD rounds them to float32.
+    """
+    h = focal_length * camera.width / camera.fx
+    v = focal_length * camera.height / camera.fy
+    k1, k2, p1, p2, k3 = camera.distortion
+    numbers = {"fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy}
+    numbers |= {"k1": k1, "k2": k2, "p1": p1, "p2": p2, "k3": k3} | dict.fromkeys(OMNI_ZEROS, 0.0)
+    return {
+        "horizontalAperture": h,
+        "verticalAperture": v,
+        "horizontalApertureOffset": (camera.width / 2 - camera.cx) * h / camera.width,
+        "verticalApertureOffset": (camera.cy - camera.height / 2) * v / camera.height,
+        schema.OMNI_LENS_MODEL: "opencvPinhole",
+        schema.OMNI_LENS + "imageSize": Gf.Vec2i(camera.width, camera.height),
+        **{schema.OMNI_LENS + name: value for name, value in numbers.items()},
+    }
+
+
+def author_lens(prim: Usd.Prim, camera: Camera, focal_length: float) -> None:
+    """Write the lens and all that follows from it on a Camera prim."""
+    prim.ApplyAPI(schema.LENS_API)
+    prim.AddAppliedSchema(schema.OMNI_LENS_API)
+    prim.GetAttribute(schema.LENS_MODEL).Set("brownConrady")
+    prim.GetAttribute(schema.LENS_IMAGE_SIZE).Set(Gf.Vec2i(camera.width, camera.height))
+    values = (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)
+    for name, number in zip(schema.LENS_NUMBERS, values, strict=True):
+        prim.GetAttribute(name).Set(number)
+    UsdGeom.Camera(prim).CreateFocalLengthAttr(focal_length)
+    UsdGeom.Camera(prim).CreateClippingRangeAttr(Gf.Vec2f(*CLIPPING_RANGE))
+    for name, value in derived_values(camera, focal_length).items():
+        prim.CreateAttribute(name, _type_of(value), custom=False).Set(value)
+
+
+def read_lens(prim: Usd.Prim) -> Camera:
+    """The camera of a prim with SpinLensAPI. Raises StageError that names the prim."""
+    if not prim.HasAPI(schema.LENS_API):
+        raise StageError(f"has no {schema.LENS_API}", where=prim.GetPath(), do="give its lens in spin:lens:*")
+    size = prim.GetAttribute(schema.LENS_IMAGE_SIZE).Get()
+    numbers = [prim.GetAttribute(name).Get() for name in schema.LENS_NUMBERS]
+    if size is None or None in numbers:
+        raise StageError("its lens lacks imageSize, fx, fy, cx or cy", where=prim.GetPath())
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = numbers
+    try:
+        distortion = (k1, k2, p1, p2, k3)
+        return Camera(width=size[0], height=size[1], fx=fx, fy=fy, cx=cx, cy=cy, distortion=distortion)
+    except GeometryError as error:
+        raise StageError(error.found, where=prim.GetPath()) from None
+
+
+def _type_of(value: object) -> Sdf.ValueTypeName:
+    if isinstance(value, str):
+        return Sdf.ValueTypeNames.Token
+    return Sdf.ValueTypeNames.Float if isinstance(value, float) else Sdf.ValueTypeNames.Int2

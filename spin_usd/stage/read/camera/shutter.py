@@ -1,0 +1,77 @@
+"""When the camera's shutter is open.
+
+`shutter:open` and `shutter:close` are time codes relative to the picture's own; equal ones, USD's fallback, are an
+instant. With a rolling shutter they are the middle row's: the rows above open earlier and those below later. The labels
+of a picture describe the middle of that time, so a rolling shutter changes no label.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError
+from spin_usd.geometry.blur import rotation_angle
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.model import Shutter
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.ranges import Range, refuse_unapplied, value_in
+
+OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
+LEAST_POSES, MOST_POSES = 9, 129
+STEP_RAD = np.radians(5.0)  # in which a chord is off its arc by a thousandth of the radius
+TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
+READOUTS = Range(0, 1e6)  # seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """Time codes: the middle of the exposure; from the first row's opening to the last row's closing; and which share
+    of that lies between the first row's opening and the last row's."""
+
+    middle: float
+    duration: float = 0.0
+    readout: float = 0.0
+
+
+def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
+    """The exposure of the picture of `rows` rows at `time_code`. Raises StageError for times that are none."""
+    time = Usd.TimeCode(time_code)
+    start, end = (value_in(prim, name, TIMES, time) for name in (OPENS, CLOSES))
+    if start > end:
+        found = f"its shutter opens at {start:g} and closes at {end:g}"
+        raise StageError(found, where=prim.GetPath(), do="let shutter:close be no less than shutter:open")
+    readout = _readout(prim, time) if rows > 1 else 0.0
+    duration = end - start + readout
+    share = readout / duration if duration else 0.0
+    return Opening(middle=time_code + (start + end) / 2, duration=duration, readout=share)
+
+
+def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where: object) -> Shutter | None:
+    """The poses while the shutter is open, or None for an instant; `pose_at` gives T_cam_body at a time code.
+
+    Between the stage's time samples a pose is what USD makes of them: translations go straight, orientations turn
+    steadily; before the first and after the last it rests. Raises StageError where it turns too fast to be followed.
+    """
+    if not opening.duration:
+        return None
+    count = LEAST_POSES
+    while count <= MOST_POSES:
+        times = opening.middle + (np.arange(count) / (count - 1) - 0.5) * opening.duration
+        poses = tuple(pose_at(float(time)) for time in times)
+        if max(rotation_angle(a, b) for a, b in pairwise(poses)) <= STEP_RAD:
+            return Shutter(poses=poses, readout=opening.readout)
+        count = 2 * count - 1
+    found = f"the target turns by more than {np.degrees(STEP_RAD):g} degrees in 1/{MOST_POSES - 1} of the exposure"
+    raise StageError(found, where=where, do="bring shutter:open and shutter:close nearer to each other")
+
+
+def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:
+    """The rolling shutter's readout, time codes."""
+    if not prim.HasAPI(schema.SHUTTER_API):
+        refuse_unapplied(prim, "spin:shutter:", schema.SHUTTER_API)
+        return 0.0
+    seconds = float(value_in(prim, schema.SHUTTER_READOUT_TIME, READOUTS, time))
+    return seconds * float(prim.GetStage().GetTimeCodesPerSecond())

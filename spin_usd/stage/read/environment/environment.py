@@ -1,0 +1,114 @@
+"""What lies behind the target, at a time, in camera axes: SpinPlanetAPI, SpinStarsAPI, SpinBackPlateAPI."""
+
+from collections.abc import Callable
+from functools import partial
+
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.environment.back_plate import read_back_plate
+from spin_usd.stage.read.environment.planet import read_planet, refuse_hidden_target
+from spin_usd.stage.read.environment.stars import read_stars
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.ranges import refuse_unapplied
+from spin_usd.stage.usd.time_variation import Kept
+from spin_usd.stage.usd.transforms import between, check_chain, placement
+from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
+
+APIS = {
+    schema.PLANET_API: "spin:planet:",
+    schema.STARS_API: "spin:stars:",
+    schema.BACK_PLATE_API: "spin:backPlate:",
+}
+
+
+class EnvironmentReader:
+    """Reads what `stage` says lies behind its target. Raises StageError for more than one back plate."""
+
+    def __init__(self, stage: Usd.Stage, images: Images) -> None:
+        self._images = images
+        self._planets, self._stars, plates = (_find(stage, api) for api in APIS)
+        if len(plates) > 1:
+            found = f"there is another back plate, {plates[0].GetPath()}"
+            raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
+        self._plate = plates[0] if plates else None
+        self._kept = Kept([*self._planets, *self._stars, *plates])
+        self._last = Environment()
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing of it changes or moves in the world in time."""
+        return self._kept.all_still
+
+    def read(
+        self,
+        time: Usd.TimeCode,
+        target_cam: Float,
+        target_radius: float,
+        T_world_usdcam: Transform,
+        world: UsdGeom.XformCache,
+        metres: float,
+    ) -> Environment:
+        """What is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam` (3,),
+        camera frame. `world` is of that time; a stage unit is `metres`. It is the same object as long as
+        `T_world_usdcam` is and nothing of it varies.
+
+        Raises StageError, UnsupportedError for a planet that is not behind the target.
+        """
+
+        def placed(prim: Usd.Prim) -> tuple[Transform, float]:
+            """T_cam_prim, and the metres of the prim's own unit."""
+            matrix = world.GetLocalToWorldTransform(prim)
+            found = placement(matrix, frame="prim", metres=metres, where=prim.GetPath())
+            return T_CAM_USDCAM @ between(T_world_usdcam, found.transform), found.scale * metres
+
+        def read[T](prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
+            """Those that are visible; the same tuple again where nothing moved or changed."""
+            each = (self._kept.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
+            return self._kept.together(one.__name__, tuple(value for value in each if value is not None))
+
+        def planet(prim: Usd.Prim) -> Planet:
+            return read_planet(prim, time, *placed(prim), self._images)
+
+        def stars(prim: Usd.Prim) -> Stars:
+            return read_stars(prim, time, placed(prim)[0])
+
+        def plate(prim: Usd.Prim) -> BackPlate:
+            return read_back_plate(prim, time, self._images)
+
+        planets, skies = read(self._planets, planet), read(self._stars, stars)
+        refuse_hidden_target(planets, target_cam, target_radius)
+        plates = read([self._plate] if self._plate else [], plate)
+        found = Environment(planets=planets, stars=skies, back_plate=plates[0] if plates else None)
+        last = self._last
+        if (
+            found.planets is not last.planets
+            or found.stars is not last.stars
+            or found.back_plate is not last.back_plate
+        ):
+            self._last = found
+        return self._last
+
+
+def _if_visible[T](prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:
+    """What `read` gives of `prim`, or None where it is invisible at `time`."""
+    return None if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible else read(prim)
+
+
+def _find(stage: Usd.Stage, api: str) -> list[Usd.Prim]:
+    """The prims with the API schema that can be visible."""
+    found = []
+    for prim in Usd.PrimRange.Stage(stage, PROXIES):
+        if not prim.HasAPI(api):
+            refuse_unapplied(prim, APIS[api], api)
+        elif not any(is_always_invisible(p) for p in (*ancestors(prim), prim)):
+            if not prim.IsA(UsdGeom.Imageable):
+                raise StageError(f"has {api}, but no type", where=prim.GetPath(), do="make it an Xform")
+            check_chain(prim)
+            found.append(prim)
+    return found

@@ -1,0 +1,74 @@
+"""Which pictures a stage holds: their names and time codes."""
+
+import numpy as np
+from pxr import Usd
+
+from spin_usd.errors import StageError
+from spin_usd.scene.model import FrameId
+from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.root_metadata import root_number
+
+MAX_FRAMES = 1_000_000  # frame_000000 has six digits
+
+
+def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
+    """One per time sample of spin:capture:frame on the default prim; else one per whole step from startTimeCode to
+    endTimeCode; else one at the stage's start.
+
+    Raises StageError for names that are no file stems or not unique, and for a range that is reversed or too long.
+    """
+    prim = stage.GetDefaultPrim()
+    attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else None
+    times = attribute.GetTimeSamples() if attribute else []
+    if attribute and times:
+        query = Usd.AttributeQuery(attribute)  # which looks only once for where the values come from
+        named = [(float(time), str(query.Get(time))) for time in times]
+        _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
+    else:
+        named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
+    files = _source_files(prim)
+    return tuple(
+        FrameId(index=i, name=name, time_code=time, variant=variant, source_file=files.get(time, ""))
+        for i, (time, name) in enumerate(named)
+    )
+
+
+def read_seed(stage: Usd.Stage) -> int:
+    """The dataset's seed, 0 unless authored."""
+    prim = stage.GetDefaultPrim()
+    attribute = prim.GetAttribute(schema.CAPTURE_SEED) if prim else None
+    return int((attribute.Get() if attribute else 0) or 0)
+
+
+def _source_files(prim: Usd.Prim) -> dict[float, str]:
+    """By time code: the file that each picture's pose was given for, where that is known."""
+    attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
+    if not attribute:
+        return {}
+    query = Usd.AttributeQuery(attribute)
+    return {time: str(query.Get(time)) for time in query.GetTimeSamples()}
+
+
+def _time_range(stage: Usd.Stage) -> list[float]:
+    start, end = root_number(stage, "startTimeCode"), root_number(stage, "endTimeCode")
+    if not stage.HasAuthoredTimeCodeRange():
+        return [start]
+    where = stage.GetRootLayer().realPath
+    if not np.isfinite([start, end]).all() or end < start:
+        found = f"endTimeCode {end:g} lies before startTimeCode {start:g}"
+        raise StageError(found, where=where, do="swap them")
+    count = int(np.floor(end - start)) + 1
+    if count > MAX_FRAMES:
+        found = f"startTimeCode {start:g} to endTimeCode {end:g} are {count} frames, more than {MAX_FRAMES}"
+        raise StageError(found, where=where, do="shorten the range, or name the pictures by spin:capture:frame")
+    return [start + step for step in range(count)]
+
+
+def _check_names(names: list[str], where: str) -> None:
+    for name in names:
+        if not FRAME_NAME.fullmatch(name):
+            raise StageError(f"{name!r} is no name for a picture", where=where, do=FRAME_NAME_RULE)
+    if pair := repeated_name(names):
+        found = f"'{names[pair[1]]}' names two pictures (capitals do not count)"
+        raise StageError(found, where=where, do="make the names unique")

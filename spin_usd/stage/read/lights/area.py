@@ -1,0 +1,133 @@
+"""Lights with a place: sphere, disk, rectangle and cylinder, as radiance, size and pose.
+
+Normalised, the emission is divided by the surface that emits, in the stage's units of area, with all scaling: a
+sphere's 4 pi r2, a disk's and a rectangle's one side, a cylinder's mantle without its ends (which emit nothing).
+Source: UsdLux's schema text on LightAPI's normalize, "Area Lights"; hdEmbree.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.light import AreaLight
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.lights.emission import casts_shadows, emission
+from spin_usd.stage.read.lights.light_texture import read_texture
+from spin_usd.stage.read.lights.shaping import read_shaping
+from spin_usd.stage.usd.ranges import AT_LEAST_0, value_in
+from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
+
+Extent = tuple[float, ...]
+
+LEAST_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
+MOST_M = 1e15  # a tenth of a light year; distances squared overflow float32 at 2e19 m, and products with areas earlier
+
+
+def read_area_light(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    T_world_usdcam: Transform,
+    world: UsdGeom.XformCache,
+    metres: float,
+    images: Images,
+) -> AreaLight:
+    """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
+    T_world_light, scale = _place(prim, world, metres)
+    shape, extent = _shape(prim, time, scale)
+    light = AreaLight(
+        path=str(prim.GetPath()),
+        shape=shape,
+        size=tuple(length * metres for length in extent),
+        T_cam_light=T_CAM_USDCAM @ between(T_world_usdcam, T_world_light),
+        emission=emission(prim, time, _area(shape, extent)),
+        shaping=read_shaping(prim, time),
+        image=read_texture(prim, time, images) if shape == "rect" else None,
+        shadows=casts_shadows(prim, time),
+    )
+    _check_reach(light)
+    return _point(light, prim, time) if shape == "sphere" else light
+
+
+def _check_reach(light: AreaLight) -> None:
+    """Raise UnsupportedError for a size or a distance that float32 cannot carry."""
+    distance, size = float(np.linalg.norm(light.T_cam_light.translation)), max(light.size)
+    for name, value in (("distance from the camera", distance), ("size", size)):
+        if not value <= MOST_M:
+            found = f"its {name} is {value:g} m, more than {MOST_M:g} m"
+            raise UnsupportedError(found, where=light.path, do="use a DistantLight")
+    if 0 < min(light.size) < LEAST_SIZE_M:
+        found = f"its size is {min(light.size):g} m, less than {LEAST_SIZE_M:g} m"
+        raise UnsupportedError(found, where=light.path, do="make it larger, or a SphereLight of radius 0")
+
+
+def _shape(prim: Usd.Prim, time: Usd.TimeCode, scale: Float) -> tuple[str, Extent]:
+    """The name of the shape and its size in stage units, scaled."""
+    x, y, _ = scale
+    if prim.IsA(UsdLux.RectLight):
+        shape, extent = "rect", (_length(prim, "inputs:width", time) * x, _length(prim, "inputs:height", time) * y)
+    elif prim.IsA(UsdLux.DiskLight):
+        radius = _length(prim, "inputs:radius", time)
+        shape, extent = "disk", (radius * x, radius * y)
+    elif prim.IsA(UsdLux.CylinderLight):
+        length, radius = _length(prim, "inputs:length", time), _length(prim, "inputs:radius", time)
+        shape, extent = "cylinder", (length * x, radius * _equal(scale[1:], prim))
+    else:
+        return "sphere", (_length(prim, "inputs:radius", time) * _equal(scale, prim),)
+    if min(extent) == 0:
+        raise StageError("has no surface that could emit", where=prim.GetPath(), do="give it a size above 0")
+    return shape, extent
+
+
+def _length(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
+    return float(value_in(prim, name, AT_LEAST_0, time))
+
+
+def _area(shape: str, extent: Extent) -> float:
+    """The surface that emits; a sphere's is 1 where it has none, and 4 pi of it emits as much as a point does."""
+    if shape == "rect":
+        return extent[0] * extent[1]
+    if shape == "disk":
+        return np.pi * extent[0] * extent[1]
+    if shape == "cylinder":
+        return 2 * np.pi * extent[0] * extent[1]
+    return 4 * np.pi * extent[0] ** 2 or 1.0
+
+
+def _point(light: AreaLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
+    """A sphere that is treated as a point: as bright from afar. A normalised one has that limit for radius 0 too."""
+    (radius,), normalized = light.size, UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time)
+    if radius > 0 and not UsdLux.SphereLight(prim).GetTreatAsPointAttr().Get(time):
+        return light
+    if radius == 0 and not normalized:
+        do = "give it a radius, or set inputs:normalize"
+        raise StageError("has no surface that could emit", where=prim.GetPath(), do=do)
+    seen = np.pi * radius**2 if radius > 0 else 1 / 4  # the disk that a sphere shows, of its 4 pi r2
+    r, g, b = (float(value * seen) for value in light.emission)
+    return replace(light, shape="point", size=(), emission=(r, g, b))
+
+
+def _place(prim: Usd.Prim, world: UsdGeom.XformCache, metres: float) -> tuple[Transform, Float]:
+    """The light's axes in the world, and the scale (3,) along them. Raises StageError for shear or a mirror."""
+    matrix = np.array(world.GetLocalToWorldTransform(prim))
+    linear, where = matrix[:3, :3].T, prim.GetPath()
+    scale = np.linalg.norm(linear, axis=0)
+    if not np.isfinite(matrix).all() or scale.min() == 0 or np.linalg.det(linear / scale.max()) <= 0:
+        raise StageError("its transform is mirrored, flat or not finite", where=where, do="give it a plain rotation")
+    axes = linear / scale
+    if np.abs(axes.T @ axes - np.eye(3)).max() > SHEAR_TOLERANCE:
+        raise StageError("its transform shears it", where=where, do="scale it by its own size instead")
+    u, _, vt = np.linalg.svd(axes)
+    return Transform(to="world", of="light", rotation=u @ vt, translation=matrix[3, :3] * metres), scale
+
+
+def _equal(scale: Float, prim: Usd.Prim) -> float:
+    """The one scale factor of what must stay round."""
+    if scale.max() - scale.min() > SHEAR_TOLERANCE * scale.max():
+        found = f"is a {prim.GetTypeName()} scaled unequally (by {scale.max() / scale.min():.6g})"
+        raise UnsupportedError(found, where=prim.GetPath(), do="scale it equally: what is no longer round is not drawn")
+    return float(scale.mean())

@@ -1,0 +1,89 @@
+"""What all lights share: how strong and of what colour, shadows, and the refusal of what is not drawn.
+
+The rules are those of the normative text in UsdLux's schema (LightAPI, ShadowAPI; OpenUSD 25.05 and later) and of the
+reference renderer hdEmbree: intensity times 2 ** exposure times colour times colour temperature, over the size.
+"""
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.scene.texture import Color
+from spin_usd.stage.usd.ranges import Range, value_in
+from spin_usd.stage.usd.transforms import check_chain
+from spin_usd.stage.usd.visibility import ancestors
+
+REMOVED = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}
+"""Inputs that are no physics, with the value that leaves them without effect."""
+EMISSIONS = Range(0, 1e15)  # the Sun's surface has 2e7 W/m2/sr, a laser 1e13; products of it are finite in float32
+TEMPERATURES = Range(1000, 10_000)  # UsdLux's; it clamps others silently
+
+
+def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
+    """Radiance (of a distant light irradiance), W/m2/sr, of a light whose normalisation divides by `size`."""
+    light = UsdLux.LightAPI(prim)
+    with np.errstate(over="ignore", invalid="ignore"):
+        scale = light.GetIntensityAttr().Get(time) * np.exp2(np.float64(light.GetExposureAttr().Get(time)))
+        rgb = scale / (size if light.GetNormalizeAttr().Get(time) else 1.0) * _color(light, time)
+    r, g, b = (float(value) for value in rgb)
+    if not all(value in EMISSIONS for value in (r, g, b)):
+        do = f"choose an intensity, exposure and color that make it {EMISSIONS}"
+        raise StageError(f"its emission is ({r:g}, {g:g}, {b:g})", where=prim.GetPath(), do=do)
+    return r, g, b
+
+
+def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+    """ShadowAPI's switch; without the schema lights cast shadows."""
+    enable = prim.GetAttribute("inputs:shadow:enable")
+    return not enable or enable.Get(time) is not False
+
+
+def refuse_undrawn(prim: Usd.Prim) -> None:
+    """Refuse what no renderer here draws of any light, at any time."""
+    where = prim.GetPath()
+    check_chain(prim)
+    for above in ancestors(prim):
+        if above.IsA(UsdGeom.PointInstancer):
+            raise UnsupportedError("lies in a point instancer", where=where, do="move it out of there")
+    if prim.GetRelationship("light:filters").GetTargets():
+        raise UnsupportedError("has light filters", where=where, do="remove them")
+    for attribute in prim.GetAuthoredAttributes():
+        if attribute.GetName().startswith("inputs:") and attribute.HasAuthoredConnections():
+            raise UnsupportedError(f"its {attribute.GetName()} is connected", where=where, do="give it a value")
+    for name, value in REMOVED.items():
+        if _values(prim, name) - {value}:
+            raise UnsupportedError(f"its {name} is not 1", where=where, do="scale its intensity instead")
+    _check_shadow(prim)
+    if any(path.path for path in _values(prim, "inputs:shaping:ies:file")):
+        raise UnsupportedError("has an IES profile", where=where, do="shape it by cone and focus instead")
+
+
+def _check_shadow(prim: Usd.Prim) -> None:
+    """Refuse shadows that are tinted or end somewhere."""
+    tinted = any(any(color) for color in _values(prim, "inputs:shadow:color"))
+    ends = any(value >= 0 for name in ("distance", "falloff") for value in _values(prim, f"inputs:shadow:{name}"))
+    if tinted or ends:
+        found = f"its shadows {'have a colour' if tinted else 'end at a distance'}"
+        raise UnsupportedError(
+            found, where=prim.GetPath(), do="remove shadow:color, shadow:distance and shadow:falloff"
+        )
+
+
+def _values(prim: Usd.Prim, name: str) -> set[Any]:
+    """All values that an attribute has at any time; empty where there is none."""
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        return set()
+    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
+    return {value for value in (attribute.Get(time) for time in times) if value is not None}
+
+
+def _color(light: UsdLux.LightAPI, time: Usd.TimeCode) -> Float:
+    color = np.array(light.GetColorAttr().Get(time), np.float64)
+    if light.GetEnableColorTemperatureAttr().Get(time):
+        kelvin = value_in(light.GetPrim(), "inputs:colorTemperature", TEMPERATURES, time)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
+    return color

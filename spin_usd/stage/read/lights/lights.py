@@ -1,0 +1,103 @@
+"""All lights of a stage, at a time, in camera axes."""
+
+from functools import partial
+
+from pxr import Usd, UsdGeom, UsdLux
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.light import DomeLight, Light
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.lights.area import read_area_light
+from spin_usd.stage.read.lights.distant import read_distant_light
+from spin_usd.stage.read.lights.dome import is_dome, read_dome_light
+from spin_usd.stage.read.lights.emission import refuse_undrawn
+from spin_usd.stage.read.lights.linking import LightLinks, refuse_links
+from spin_usd.stage.usd.time_variation import Kept
+from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
+
+AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
+
+
+class LightReader:
+    """Reads the lights of `stage`; `links` says which geometry they reach.
+
+    Raises UnsupportedError, with the light's path, for what is not drawn.
+    """
+
+    def __init__(self, stage: Usd.Stage, images: Images) -> None:
+        self._prims = find_lights(stage)
+        self._kept = Kept(self._prims)
+        self._images = images
+        self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
+
+    @property
+    def still(self) -> bool:
+        """Whether no light changes or moves in the world in time."""
+        return self._kept.all_still
+
+    def read(
+        self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
+    ) -> tuple[Light, ...]:
+        """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`. They are the same
+        tuple as long as `T_world_usdcam` is the same object and they do not vary."""
+        found = (
+            self._kept.read(prim, T_world_usdcam, partial(self._light, prim, time, T_world_usdcam, world, metres))
+            for prim in self._prims
+        )
+        return self._kept.together("lights", tuple(light for light in found if light is not None))
+
+    def _light(
+        self,
+        prim: Usd.Prim,
+        time: Usd.TimeCode,
+        T_world_usdcam: Transform,
+        world: UsdGeom.XformCache,
+        metres: float,
+    ) -> Light | None:
+        light = read_light(prim, time, T_world_usdcam, world, metres, self._images)
+        return light if light is None or isinstance(light, DomeLight) else self.links.linked(light, prim)
+
+
+def read_light(
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    T_world_usdcam: Transform,
+    world: UsdGeom.XformCache,
+    metres: float,
+    images: Images,
+) -> Light | None:
+    """The light `prim` as LightReader.read has it, links left out; None where it is invisible."""
+    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
+        return None
+    T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
+    if is_dome(prim):
+        return read_dome_light(prim, time, T_cam_world, world, images)
+    if prim.IsA(UsdLux.DistantLight):
+        return read_distant_light(prim, time, T_cam_world, world)
+    return read_area_light(prim, time, T_world_usdcam, world, metres, images)
+
+
+def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
+    """All lights of the stage that can be visible. Raises UnsupportedError for those that are not drawn."""
+    found = visible_lights(stage)
+    for prim in found:
+        refuse_light(prim)
+    return found
+
+
+def visible_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
+    """All lights of the stage that can be visible, whether or not they are drawn."""
+    lights = (prim for prim in Usd.PrimRange.Stage(stage, PROXIES) if prim.HasAPI(UsdLux.LightAPI))
+    return tuple(prim for prim in lights if not any(is_always_invisible(p) for p in (*ancestors(prim), prim)))
+
+
+def refuse_light(prim: Usd.Prim) -> None:
+    """Raise UnsupportedError for a light that is not drawn."""
+    if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
+        found = f"is a {prim.GetTypeName()} that shines, which is not drawn"
+        raise UnsupportedError(found, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
+    refuse_undrawn(prim)
+    if is_dome(prim):
+        refuse_links(prim)

@@ -1,0 +1,51 @@
+"""Which material a prim is bound to."""
+
+from typing import Any
+
+from pxr import Usd, UsdShade
+
+from spin_usd.errors import StageError
+from spin_usd.stage.composition.materialx import document_of
+from spin_usd.stage.usd.notes import Notes
+
+SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
+
+
+def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
+    """The material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
+
+    Raises StageError for a binding to nothing; but one to what a MaterialX document would define is noted.
+    """
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+    if material:
+        return material
+    _refuse_dangling(prim, notes)
+    return None
+
+
+def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
+    """A binding, here or above, to a prim that is no material must not turn into grey."""
+    while prim and not prim.IsPseudoRoot():
+        for name in ("material:binding", "material:binding:full"):
+            relation = prim.GetRelationship(name)
+            lost = relation.GetTargets() or _lost_targets(relation) if relation else []
+            document = document_of(prim.GetStage(), lost[0]) if lost else ""
+            if document:
+                notes.add(
+                    "material-foreign", lost[0], f"is defined by @{document}@, which is not read: {SHOWN_INSTEAD}"
+                )
+                return
+            if lost:
+                found = f"is bound to {lost[0]}, which is no material"
+                raise StageError(
+                    found, where=prim.GetPath(), do="bind a material that exists within what is referenced"
+                )
+        prim = prim.GetParent()
+
+
+def _lost_targets(relation: Usd.Relationship) -> list[Any]:
+    """What the strongest opinion targets where USD, with a mere warning, finds no target: paths outside a reference."""
+    if relation.GetTargets():
+        return []
+    specs = [spec for spec in relation.GetPropertyStack(Usd.TimeCode.Default()) if spec.HasInfo("targetPaths")]
+    return list(specs[0].targetPathList.GetAddedOrExplicitItems()) if specs else []

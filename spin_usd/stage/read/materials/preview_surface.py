@@ -1,0 +1,191 @@
+"""UsdPreviewSurface, as bound to prims.
+
+A material is read once; what its primvar readers find differs from gprim to gprim, so each gets the Material with
+the primvars that it has, and the readers' fallbacks for those it has not.
+"""
+
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdShade
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.scene.lookup import extremes
+from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
+from spin_usd.scene.texture import Primvar, Texture
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.materials.binding import SHOWN_INSTEAD, bound_material
+from spin_usd.stage.read.materials.display_color import read_display_color
+from spin_usd.stage.read.materials.texture_nodes import Nodes, Wanted
+from spin_usd.stage.read.shapes.primvars import FoundPrimvar
+from spin_usd.stage.usd.input_limits import refuse_outside
+from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.shader_inputs import (
+    Output,
+    input_path,
+    numbers,
+    read_constant,
+    read_input,
+    read_numbers,
+    read_token,
+)
+
+NOT_DRAWN = {
+    "occlusion": Limits(name="occlusion"),  # must be sound; a path tracer computes it itself
+    "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
+}
+CONSTANT = ("opacityThreshold",)
+SURFACE = "UsdPreviewSurface"
+FACING = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Look:
+    """A material apart from what the gprim's primvars decide: `fields` of Material, with Wanted for primvars, and the
+    displacement. `prim`: the material, or the gprim whose displayColor it is."""
+
+    prim: Usd.Prim | None
+    path: str
+    fields: dict[str, Any] = field(default_factory=dict)
+    displacement: Any = 0.0
+
+    @property
+    def wanted(self) -> dict[str, int]:
+        """How many numbers of which primvars it asks for."""
+        return {name: n for value in (*self.fields.values(), self.displacement) for name, n in _asked(value).items()}
+
+    def check_primvars(self, found: Sequence[FoundPrimvar]) -> None:
+        """Raise StageError where one of the gprim's primvars `found` gives an input what it cannot have."""
+        for of, value in self.fields.items():
+            for primvar in found:
+                if isinstance(value, Wanted) and value.name == primvar.name:
+                    refuse_outside(primvar.elements, LIMITS[of], self.path, primvar.where)
+
+    def material(self, found: Set[str]) -> Material:
+        """On a gprim that has the primvars `found`."""
+        values = {name: resolved(value, found) for name, value in self.fields.items()}
+        if (threshold := values.get("opacity_threshold", 0.0)) > 0 and isinstance(values.get("opacity", 1.0), float):
+            there = values.get("opacity", 1.0) >= threshold  # a cut-out: all or nothing
+            values |= {"opacity": float(there), "opacity_threshold": 0.0 if there else threshold}
+        if values.get("normal") == FACING:
+            values["normal"] = None
+        return Material(path=self.path, **values)
+
+
+def resolved(value: Any, found: Set[str]) -> Any:
+    """`value` on a gprim that has the primvars `found`: no Wanted remains."""
+    if isinstance(value, Wanted):
+        constant = value.fallback if len(value.fallback) > 1 else value.fallback[0]
+        return Primvar(name=value.name) if value.name in found else constant
+    if isinstance(value, Texture):
+        at = value.coordinates
+        if at.primvar in found:
+            return replace(value, coordinates=replace(at, constant=(0.0, 0.0)))
+        return replace(value, coordinates=replace(at, primvar=None))
+    return value
+
+
+def _asked(value: Any) -> dict[str, int]:
+    if isinstance(value, Wanted):
+        return {value.name: len(value.fallback)}
+    if isinstance(value, Texture) and value.coordinates.primvar is not None:
+        return {value.coordinates.primvar: 2}
+    return {}
+
+
+@dataclass(eq=False)
+class Looks:
+    """Reads what prims are made of at one time, each material once."""
+
+    time: Usd.TimeCode
+    images: Images = field(default_factory=Images)
+    notes: Notes = field(default_factory=Notes)
+    _read: dict[str, Look | None] = field(default_factory=dict)
+
+    def of(self, prim: Usd.Prim) -> Look:
+        """What `prim` (a gprim or a GeomSubset) is made of: its bound material, else its displayColor, else grey.
+
+        A material whose surface is not UsdPreviewSurface is noted, and counts as none. Raises StageError for a binding
+        to nothing.
+        """
+        material = bound_material(prim, self.notes)
+        look = self._of_material(material) if material else None
+        return look or self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
+
+    def _of_material(self, material: UsdShade.Material) -> Look | None:
+        path = str(material.GetPath())
+        if path not in self._read:
+            foreign = foreign_surface(material)
+            if foreign:
+                self.notes.add("material-foreign", path, f"{foreign}: {SHOWN_INSTEAD}")
+            nodes = Nodes(time=self.time, images=self.images, notes=self.notes)
+            self._read[path] = None if foreign else read_look(material, nodes)
+        return self._read[path]
+
+    def _displayed(self, prim: Usd.Prim) -> Look:
+        fields = read_display_color(prim, self.time, self.notes)
+        if not fields:
+            return Look(prim=None, path="")  # the fallbacks: 18 % grey
+        return Look(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
+
+
+def read_look(material: UsdShade.Material, nodes: Nodes) -> Look:
+    """A material's UsdPreviewSurface; USD's fallbacks for what is not authored. Inputs that the node does not define
+    mean nothing, as everywhere in USD."""
+    shader, time = _surface(material), nodes.time
+    read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_DRAWN}.items()}
+    fields = {of: value for of, value in read.items() if of in LIMITS and value is not None}
+    fields["opacity_mode"] = read_token(shader, "opacityMode", time, (TRANSPARENT, PRESENCE), TRANSPARENT)
+    fields["use_specular_workflow"] = bool(read_numbers(shader, "useSpecularWorkflow", time, (0,))[0])
+    return Look(
+        prim=material.GetPrim(),
+        path=str(material.GetPath()),
+        fields=fields,
+        displacement=0.0 if read["displacement"] is None else read["displacement"],
+    )
+
+
+def foreign_surface(material: UsdShade.Material) -> str:
+    """What the material has instead of a UsdPreviewSurface for the universal render context; empty where it has one."""
+    shader = material.ComputeSurfaceSource()[0]
+    if not shader:
+        contexts = [output.GetBaseName() for output in material.GetSurfaceOutputs()]
+        return f"has no surface but for the render context {', '.join(contexts)}" if contexts else "has no surface"
+    if shader.GetImplementationSource() != UsdShade.Tokens.id:
+        return f"its surface {shader.GetPath()} is given by code"
+    name = shader.GetIdAttr().Get()
+    return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not read"
+
+
+def _surface(material: UsdShade.Material) -> UsdShade.Shader:
+    path = str(material.GetPath())
+    shader = material.ComputeSurfaceSource()[0]
+    for kind, source in (
+        ("displacement", material.ComputeDisplacementSource()[0]),
+        ("volume", material.ComputeVolumeSource()[0]),
+    ):
+        if source and (kind == "volume" or source.GetPath() != shader.GetPath()):
+            found = f"its {kind} is made by {source.GetPath()}"
+            raise UnsupportedError(found, where=path, do="leave it to UsdPreviewSurface")
+    return shader
+
+
+def _value(shader: UsdShade.Shader, limits: Limits, nodes: Nodes) -> Any:
+    """A number, a tuple of them, a Texture, a Wanted; None where nothing is authored."""
+    name, where = limits.name, shader.GetPath()
+    value = (read_constant if name in CONSTANT else read_input)(shader, name, nodes.time)
+    if value is None:
+        return None
+    if isinstance(value, Output):
+        value = nodes.varying(value, limits.size)
+    if isinstance(value, Texture):
+        refuse_outside(extremes(value), limits, where, value.path)
+        return value
+    if isinstance(value, Wanted):
+        refuse_outside(np.array(value.fallback), limits, where, f"the fallback of primvars:{value.name}")
+        return value
+    found = numbers(value, (0.0,) * limits.size, input_path(shader, name))
+    refuse_outside(found, limits, where)
+    return float(found[0]) if limits.size == 1 else tuple(float(v) for v in found)

@@ -1,0 +1,122 @@
+"""Primvars as authored on a gprim or above it, and as values at the corners of its triangles."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.read.shapes.triangles import Int
+from spin_usd.stage.usd.attributes import refuse
+from spin_usd.stage.usd.shader_inputs import LINEAR
+
+DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundPrimvar:
+    """values (V, C) · indices (N,) the value of each element · interpolation: what an element is · where: for
+    messages · prim: which authors it · clamped: whether some of the values were above 1 and are 1."""
+
+    name: str
+    values: Float
+    indices: Int
+    interpolation: str
+    where: str
+    prim: Usd.Prim
+    clamped: bool = False
+
+    @property
+    def one(self) -> bool:
+        """Whether it is the same everywhere."""
+        return bool((self.values[self.indices] == self.values[self.indices[0]]).all())
+
+    @property
+    def elements(self) -> Float:
+        """(N, C)"""
+        result: Float = self.values[self.indices]
+        return result
+
+    @property
+    def key(self) -> str:
+        """Where it is authored; the same for all instances of a prototype."""
+        prim = self.prim.GetPrimInPrototype() if self.prim.IsInstanceProxy() else self.prim
+        return f"{prim.GetPath()}.{self.name}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Corners:
+    """Which elements of a mesh the corners of its triangles are. places (T, 3) into faceVertexIndices · points (T, 3) ·
+    faces (T,) · counts: of face corners, points and faces."""
+
+    places: Int
+    points: Int
+    faces: Int
+    counts: tuple[int, int, int]
+
+    def elements(self, interpolation: str, count: int, where: str) -> Int:
+        """The element (T, 3) at each corner, of `count` that there are. Raises StageError where that is wrong."""
+        corners, points, faces = self.counts
+        choices: dict[str, tuple[int, Any]] = {
+            "constant": (1, np.zeros_like(self.places)),
+            "uniform": (faces, np.repeat(self.faces[:, None], 3, axis=1)),
+            "vertex": (points, self.points),
+            "varying": (points, self.points),
+            "faceVarying": (corners, self.places),
+        }
+        check_count(interpolation, count, choices[interpolation][0], where)
+        result: Int = choices[interpolation][1]
+        return result
+
+
+def check_count(interpolation: str, count: int, needed: int, where: str) -> None:
+    if count != needed:
+        found = f"holds {count} values, {interpolation} interpolation needs {needed}"
+        raise StageError(found, where=where, do="fix or remove them")
+
+
+def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -> FoundPrimvar | None:
+    """The primvar `name`, of `channels` numbers each, that `prim` has or inherits; None where there is none.
+
+    Raises UnsupportedError for one of another type, StageError for values that are none.
+    """
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    value = primvar.Get(time) if primvar and primvar.HasValue() else None
+    if value is None:
+        return None
+    where = str(primvar.GetAttr().GetPath())
+    array = np.array(value)
+    wanted = (channels,) if channels > 1 else ()
+    shape = array.shape[1:] if primvar.GetTypeName().isArray else array.shape
+    if array.dtype.kind != "f" or shape != wanted or primvar.GetElementSize() != 1:
+        found = f"is {primvar.GetTypeName()}, and its material reads {channels} number{'s' * (channels > 1)}"
+        raise UnsupportedError(found, where=where, do="give it the type that is read")
+    space = str(primvar.GetAttr().GetColorSpace()) if primvar.GetAttr().HasColorSpace() else ""
+    if space not in LINEAR:
+        raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
+    values = array.astype(np.float64).reshape(-1, channels)
+    indices = _indices(primvar, len(values), time, where)
+    if not len(indices):
+        return None
+    refuse(~np.isfinite(values).all(1), name, values, "they must be finite", prim.GetPath())
+    above = name == DISPLAY_COLOR and bool((values > 1).any())
+    return FoundPrimvar(
+        name=name,
+        values=np.minimum(values, 1) if above else values,
+        clamped=above,
+        indices=indices,
+        interpolation=str(primvar.GetInterpolation()),
+        where=where,
+        prim=primvar.GetAttr().GetPrim(),
+    )
+
+
+def _indices(primvar: UsdGeom.Primvar, count: int, time: Usd.TimeCode, where: str) -> Int:
+    authored = primvar.GetIndices(time) if primvar.IsIndexed() else None
+    if authored is None:
+        return np.arange(count)
+    indices = np.array(authored, np.int64)
+    refuse((indices < 0) | (indices >= count), "indices", indices, f"there are {count} values", Sdf.Path(where))
+    return indices

@@ -1,0 +1,120 @@
+"""A UsdGeom.Mesh with a subdivision scheme, as the schema describes it: creases, corners, boundaries."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.read.shapes.cage import INFINITE, all_sharp, cage, corner_normals, lonely_corners
+from spin_usd.stage.read.shapes.catmull_clark import CATMULL_CLARK
+from spin_usd.stage.read.shapes.loop import LOOP
+from spin_usd.stage.read.shapes.primvars import FoundPrimvar
+from spin_usd.stage.read.shapes.subdivision_primvars import rider
+from spin_usd.stage.read.shapes.triangles import Int, Triangles
+from spin_usd.stage.usd.attributes import array, refuse
+
+LEVELS = 2  # 16 quadrangles or triangles for one; their corners lie on the limit surface
+MAX_LEVELS = 4
+SCHEMES = {"catmullClark": CATMULL_CLARK, "bilinear": CATMULL_CLARK, "loop": LOOP}
+"""How USD's subdivision schemes are refined; bilinear as catmullClark with everything sharp."""
+
+
+def subdivided(
+    mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int, primvars: Sequence[FoundPrimvar]
+) -> Triangles:
+    """Triangles of a checked mesh with `primvars` at their corners; `source` is the authored face.
+
+    catmullClark, loop: refined LEVELS times, more where a crease lasts longer, then moved to the limit surface.
+    bilinear: the same refinement with everything sharp. Authored normals do not count (as in USD). Raises
+    UnsupportedError for fractional creases, open boundaries (interpolateBoundary = none), triangleSubdivisionRule =
+    smooth, and loop on faces that are no triangles.
+    """
+    name = str(mesh.GetSubdivisionSchemeAttr().Get())
+    scheme, bilinear = SCHEMES[name], name == "bilinear"
+    _check_scheme(mesh, time, name, counts)
+    corners = _sharp_corners(mesh, time, len(points))
+    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.edgeAndCorner:
+        corners = np.maximum(corners, lonely_corners(counts, indices, len(points)))
+    c = cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
+    mode = str(mesh.GetFaceVaryingLinearInterpolationAttr().Get(time))
+    riders = [rider(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
+    worn = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
+    for _ in range(max(LEVELS, int(max(worn)))):
+        c = scheme.refine(all_sharp(c) if bilinear else c)
+        riders = [each.refined() for each in riders]
+    limit = c.points if bilinear else scheme.limit(c)
+    normals = corner_normals(all_sharp(c) if bilinear else c, limit)
+    turned = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+    return Triangles(
+        points=limit,
+        corners=_cut(c.indices.reshape(-1, scheme.corners)),
+        normals=_cut(-normals if turned else normals),
+        source=np.repeat(c.source, scheme.corners - 2),
+        primvars={each.name: _cut(each.corners()) for each in riders},
+    )
+
+
+def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: Int) -> None:
+    where = mesh.GetPath()
+    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.none and scheme != "bilinear":
+        do = "use edgeAndCorner or edgeOnly"
+        raise UnsupportedError("has interpolateBoundary = none", where=where, do=do)
+    if scheme == "loop" and (counts != 3).any():
+        found = f"has subdivision scheme loop and a face of {counts[counts != 3][0]} corners"
+        raise UnsupportedError(found, where=where, do="triangulate it")
+    smooth = mesh.GetTriangleSubdivisionRuleAttr().Get(time) == UsdGeom.Tokens.smooth  # what loop does anyway
+    if scheme != "loop" and smooth and (counts == 3).any():
+        do = "use catmullClark"
+        raise UnsupportedError("has triangleSubdivisionRule = smooth", where=where, do=do)
+
+
+def _cut(faces: Any) -> Any:
+    """(2 F, 3, ...) of (F, 4, ...): each quadrangle as two triangles; triangles (F, 3, ...) as they are."""
+    if faces.shape[1] == 3:
+        return faces
+    halves = faces[:, [[0, 1, 2], [0, 2, 3]]]
+    return halves.reshape(-1, 3, *faces.shape[2:])
+
+
+def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[int, int], float]:
+    """Sharpness of point pairs (low, high)."""
+    chain = array(mesh.GetCreaseIndicesAttr(), time, np.int64)
+    lengths = array(mesh.GetCreaseLengthsAttr(), time, np.int64)
+    sharpness = array(mesh.GetCreaseSharpnessesAttr(), time, np.float64)
+    where = mesh.GetPath()
+    refuse(lengths < 2, "creaseLengths", lengths, "a crease needs 2 points", where)
+    refuse((chain < 0) | (chain >= points), "creaseIndices", chain, f"there are {points} points", where)
+    if len(sharpness) == len(lengths):
+        sharpness = np.repeat(sharpness, lengths - 1)
+    if lengths.sum() != len(chain) or len(sharpness) != len(chain) - len(lengths):
+        raise StageError("its creaseLengths, creaseIndices and creaseSharpnesses disagree", where=where, do="fix them")
+    last = np.cumsum(lengths) - 1
+    start = np.setdiff1d(np.arange(len(chain)), last)
+    pairs = np.sort(np.stack([chain[start], chain[start + 1]], 1), 1) if len(chain) else np.zeros((0, 2), int)
+    values = _whole(sharpness, "creaseSharpnesses", where)
+    return {(int(a), int(b)): float(v) for (a, b), v in zip(pairs, values, strict=True) if v > 0}
+
+
+def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float:
+    """Sharpness (P,)."""
+    where = mesh.GetPath()
+    chosen = array(mesh.GetCornerIndicesAttr(), time, np.int64)
+    values = _whole(array(mesh.GetCornerSharpnessesAttr(), time, np.float64), "cornerSharpnesses", where)
+    if len(chosen) != len(values):
+        raise StageError("its cornerIndices and cornerSharpnesses disagree", where=where, do="fix them")
+    refuse((chosen < 0) | (chosen >= points), "cornerIndices", chosen, f"there are {points} points", where)
+    sharpness = np.zeros(points)
+    sharpness[chosen] = values
+    return sharpness
+
+
+def _whole(sharpness: Float, name: str, where: Any) -> Float:
+    """Whole numbers up to MAX_LEVELS, or infinitely sharp."""
+    ok = (sharpness >= INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
+    if not (ok & np.isfinite(sharpness)).all():
+        do = f"use whole numbers up to {MAX_LEVELS}, or {INFINITE:g} for a sharp edge"
+        raise UnsupportedError(f"has {name} such as {sharpness[~ok][:1]}", where=where, do=do)
+    return np.maximum(sharpness, 0)

@@ -1,0 +1,44 @@
+"""The subsets of a gprim's faces: which triangles each of them holds, and which of them paints a triangle."""
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError
+from spin_usd.stage.read.shapes.triangles import Int, Triangles
+
+
+def find_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
+    """All subsets of the gprim, of any family."""
+    return list(UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim)))
+
+
+def binds_material(subset: UsdGeom.Subset) -> bool:
+    """Whether its faces may have a material of their own."""
+    return bool(subset.GetFamilyNameAttr().Get() == "materialBind")
+
+
+def triangles_in(subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim, time: Usd.TimeCode) -> Any:
+    """Which `triangles` (T,) of the gprim `prim` a subset of faces holds."""
+    if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
+        return np.zeros(len(triangles.source), bool)
+    indices = np.array(subset.GetIndicesAttr().Get(time) or [], np.int64)
+    counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(time) if prim.IsA(UsdGeom.Mesh) else [0]
+    bad = (indices < 0) | (indices >= len(counts))
+    if bad.any():
+        found = f"indices[{int(np.argmax(bad))}] is {indices[np.argmax(bad)]}, but there are {len(counts)} faces"
+        raise StageError(found, where=subset.GetPath(), do="fix the subset")
+    return np.isin(triangles.source, indices)
+
+
+def painter_of(subsets: list[UsdGeom.Subset], triangles: Triangles, prim: Usd.Prim, time: Usd.TimeCode) -> Int:
+    """For each triangle (T,) the place, from 1, of the subset that gives it a material; 0 for the prim's own."""
+    of = np.zeros(len(triangles.source), np.int64)
+    for number, subset in enumerate(subsets, 1):
+        chosen = triangles_in(subset, triangles, prim, time)
+        if of[chosen].any():
+            found = "shares faces with another subset of family materialBind"
+            raise StageError(found, where=subset.GetPath(), do="give each face one material")
+        of[chosen] = number
+    return of

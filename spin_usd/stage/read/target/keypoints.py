@@ -1,0 +1,60 @@
+"""The target's named keypoints: a Points prim below it, with names in primvars:keypointName."""
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.visibility import PROXIES
+
+
+def find_keypoints(target: Usd.Prim) -> Usd.Prim | None:
+    """The prim that spin:target:keypoints names, else the only Points prim with keypoint names below the target."""
+    relation = target.GetRelationship(schema.TARGET_KEYPOINTS)
+    named = relation.GetTargets() if relation else []
+    if named:
+        prim = target.GetStage().GetPrimAtPath(named[0])
+        if len(named) > 1 or not prim or not prim.IsA(UsdGeom.Points) or not named[0].HasPrefix(target.GetPath()):
+            found = f"its {schema.TARGET_KEYPOINTS} does not name one Points prim below it"
+            raise StageError(found, where=target.GetPath(), do="fix the relationship")
+        return prim
+    below = Usd.PrimRange(target, PROXIES)
+    found_prims = [p for p in below if p.IsA(UsdGeom.Points) and p.HasAttribute(schema.KEYPOINT_NAME)]
+    if len(found_prims) > 1:
+        names = ", ".join(str(prim.GetPath()) for prim in found_prims[:5])
+        do = f"name one by {schema.TARGET_KEYPOINTS}"
+        raise StageError(f"has several keypoint prims ({names})", where=target.GetPath(), do=do)
+    return found_prims[0] if found_prims else None
+
+
+def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...], Float]:
+    """Names (K,) and points (K, 3) in the target prim's own axes and stage units."""
+    prim = find_keypoints(target)
+    if not prim:
+        return (), np.zeros((0, 3))
+    points = _positions(prim, time)
+    attribute = prim.GetAttribute(schema.KEYPOINT_NAME)
+    names = tuple(str(name) for name in (attribute.Get(time) if attribute else None) or [])
+    if len(names) != len(points) or len(set(names)) != len(names) or not np.isfinite(points).all():
+        found = f"has {len(points)} keypoints and {len(names)} names, or names one twice, or holds NaN"
+        raise StageError(found, where=prim.GetPath(), do="give each finite point a name of its own")
+    matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
+    return names, points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
+    """(K, 3) in the prim's own axes: its positions in double precision where it has them, else its points.
+
+    Raises StageError where both are there and the points are not the positions rounded: one was edited alone.
+    """
+    points = np.array(UsdGeom.Points(prim).GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
+    attribute = prim.GetAttribute(schema.KEYPOINT_POSITIONS)
+    positions = attribute.Get(time) if attribute else None
+    if positions is None:
+        return points.astype(np.float64)
+    exact = np.array(positions, np.float64).reshape(-1, 3)
+    if not np.array_equal(exact.astype(np.float32), points):
+        found = f"has points that are not its {schema.KEYPOINT_POSITIONS} in single precision"
+        raise StageError(found, where=prim.GetPath(), do=f"edit both alike, or remove {schema.KEYPOINT_POSITIONS}")
+    return exact

@@ -1,0 +1,62 @@
+"""Semantic labels: which part of the target, and of which class, a prim is."""
+
+from dataclasses import dataclass, replace
+
+from pxr import Usd
+
+from spin_usd.errors import StageError
+from spin_usd.stage.usd import schema
+
+UNKNOWN = "unknown"
+MAX_LABEL = 255
+
+
+@dataclass(frozen=True, kw_only=True)
+class Labels:
+    """What a prim inherits: the part's prim path and name ("" where no ancestor names one) and its class, and the class
+    that descendants inherit. `merged`: names of parts that are one wherever they stand."""
+
+    part_path: str = ""
+    part_name: str = ""
+    part_class: str = UNKNOWN
+    class_name: str = UNKNOWN
+    merged: frozenset[str] = frozenset()
+
+    @property
+    def part_key(self) -> tuple[str, str]:
+        """What two prims of one part have in common: the name of one that is merged, else the path."""
+        return ("name", self.part_name) if self.part_name in self.merged else ("path", self.part_path)
+
+    def below(self, prim: Usd.Prim) -> "Labels":
+        """The labels of `prim`, whose parent has these: its own win."""
+        class_name = _label(prim, schema.CLASS_LABELS) or self.class_name
+        name = _label(prim, schema.PART_LABELS)
+        if not name:
+            return replace(self, class_name=class_name)
+        path = str(prim.GetPath())
+        return replace(self, part_path=path, part_name=name, part_class=class_name, class_name=class_name)
+
+    def of_gprim(self, prim: Usd.Prim) -> "Labels":
+        """The labels of a gprim that has these: a part of its own where no part holds it."""
+        if self.part_path:
+            return self
+        path, name = str(prim.GetPath()), str(prim.GetName())
+        return replace(self, part_path=path, part_name=name, part_class=self.class_name, merged=frozenset())
+
+
+def labels_of_target(target: Usd.Prim) -> Labels:
+    """What the prims below the target inherit."""
+    merged = target.GetAttribute(schema.TARGET_MERGED_PARTS)
+    return Labels(merged=frozenset((merged.Get() if merged else None) or ())).below(target)
+
+
+def _label(prim: Usd.Prim, name: str) -> str:
+    """The first label of a taxonomy on `prim` itself, "" where it has none."""
+    attribute = prim.GetAttribute(name)
+    labels = (attribute.Get() if attribute else None) or [""]
+    label = str(labels[0])
+    if len(label) > MAX_LABEL or not (label.isprintable() or not label):
+        raise StageError(
+            f"holds a label that is too long or not printable: {label[:40]!r}", where=f"{prim.GetPath()}.{name}"
+        )
+    return label

@@ -1,0 +1,81 @@
+"""UsdGeom.PointInstancer: where each prototype stands."""
+
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+from spin_usd.stage.usd.conversion import quaternions
+from spin_usd.stage.usd.transforms import HALF_NORM_TOLERANCE, NORM_TOLERANCE, norm_error
+
+
+def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, list[Float]]]:
+    """Each prototype of an instancer, with the row-vector matrices (4, 4), prototype to instancer, of its visible
+    instances; the prototype root's own transform is part of them.
+
+    orientations are half precision in USD: up to 8e-4 rad off what was meant, and read as they are; orientationsf wins
+    over them. Raises StageError for arrays that disagree, indices out of range, or orientations whose norm is not 1.
+    """
+    instancer = UsdGeom.PointInstancer(prim)
+    which = np.array(_value(instancer.GetProtoIndicesAttr(), time), np.int64)
+    prototypes = [prim.GetStage().GetPrimAtPath(path) for path in _prototype_paths(prim)]
+    _check_arrays(instancer, time, len(which), len(prototypes), which)
+    if not len(which):
+        return []
+    matrices = instancer.ComputeInstanceTransformsAtTime(
+        time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    if len(matrices) != len(which):
+        raise StageError("USD cannot place its instances", where=prim.GetPath(), do="fix its arrays")
+    placed = np.array(matrices).reshape(-1, 4, 4)
+    mask = np.array(instancer.ComputeMaskAtTime(time) or [True] * len(which), bool)
+    return [
+        (prototype, list(placed[(which == number) & mask]))
+        for number, prototype in enumerate(prototypes)
+        if ((which == number) & mask).any()
+    ]
+
+
+def _prototype_paths(prim: Usd.Prim) -> list[Any]:
+    """Targets of `prototypes`, each an active, defined prim that does not hold the instancer itself."""
+    paths: list[Any] = UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets()
+    for path in paths:
+        prototype = prim.GetStage().GetPrimAtPath(path)
+        if not prototype or not prototype.IsActive() or not prototype.IsDefined():
+            raise StageError(f"its prototype {path} does not exist", where=prim.GetPath(), do="fix its prototypes")
+        if prim.GetPath().HasPrefix(path):
+            raise StageError(f"its prototype {path} holds the instancer", where=prim.GetPath(), do="fix its prototypes")
+    return paths
+
+
+def _check_arrays(
+    instancer: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int, prototypes: int, which: Any
+) -> None:
+    where = instancer.GetPath()
+    bad = (which < 0) | (which >= prototypes)
+    if bad.any():
+        i = int(np.argmax(bad))
+        found = f"protoIndices[{i}] is {which[i]}, but there are {prototypes} prototypes"
+        raise StageError(found, where=where, do="fix its arrays")
+    for name in ("positions", "orientations", "orientationsf", "scales", "ids"):
+        values = _value(instancer.GetPrim().GetAttribute(name), time)
+        if len(values) != count and (len(values) or name == "positions"):
+            raise StageError(f"has {count} protoIndices but {len(values)} {name}", where=where, do="fix its arrays")
+        if name.startswith("orientations"):
+            _check_norms(values, name, where)
+        elif len(values) and not np.isfinite(np.array(values, np.float64)).all():
+            raise StageError(f"its {name} hold NaN or infinity", where=where, do="fix its arrays")
+
+
+def _check_norms(values: Any, name: str, where: Any) -> None:
+    worst = norm_error(quaternions(values))
+    if worst > (HALF_NORM_TOLERANCE if name == "orientations" else NORM_TOLERANCE):
+        found = f"its {name} hold a quaternion whose norm is off 1 by {worst:.3g}"
+        raise StageError(found, where=where, do="normalise them")
+
+
+def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:
+    value = attribute.Get(time) if attribute else None
+    return [] if value is None else value

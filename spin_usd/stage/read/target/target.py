@@ -1,0 +1,142 @@
+"""The target: all that is drawn below one prim, as one mesh in body axes."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError
+from spin_usd.scene.shape import MAX_FACES
+from spin_usd.scene.target import Target
+from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.open_stage import MAX_PRIMS
+from spin_usd.stage.read.shapes.triangles import determinant
+from spin_usd.stage.read.target.assembly import assembled
+from spin_usd.stage.read.target.gprim import Piece, PieceReader
+from spin_usd.stage.read.target.keypoints import read_keypoints
+from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
+from spin_usd.stage.read.target.point_instancer import read_instances
+from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.transforms import local_matrix
+from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry, is_invisible, own_purpose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inherited:
+    """What a prim has from its ancestors: its axes in the target's (row-vector), labels and purpose."""
+
+    matrix: Float
+    labels: Labels
+    purpose: str
+
+
+def find_target(stage: Usd.Stage) -> Usd.Prim:
+    """The one prim with SpinTargetAPI. Raises StageError for none or several."""
+    found = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(str(prim.GetPath()) for prim in found[:5]) or "none"
+    do = "apply SpinTargetAPI to the prim that holds the spacecraft, and to no other"
+    raise StageError(f"the stage has {len(found)} target prims ({names})", where=stage.GetRootLayer().realPath, do=do)
+
+
+@dataclass(eq=False)
+class TargetReader:
+    """Reads the target at one time. `visited` collects every prim that the result depends on; `group_of` a gprim or
+    point instancer is the number that light links know its faces by; `images` are the stage's."""
+
+    prim: Usd.Prim
+    time: Usd.TimeCode
+    group_of: Callable[[Usd.Prim], int]
+    images: Images
+    notes: Notes
+    visited: list[Usd.Prim] = field(default_factory=list)
+    _faces: int = 0
+
+    def __post_init__(self) -> None:
+        self._pieces = PieceReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
+
+    def read(self, metres: float) -> Target:
+        """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
+        purpose, above = "default", [*ancestors(self.prim), self.prim]
+        for prim in above:
+            purpose = own_purpose(prim, purpose)
+        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=purpose)
+        visible = not any(is_invisible(prim, self.time) for prim in above)
+        pieces = list(self._below(self.prim, start)) if visible else []
+        if not pieces:
+            do = "add visible gprims of purpose default or render below it"
+            raise StageError("the target has no geometry that is drawn", where=self.prim.GetPath(), do=do)
+        names, keypoints = read_keypoints(self.prim, self.time)
+        mesh, parts = assembled(pieces, self._pieces.labels, metres)
+        return Target(
+            path=str(self.prim.GetPath()),
+            name=str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName()),
+            mesh=mesh,
+            parts=parts,
+            materials=tuple(self._pieces.materials),
+            keypoint_names=names,
+            keypoints=keypoints * metres,
+        )
+
+    def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[Piece]:
+        """Pieces of `prim`, whose own transform and labels `inherited` includes, and of all below it."""
+        waiting = [(prim, inherited)]
+        while waiting:
+            current, state = waiting.pop()
+            self._count(current)
+            yield from self._own(current, state)
+            if current.IsA(UsdGeom.PointInstancer):
+                continue
+            for child in reversed(current.GetFilteredChildren(PROXIES)):
+                if not child.IsA(UsdGeom.Subset) and self._visible(child):
+                    waiting.append((child, self._entered(child, state)))
+
+    def _entered(self, prim: Usd.Prim, state: Inherited) -> Inherited:
+        matrix = local_matrix(prim, self.time, self.notes) @ state.matrix
+        return Inherited(matrix=matrix, labels=state.labels.below(prim), purpose=own_purpose(prim, state.purpose))
+
+    def _visible(self, prim: Usd.Prim) -> bool:
+        hidden = is_invisible(prim, self.time)
+        if hidden:
+            self.visited.append(prim)
+        return not hidden
+
+    def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+        """The pieces of a prim itself. Purposes other than default and render are not drawn."""
+        if state.purpose not in DRAWN_PURPOSES or not is_geometry(prim):
+            return
+        if prim.IsA(UsdGeom.PointInstancer):
+            yield from self._instanced(prim, state)
+        elif prim.IsA(UsdGeom.Mesh) and not UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time):
+            self.notes.add("mesh-empty", prim.GetPath(), "is a mesh without faces, of which nothing is rendered")
+        else:
+            yield self._placed(self._pieces.read(prim, state.labels.of_gprim(prim)), state.matrix, prim)
+
+    def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+        for prototype, matrices in read_instances(prim, self.time):
+            if not self._visible(prototype):
+                continue
+            inside = replace(self._entered(prototype, state), matrix=np.eye(4))
+            pieces = list(self._below(prototype, inside))
+            for matrix in matrices:
+                for piece in pieces:
+                    yield self._placed(piece, piece.matrix @ matrix @ state.matrix, prim)
+
+    def _count(self, prim: Usd.Prim) -> None:
+        self.visited.append(prim)
+        if len(self.visited) > MAX_PRIMS:
+            raise StageError(f"has more than {MAX_PRIMS} prims", where=self.prim.GetPath(), do="merge meshes")
+
+    def _placed(self, piece: Piece, matrix: Float, prim: Usd.Prim) -> Piece:
+        """`piece` where `prim` puts it."""
+        determinant(matrix, prim.GetPath())
+        self._faces += len(piece.facets.part)
+        if self._faces > MAX_FACES:
+            raise StageError(
+                f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
+            )
+        return replace(piece, matrix=matrix, group=self.group_of(prim), where=prim.GetPath())

@@ -1,0 +1,25 @@
+"""Models that other programs show by a stand-in: UsdGeomModelAPI's draw modes, which a render of a dataset ignores."""
+
+from collections.abc import Iterator
+
+from pxr import Usd, UsdGeom
+
+from spin_usd.stage.usd.visibility import PROXIES
+
+GEOMETRY = ("default", "inherited")
+
+
+def stand_ins(root: Usd.Prim) -> Iterator[tuple[Usd.Prim, str]]:
+    """Each topmost model at or below `root` that other programs show by a stand-in, and by which: bounds, cards or
+    origin.
+
+    A component's draw mode counts; another model's only where model:applyDrawMode says so.
+    """
+    prims = iter(Usd.PrimRange(root, PROXIES))
+    for prim in prims:
+        model = UsdGeom.ModelAPI(prim)
+        applied = prim.IsModel() and (prim.IsComponent() or model.GetModelApplyDrawModeAttr().Get())
+        mode = str(model.ComputeModelDrawMode()) if applied else GEOMETRY[0]
+        if mode not in GEOMETRY:
+            prims.PruneChildren()
+            yield prim, mode

@@ -1,0 +1,33 @@
+"""Sets of image tiles: asset paths that hold <UDIM>, which stands for each tile's number.
+
+Source: the UsdPreviewSurface specification, version 2.6, and MaterialX 1.38 for the numbers: 1001 is the unit square at
+the origin of the texture coordinates, 1002 the one to its right, 1011 the one above it.
+"""
+
+from typing import Any
+
+from pxr import Sdf, Usd, UsdShade
+
+from spin_usd.stage.composition.files import UDIM
+
+FIRST, IN_A_ROW = 1001, 10
+
+
+def is_tiled(asset: Sdf.AssetPath) -> bool:
+    return UDIM in asset.path
+
+
+def resolved_tiles(attribute: Usd.Attribute, value: Any) -> Any:
+    """`value` of `attribute`; where it is an asset path to tiles, which USD resolves only if told the layer, resolved:
+    its resolved path still holds <UDIM>, and is empty where there is no tile."""
+    if not isinstance(value, Sdf.AssetPath) or not is_tiled(value) or value.resolvedPath:
+        return value
+    layer = attribute.GetPropertyStack(Usd.TimeCode.Default())[0].layer
+    return Sdf.AssetPath(value.path, UsdShade.UdimUtils.ResolveUdimPath(value.path, layer))
+
+
+def tiles_of(asset: Sdf.AssetPath) -> list[tuple[tuple[int, int], Sdf.AssetPath]]:
+    """The (column, row) of each tile of a resolved set, and its own path, in order of their numbers."""
+    found = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.resolvedPath, None)
+    tiles = sorted((int(number) - FIRST, asset.path.replace(UDIM, number), path) for path, number in found)
+    return [((n % IN_A_ROW, n // IN_A_ROW), Sdf.AssetPath(own, path)) for n, own, path in tiles]

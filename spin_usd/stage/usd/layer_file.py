@@ -1,0 +1,79 @@
+"""Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pxr import Sdf, Tf, UsdGeom
+
+from spin_usd.errors import InputError, OutputError
+
+type Layer = Sdf.Layer
+"""For callers outside this package, which do not import pxr."""
+
+TIME_CODES_PER_SECOND = 24.0
+UP_AXIS = UsdGeom.Tokens.z
+METERS_PER_UNIT = 1.0
+
+SYNTAX_ERROR = re.compile(r".*?:(\d+):(\d+): (.*) at '(.*)' in <.*>", re.DOTALL)
+GRAMMAR = "parse error matching "  # what follows is a rule of USD's grammar, as C++ spells its type
+LONGEST_QUOTE = 60
+
+
+def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
+    """What USD reads from the root layer only, and every layer may be root: axis, units, time, default prim."""
+    layer.defaultPrim = default_prim
+    layer.documentation = documentation
+    root = layer.pseudoRoot
+    root.SetInfo("upAxis", UP_AXIS)
+    root.SetInfo("metersPerUnit", METERS_PER_UNIT)
+    layer.timeCodesPerSecond = layer.framesPerSecond = TIME_CODES_PER_SECOND
+    layer.startTimeCode, layer.endTimeCode = 0.0, float(frames - 1)
+
+
+def open_layer(path: str | Path) -> Sdf.Layer:
+    """The layer in the file at `path`, which must exist. Raises InputError that names the file."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("is not there, or is no file", where=path)
+    try:
+        layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
+    except Tf.ErrorException as error:
+        raise InputError(f"is not a USD layer: {reason(error)}", where=path) from None
+    if layer is None:
+        raise InputError("is not a USD layer", where=path)
+    return layer
+
+
+def export(layer: Sdf.Layer, path: Path) -> None:
+    """Write `layer` to `path`, folders included. Raises OutputError."""
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not layer.Export(str(path)):
+            raise OutputError("could not be written", where=path)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turns what the system or USD says about a failed write into OutputError."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        raise OutputError(f"could not be written ({reason(error)})", where=path) from None
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"could not be written ({error.strerror or error})", where=path) from None
+
+
+def reason(error: Tf.ErrorException) -> str:
+    """What USD says, without where in its source it says it: where in the layer, if it knows, else the first thing."""
+    said = [str(getattr(each, "commentary", each)).strip() for each in error.args] or [str(error)]
+    placed = [found for found in map(SYNTAX_ERROR.fullmatch, said) if found]
+    if not placed:
+        return said[0]
+    line, column, problem, text = placed[0].groups()
+    text = text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"
+    problem = "cannot be understood" if problem.startswith(GRAMMAR) else problem
+    return f"line {line}, column {column}: {problem}, at {repr(text) if text else 'the end of the line'}"

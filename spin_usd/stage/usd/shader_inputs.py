@@ -1,0 +1,103 @@
+"""Shader networks: what an input of a node gets, through material interfaces and node graphs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pxr import Usd, UsdShade
+
+from spin_usd.arrays import Float
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.usd.image_tiles import resolved_tiles
+
+LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """An output of another node, to which an input is connected. `where`: that input."""
+
+    shader: UsdShade.Shader
+    name: str
+    where: str
+
+    @property
+    def node(self) -> str:
+        return node_id(self.shader)
+
+
+def node_id(shader: UsdShade.Shader) -> str:
+    """The node's identifier. Raises UnsupportedError for a node that is given by a file or by code."""
+    identifier = shader.GetIdAttr().Get() if shader.GetImplementationSource() == UsdShade.Tokens.id else None
+    if not identifier:
+        raise UnsupportedError("has no info:id", where=shader.GetPath(), do="use the nodes of UsdPreviewSurface")
+    return str(identifier)
+
+
+def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
+    """What the input `name` gets: a value, an Output, or None where nothing is authored.
+
+    Raises StageError for a connection that leads nowhere, in a circle, or to several values, UnsupportedError for a
+    value in a colour space other than linear Rec. 709.
+    """
+    shader_input = shader.GetInput(name)
+    if not shader_input:
+        return None
+    where = input_path(shader, name)
+    sources = shader_input.GetValueProducingAttributes()
+    if not sources:
+        if shader_input.HasConnectedSource() or shader_input.GetAttr().HasAuthoredConnections():
+            raise StageError("its connection leads to no value", where=where, do="connect or author a value")
+        return None
+    if len(sources) > 1:
+        raise StageError(f"is connected to {len(sources)} sources", where=where, do="connect one")
+    source = sources[0]
+    if UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
+        return Output(shader=UsdShade.Shader(source.GetPrim()), name=source.GetName().split(":", 1)[1], where=where)
+    space = str(source.GetColorSpace()) if source.HasColorSpace() else ""
+    if space not in LINEAR:
+        raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
+    return resolved_tiles(source, source.Get(time))
+
+
+def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
+    """As `read_input`, for an input that must not vary over the surface."""
+    value = read_input(shader, name, time)
+    if isinstance(value, Output):
+        found = f"is connected to {value.shader.GetPath()}"
+        raise UnsupportedError(found, where=value.where, do="author a constant")
+    return value
+
+
+def read_numbers(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, default: tuple[float, ...]) -> Float:
+    """A constant of as many numbers as `default`, which holds where nothing is authored."""
+    return numbers(read_constant(shader, name, time), default, input_path(shader, name))
+
+
+def numbers(value: Any, default: tuple[float, ...], where: str) -> Float:
+    """`value`, of as many finite numbers as `default`, which stands for None."""
+    if value is None:
+        return np.array(default, np.float64)
+    array = np.array(value)
+    if array.dtype.kind not in "fiu" or array.size != len(default):
+        found = f"is {value!r}, expected {len(default)} number{'s' * (len(default) > 1)}"
+        raise StageError(found, where=where, do="author a value of the type that the node's definition gives")
+    result = array.reshape(-1).astype(np.float64)
+    if not np.isfinite(result).all():
+        raise StageError(f"is {value}", where=where, do="make it finite")
+    return result
+
+
+def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, allowed: tuple[str, ...], default: str) -> str:
+    """A constant that is one of `allowed`."""
+    value = read_constant(shader, name, time)
+    if value is None:
+        return default
+    if str(value) not in allowed:
+        where = input_path(shader, name)
+        raise UnsupportedError(f"is '{value}'", where=where, do=f"use one of {', '.join(allowed)}")
+    return str(value)
+
+
+def input_path(shader: UsdShade.Shader, name: str) -> str:
+    return f"{shader.GetPath()}.inputs:{name}"

@@ -1,0 +1,111 @@
+"""Camera layers: one owner of the lens, everything else derived from it; checked by OpenCV and USD's own frustum."""
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from spin_usd.errors import InputError
+from spin_usd.geometry.camera import Camera
+from spin_usd.stage.author.camera_layer import (
+    SOLAR_IRRADIANCE,
+    WHITE_LEVEL,
+    camera_by_name,
+    camera_layer_of,
+    camera_names,
+    new_camera_layer,
+    open_camera_layer,
+)
+from spin_usd.stage.read.camera.lens import read_lens
+
+FLOAT32_PX = 1e-3  # USD keeps focal length and apertures as float32: 6e-8 of 1e4 pixels
+FLOAT32 = 1e-6  # relative, the product of five float32 numbers
+EXPECTED = {
+    "cubesat_cdt", "posebowl", "shirt", "spacesense", "spark", "speed", "speedplus", "spin", "swisscube", "urso",
+}  # fmt: skip
+
+
+def prim_of(layer: Sdf.Layer) -> tuple[Usd.Stage, Usd.Prim]:
+    stage = Usd.Stage.Open(layer)
+    return stage, stage.GetDefaultPrim()
+
+
+def test_the_cameras_of_the_known_sets_are_there() -> None:
+    assert set(camera_names()) == EXPECTED
+
+
+@pytest.mark.parametrize("name", camera_names())
+def test_every_layer_is_what_follows_from_its_lens(name: str) -> None:
+    layer = open_camera_layer(camera_by_name(name))
+    stage, prim = prim_of(layer)
+    made = new_camera_layer(
+        read_lens(prim),
+        focal_length=UsdGeom.Camera(prim).GetFocalLengthAttr().Get(),
+        documentation=layer.documentation,
+        channels=prim.GetAttribute("spin:sensor:channels").Get(),
+    )
+    assert made.ExportToString() == layer.ExportToString()
+    assert camera_by_name(name).read_text() == layer.ExportToString()  # as USD itself would write it
+    assert stage.GetDefaultPrim().GetName() == "Camera"
+
+
+@pytest.mark.parametrize("name", camera_names())
+def test_usds_frustum_projects_as_opencv_without_distortion(name: str) -> None:
+    stage, prim = prim_of(open_camera_layer(camera_by_name(name)))
+    camera = read_lens(prim)
+    view = UsdGeom.Camera(prim).GetCamera(Usd.TimeCode.Default())
+    points = np.random.default_rng(1).uniform([-1, -1, 3], [1, 1, 9], (50, 3))
+    matrix = np.array(view.frustum.ComputeProjectionMatrix())
+    clip = np.c_[points * (1, -1, -1), np.ones(50)] @ matrix  # USD looks along -z with y up
+    ndc = clip[:, :2] / clip[:, 3:]
+    uv = (ndc * (1, -1) + 1) / 2 * (camera.width, camera.height)
+    want, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, np.zeros(5))
+    assert np.abs(uv - want[:, 0]).max() < FLOAT32_PX
+    assert stage.GetMetadata("metersPerUnit") == 1
+
+
+def test_a_white_surface_in_the_sun_comes_out_at_the_white_level() -> None:
+    _stage, prim = prim_of(open_camera_layer(camera_by_name("speedplus")))
+    scale = UsdGeom.Camera(prim).ComputeLinearExposureScale()
+    assert scale * SOLAR_IRRADIANCE / math.pi == pytest.approx(WHITE_LEVEL, rel=FLOAT32)
+
+
+def test_the_interchange_names_hold_the_lens() -> None:
+    """The names that NVIDIA's renderers read (ovrtx documentation, "Lens Calibration")."""
+    lens = (0.1, 0.2, 0.3, 0.4, 0.5)
+    camera = Camera(width=64, height=48, fx=50.0, fy=51.0, cx=30.0, cy=20.0, distortion=lens)
+    stage, prim = prim_of(camera_layer_of(camera, pixel_pitch=1e-5, documentation=""))
+    assert stage
+    assert "OmniLensDistortionOpenCvPinholeAPI" in prim.GetPrimTypeInfo().GetAppliedAPISchemas()
+    assert prim.GetAttribute("omni:lensdistortion:model").Get() == "opencvPinhole"
+    head = "omni:lensdistortion:opencvPinhole:"
+    assert prim.GetAttribute(head + "imageSize").Get() == Gf.Vec2i(64, 48)
+    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4")
+    values = [prim.GetAttribute(head + name).Get() for name in names]
+    assert values == pytest.approx([50, 51, 30, 20, *lens, *[0] * 7], rel=FLOAT32)
+    assert read_lens(prim) == camera
+
+
+def test_an_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match="speedplus"):
+        camera_by_name("hubble")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('#usda 1.0\n(\n defaultPrim = "Camera"\n metersPerUnit = 1\n)\ndef Camera "Camera" {\n}\n', "SpinLensAPI"),
+        ('#usda 1.0\n(\n defaultPrim = "Camera"\n)\ndef Camera "Camera" {\n}\n', "metersPerUnit"),
+        ('#usda 1.0\n(\n defaultPrim = "A"\n)\ndef Xform "A" {\n}\n', "Camera"),
+        ("not usd", "USD layer"),
+    ],
+)
+def test_other_layers_are_refused_by_name(tmp_path: Path, text: str, found: str) -> None:
+    path = tmp_path / "camera.usda"
+    path.write_text(text)
+    with pytest.raises(InputError, match=found) as caught:
+        open_camera_layer(path)
+    assert "camera.usda" in str(caught.value)

@@ -1,0 +1,246 @@
+"""Presets: what they say is what an authored stage says and a Scene holds; what they cannot say is refused."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdValidation
+
+from spin_usd.dataset.author import author_stage
+from spin_usd.errors import InputError
+from spin_usd.resources import stages
+from spin_usd.stage.author.presets import open_preset, preset_by_name, preset_names
+from spin_usd.stage.read.stage_reader import StageReader
+
+NAMES = ("lightbox", "speedplus_synthetic", "sunlamp")
+POSES = stages() / "examples" / "tango_speedplus_poses.json"
+EFFICACY = 124_261 / 1361  # lm/W: the published illuminance of the Sun over its irradiance
+FILTER = 0.4717  # the published colour filter, a factor on everything before the picture is cut off at white
+FLOAT32 = 1e-6  # relative: USD keeps these numbers as float32
+LUX = 1e-4  # relative: the layers give irradiances with five digits
+
+# SPIN's own settings, from its preset files: lux of the Sun, lux of each fill light (or None), shadows, look, bloom
+# (intensity, scatter, threshold in the gamma of 2.2 that its interface has), whether there is grain.
+PUBLISHED = {
+    "speedplus_synthetic": (3_500, 150, False, "matt", (0.0, 0.936, 1.4), True),
+    "lightbox": (124_261, None, True, "reflective", (1.0, 0.936, 1.46), True),
+    "sunlamp": (124_261, None, True, "reflective", (0.358, 1.0, 2.97), False),
+}
+EMPTY = """#usda 1.0
+(
+    defaultPrim = "World"
+)
+def Xform "World"
+{
+%s
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def authored(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The root layer of a stage for each preset, and one without."""
+    folder = tmp_path_factory.mktemp("presets")
+    return {name: made(folder / name, None if name == "none" else name) for name in (*NAMES, "none")}
+
+
+def made(out: Path, preset: str | Path | None, target: str | Path = "tango") -> Path:
+    report = author_stage(poses=POSES, target=target, camera="speedplus", out=out, frames="0:1", preset=preset)
+    return Path(report.root)
+
+
+def written(tmp_path: Path, below_world: str) -> Path:
+    path = tmp_path / "preset.usda"
+    path.write_text(EMPTY % below_world)
+    return path
+
+
+def test_the_published_presets_are_there() -> None:
+    assert preset_names() == NAMES == tuple(sorted(PUBLISHED))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: str) -> None:
+    registry = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    for path in (authored[name], preset_by_name(name)):
+        stage = Usd.Stage.Open(str(path))
+        assert [e.GetMessage() for e in UsdValidation.ValidationContext(registry).Validate(stage)] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_our_own_check_finds_nothing(authored: dict[str, Path], name: str) -> None:
+    command = [sys.executable, "-m", "spin_usd.cli.main", "check", "--json", str(authored[name].parent)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert json.loads(done.stdout)["findings"] == [], done.stderr
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_stage_has_exactly_what_the_preset_says(authored: dict[str, Path], name: str) -> None:
+    """Every camera setting in the layer is an attribute that USD or our schema knows, with the layer's value."""
+    stage, preset = Usd.Stage.Open(str(authored[name])), open_preset(preset_by_name(name))
+    camera, said = stage.GetPrimAtPath("/World/Camera"), preset.flat.GetPrimAtPath("/World/Camera").properties
+    assert len(said) > 12
+    for attribute in said:
+        assert camera.GetAttribute(attribute.name).Get() == attribute.default, attribute.name
+        assert camera.GetAttribute(attribute.name).GetTypeName() == attribute.typeName
+        assert not camera.GetAttribute(attribute.name).IsCustom(), f"the schema does not know {attribute.name}"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_scene_has_the_published_settings(authored: dict[str, Path], name: str) -> None:
+    sun_lux, fill_lux, shadows, look, (intensity, scatter, threshold), grain = PUBLISHED[name]
+    reader = StageReader(authored[name])
+    scene = reader.scene(reader.frames[0])
+    fills, (sun,) = ([light for light in scene.lights if ("Fill" in light.path) == fill] for fill in (True, False))
+    assert luminance(sun.irradiance) * EFFICACY == pytest.approx(sun_lux, rel=LUX)
+    assert sun.shadows == shadows
+    assert sun.angle == pytest.approx(np.radians(0.06), rel=FLOAT32)
+    assert [luminance(fill.irradiance) * EFFICACY for fill in fills] == pytest.approx(
+        [fill_lux] * 3 if fill_lux else [], rel=LUX
+    )
+    assert not any(fill.shadows for fill in fills)
+    assert scene.optics.bloom_intensity == pytest.approx(intensity, rel=FLOAT32)
+    assert scene.optics.bloom_scatter == pytest.approx(scatter, rel=FLOAT32)
+    assert scene.optics.bloom_threshold == pytest.approx(FILTER * threshold**2.2, rel=LUX)
+    assert (scene.sensor.gain > 0) == grain
+    assert scene.sensor.channels == "mono"
+    assert scene.sensor.contrast == pytest.approx(1 - 9 / 100, rel=FLOAT32)
+    assert (scene.sensor.time, scene.sensor.iso) == pytest.approx((1 / 200, 200), rel=FLOAT32)
+    assert scene.thin_lens is not None
+    assert scene.thin_lens.focus == pytest.approx(6.45, rel=FLOAT32)
+    assert scene.thin_lens.radius == pytest.approx(17.513e-3 / 32 / 2, rel=1e-4)  # the focal length's own digits
+    assert not scene.environment.planets
+    assert not scene.environment.back_plate
+    assert look_of(authored[name]) == look
+
+
+def test_auto_exposure_reaches_the_published_limits(authored: dict[str, Path]) -> None:
+    """EV 15 to 9.28 with a compensation of +1: full scale is 1.2 x 2^EV cd/m2 (Lagarde and de Rousiers, 2014)."""
+    reader = StageReader(authored["lightbox"])
+    sensor = reader.scene(reader.frames[0]).sensor
+    assert sensor.auto_exposure is not None
+    full_scale = [EFFICACY * FILTER / (sensor.exposure * 2**stops) for stops in sensor.auto_exposure.stops]
+    assert full_scale == pytest.approx([1.2 * 2 ** (15 - 1), 1.2 * 2 ** (9.28 - 1)], rel=LUX)
+
+
+def test_the_look_changes_the_picture_and_no_label(authored: dict[str, Path]) -> None:
+    readers = [StageReader(authored[name]) for name in ("speedplus_synthetic", "lightbox")]
+    matt, reflective = (reader.scene(reader.frames[0]).target for reader in readers)
+    assert matt.mesh.key == reflective.mesh.key
+    assert matt.parts == reflective.parts
+    assert matt.keypoint_names == reflective.keypoint_names
+    np.testing.assert_array_equal(matt.keypoints, reflective.keypoints)
+    assert not set(matt.materials) & set(reflective.materials)
+    assert not any(material.cut_out for material in reflective.materials)
+
+
+def test_a_preset_leaves_the_lens_alone(authored: dict[str, Path]) -> None:
+    without, lightbox = (StageReader(authored[name]) for name in ("none", "lightbox"))
+    assert without.scene(without.frames[0]).camera == lightbox.scene(lightbox.frames[0]).camera
+
+
+def test_without_a_preset_nothing_of_it_is_there(authored: dict[str, Path]) -> None:
+    folder = authored["none"].parent
+    assert not (folder / "layers" / "model.usda").exists()
+    assert "preset" not in (folder / "dataset.usda").read_text()
+
+
+def test_an_augmentation_overrides_every_choice_of_a_preset(authored: dict[str, Path]) -> None:
+    """What comes from a preset stays behind references, so that a variant on /World is stronger."""
+    stage = Usd.Stage.Open(str(authored["lightbox"]))
+    world = stage.GetDefaultPrim()
+    variants = world.GetVariantSets().AddVariantSet("augmentation")
+    variants.AddVariant("other")
+    variants.SetVariantSelection("other")
+    with variants.GetVariantEditContext():
+        stage.OverridePrim("/World/Target/Model").GetVariantSet("look").SetVariantSelection("matt")
+        stage.OverridePrim("/World/Lights/Sun").GetAttribute("inputs:intensity").Set(7.0)
+        stage.OverridePrim("/World/Camera").GetAttribute("focusDistance").Set(3.0)
+    assert stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look").GetVariantSelection() == "matt"
+    assert stage.GetPrimAtPath("/World/Lights/Sun").GetAttribute("inputs:intensity").Get() == 7
+    assert stage.GetPrimAtPath("/World/Camera").GetAttribute("focusDistance").Get() == 3
+
+
+def test_missing_pieces_are_the_usual_ones(tmp_path: Path, authored: dict[str, Path]) -> None:
+    preset = written(tmp_path, 'over "Camera" { float focusDistance = 4 }'.replace("{ ", "{\n").replace(" }", "\n}"))
+    folder = made(tmp_path / "out", preset).parent / "layers"
+    for name in ("lights", "environment"):
+        assert (folder / f"{name}.usda").read_text() == (
+            authored["none"].parent / "layers" / f"{name}.usda"
+        ).read_text()
+    assert Sdf.Layer.FindOrOpen(str(folder / "camera.usda")).GetAttributeAtPath("/Camera.focusDistance").default == 4
+
+
+def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) -> None:
+    """A file of one's own over a published preset, with an image of the same name in two folders."""
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "sky.png").write_bytes(folder.encode())
+    domes = "".join(
+        f'def DomeLight "{name}"\n{{\nasset inputs:texture:file = @./{name}/sky.png@\n}}\n' for name in ("a", "b")
+    )
+    path = written(tmp_path, f'over "Lights"\n{{\n{domes}}}')
+    over = path.read_text().replace("(\n", f"(\n    subLayers = [@{preset_by_name('sunlamp')}@]\n", 1)
+    path.write_text(over)
+    root = made(tmp_path / "out", path)
+    stage = Usd.Stage.Open(str(root))
+    for name in ("a", "b"):
+        asset = stage.GetPrimAtPath(f"/World/Lights/{name}").GetAttribute("inputs:texture:file").Get()
+        assert Path(asset.resolvedPath).read_bytes() == name.encode()
+        assert Path(asset.resolvedPath).is_relative_to(root.parent)
+        assert asset.path.startswith("./lights/")
+    assert stage.GetPrimAtPath("/World/Lights/Sun").GetAttribute("inputs:intensity").Get() == 1361
+    assert look_of(root) == "reflective"
+
+
+@pytest.mark.parametrize(
+    ("below_world", "words"),
+    [
+        ('over "Camera"\n{\ndouble spin:lens:fx = 3\n}', ("spin:lens:fx", "/World/Camera")),
+        ('over "Camera"\n{\nfloat focalLength = 3\n}', ("focalLength", "/World/Camera")),
+        ('def Sphere "Moon"\n{\n}', ("/World/Moon", "preset")),
+        ('over "Camera"\n{\ndef Sphere "Hood"\n{\n}\n}', ("/World/Camera/Hood", "preset")),
+        ("double visible = 3", ("visible", "/World")),
+        ('over "Target"\n{\nover "Model"\n{\ntoken visibility = "invisible"\n}\n}', ("visibility", "Model")),
+        ('over "Target"\n{\nover "Model" (\nvariants = {\nstring look = "pink"\n}\n)\n{\n}\n}', ("pink", "matt")),
+        ('def "Lights" (\nprepend references = @./gone.usda@\n)\n{\n}', ("gone.usda", "preset.usda")),
+        ('def "Lights"\n{\nasset inputs:texture:file = @./gone.png@\n}', ("gone.png", "not there")),
+    ],
+)  # fmt: skip
+def test_what_a_preset_cannot_say_is_refused_by_name(tmp_path: Path, below_world: str, words: tuple[str, ...]) -> None:
+    with pytest.raises(InputError) as caught:
+        made(tmp_path / "out", written(tmp_path, below_world))
+    assert all(word in str(caught.value) for word in words), caught.value
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_preset_lists_those_there_are(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="lightbox, speedplus_synthetic, sunlamp"):
+        made(tmp_path / "out", "moonlamp")
+
+
+def test_a_file_that_is_no_preset_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="World"):
+        made(tmp_path / "out", stages() / "environments" / "sun.usda")
+
+
+def test_a_target_without_looks_keeps_its_own_and_says_so(tmp_path: Path) -> None:
+    box = tmp_path / "box.usda"
+    box.write_text('#usda 1.0\n(\ndefaultPrim = "Box"\nmetersPerUnit = 1\nupAxis = "Z"\n)\ndef Cube "Box"\n{\n}\n')
+    report = author_stage(poses=POSES, target=box, camera="speedplus", out=tmp_path / "out", preset="lightbox")
+    assert [note for note in report.notes if "look" in note]
+    assert not (tmp_path / "out" / "layers" / "model.usda").exists()
+
+
+def luminance(rgb: tuple[float, float, float]) -> float:
+    """Rec. 709."""
+    return float(np.dot(rgb, (0.2126, 0.7152, 0.0722)))
+
+
+def look_of(root: Path) -> str:
+    stage = Usd.Stage.Open(str(root))
+    return str(stage.GetPrimAtPath("/World/Target/Model").GetVariantSet("look").GetVariantSelection())

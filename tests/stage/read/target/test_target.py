@@ -1,0 +1,382 @@
+"""The target: transforms, instances, purposes, parts, materials by face, keypoints; USD's own answers as authority."""
+
+import numpy as np
+import pytest
+import trimesh
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.stage.read.stage_reader import StageReader
+
+FLOAT32 = 1e-6
+HALF_ORIENTATION = 1e-3  # rad: what a half-precision quaternion loses, numerics.md
+
+NESTED = """
+def Xform "A"
+{
+    double3 xformOp:translate = (1, 2, 3)
+    quatd xformOp:orient = (0.8, 0.6, 0, 0)
+    double3 xformOp:scale = (1, 2, -0.5)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient", "xformOp:scale"]
+
+    def Cylinder "Can"
+    {
+        double height = 3
+        double radius = 0.5
+        token axis = "Y"
+        float xformOp:rotateX = 30
+        uniform token[] xformOpOrder = ["xformOp:rotateX"]
+    }
+}
+"""
+MESH = """
+    int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
+    int[] faceVertexIndices = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3]
+    point3f[] points = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1), (1, 0, 0), (1, 0, 1), (1, 1, 0), (1, 1, 1)]
+    uniform token subdivisionScheme = "none"
+"""
+
+
+def solid(mesh, faces=None):
+    return trimesh.Trimesh(mesh.points, mesh.faces if faces is None else mesh.faces[faces], process=False)
+
+
+def corner_means(mesh):
+    """(F, 3) middles of the faces."""
+    return mesh.points[mesh.faces].mean(1)
+
+
+def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage):
+    path = make_stage(NESTED)
+    reader = StageReader(path)
+    mesh = reader.scene(reader.frames[0]).target.mesh
+    stage = Usd.Stage.Open(str(path))
+    cache = UsdGeom.XformCache(Usd.TimeCode(0))
+    target, can = (stage.GetPrimAtPath(p) for p in ("/World/Target", "/World/Target/A/Can"))
+    matrix = np.array(cache.ComputeRelativeTransform(can, target)[0])
+    local = (np.c_[mesh.points, np.ones(len(mesh.points))] @ np.linalg.inv(matrix))[:, :3]
+    extent = np.array(UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(can), Usd.TimeCode(0)))
+    np.testing.assert_allclose([local.min(0), local.max(0)], extent, atol=FLOAT32)
+    assert solid(mesh).is_watertight
+    assert solid(mesh).volume > 0  # the mirror turned the winding
+    facing = (mesh.corner_normals * solid(mesh).face_normals[:, None]).sum(-1)
+    assert (facing > 0.99).all()  # normals by the inverse transpose
+
+
+def test_normals_under_unequal_scale_stand_on_the_surface(read_scene):
+    """A sphere scaled to an ellipsoid: its normal is the gradient of x^2/a^2 + y^2/b^2 + z^2/c^2."""
+    mesh = read_scene(
+        """def Sphere "S"
+        {
+            double3 xformOp:scale = (1, 2, 0.5)
+            uniform token[] xformOpOrder = ["xformOp:scale"]
+        }"""
+    ).target.mesh
+    gradient = mesh.points[mesh.faces] / np.array([1, 2, 0.5]) ** 2
+    gradient /= np.linalg.norm(gradient, axis=-1, keepdims=True)
+    np.testing.assert_allclose(mesh.corner_normals, gradient, atol=FLOAT32)
+
+
+@pytest.mark.parametrize(("metres", "up"), [(0.01, "Y"), (1, "Z"), (1000, "Y")])
+def test_units_are_metres_whatever_the_stages_are(make_stage, metres, up):
+    path = make_stage(metadata=f"metersPerUnit = {metres}")
+    path.write_text(path.read_text().replace('upAxis = "Z"', f'upAxis = "{up}"'))
+    reader = StageReader(path)
+    scene = reader.scene(reader.frames[0])
+    assert np.ptp(scene.target.mesh.points, axis=0) == pytest.approx([2 * metres] * 3)
+    assert scene.T_cam_body.translation == pytest.approx([0, 0, 10 * metres])
+
+
+def test_the_targets_own_scale_is_in_its_points(read_scene):
+    pose = """
+        double3 xformOp:translate = (0, 0, -10)
+        float3 xformOp:scale = (0.5, 0.5, 0.5)
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]"""
+    scene = read_scene(pose=pose)
+    assert np.ptp(scene.target.mesh.points, axis=0) == pytest.approx([1, 1, 1])
+    np.testing.assert_allclose(scene.T_cam_body.rotation @ scene.T_cam_body.rotation.T, np.eye(3), atol=1e-15)
+
+
+def test_native_instances_are_read_as_separate_copies(read_scene):
+    """Two instances of a class, which is not drawn itself."""
+    copies = """
+        class Xform "_Box"
+        {
+            def Cube "Cube" {}
+        }
+        def Xform "One" (
+            instanceable = true
+            inherits = </World/Target/_Box>
+        )
+        {
+            double3 xformOp:translate = (5, 0, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+        }
+        def Xform "Two" (
+            instanceable = true
+            inherits = </World/Target/_Box>
+        )
+        {
+        }"""
+    target = read_scene(copies).target
+    assert [p.path for p in target.parts] == ["/World/Target/One/Cube", "/World/Target/Two/Cube"]
+    plain = read_scene(copies.replace("instanceable = true", ""), name="plain.usda").target
+    assert target.mesh.key == plain.mesh.key
+
+
+INSTANCER = """def PointInstancer "Many"
+{{
+    point3f[] positions = [(0, 0, 0), (3, 0, 0), (0, 5, 0), (0, 0, 7)]
+    int[] protoIndices = [0, 1, 0, 1]
+    {orientations}
+    float3[] scales = [(1, 1, 1), (1, 2, 1), (-1, 1, 1), (1, 1, 1)]
+    int64[] ids = [10, 11, 12, 13]
+    int64[] invisibleIds = [{invisible}]
+    rel prototypes = [</World/Target/Many/Box>, </World/Target/Many/Rod>]
+
+    def Cube "Box"
+    {{
+        double size = 0.5
+        double3 xformOp:translate = (0.25, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }}
+
+    def Xform "Rod"
+    {{
+        def Cone "Tip" {{
+        }}
+    }}
+}}"""
+ORIENTATIONS = "[(1, 0, 0, 0), (0.8, 0.6, 0, 0), (0.6, 0, 0.8, 0), (0, 0, 0, 1)]"
+
+
+@pytest.mark.parametrize(
+    ("kind", "tolerance"), [("quath[] orientations", HALF_ORIENTATION * 3), ("quatf[] orientationsf", FLOAT32)]
+)
+def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tolerance):
+    scene = read_scene(INSTANCER.format(orientations=f"{kind} = {ORIENTATIONS}", invisible=""))
+    copies = ""
+    places = [((0, 0, 0), (1, 0, 0, 0), (1, 1, 1)), ((3, 0, 0), (0.8, 0.6, 0, 0), (1, 2, 1))]
+    places += [((0, 5, 0), (0.6, 0, 0.8, 0), (-1, 1, 1)), ((0, 0, 7), (0, 0, 0, 1), (1, 1, 1))]
+    for i, (position, orient, scale) in enumerate(places):
+        shape = (
+            'def Cone "Tip" {}'
+            if i % 2
+            else """def Cube "Box"
+            {
+                double size = 0.5
+                double3 xformOp:translate = (0.25, 0, 0)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+            }"""
+        )
+        copies += f"""
+        def Xform "Copy{i}"
+        {{
+            double3 xformOp:translate = {position}
+            quatd xformOp:orient = {orient}
+            double3 xformOp:scale = {scale}
+            uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:orient", "xformOp:scale"]
+            {shape}
+        }}"""
+    expected = read_scene(copies, name="copies.usda").target.mesh
+    mesh = scene.target.mesh
+    assert len(mesh.faces) == len(expected.faces)
+    mine, theirs = (np.array(sorted(np.round(corner_means(m), 2).tolist())) for m in (mesh, expected))
+    np.testing.assert_allclose(mine, theirs, atol=0.011)  # so that rounding may fall either way
+    for bound in (np.min, np.max):
+        np.testing.assert_allclose(bound(mesh.points, axis=0), bound(expected.points, axis=0), atol=tolerance)
+    assert solid(mesh).volume == pytest.approx(solid(expected).volume, rel=1e-3)
+    assert {p.name for p in scene.target.parts} == {"Box", "Tip"}
+
+
+def test_invisible_ids_are_left_out(read_scene):
+    whole = read_scene(INSTANCER.format(orientations="", invisible=""), name="a.usda").target.mesh
+    some = read_scene(INSTANCER.format(orientations="", invisible="11, 13"), name="b.usda").target
+    assert {p.name for p in some.parts} == {"Box"}
+    assert len(some.mesh.faces) == 24 < len(whole.faces)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "saying"),
+    [
+        ("[0, 1, 0, 1]", "[0, 1, 2, 1]", r"protoIndices\[2\] is 2, but there are 2 prototypes"),
+        ("[0, 1, 0, 1]", "[0, 1, 0]", "has 3 protoIndices but 4 positions"),
+        ("[0, 1, 0, 1]", "[0, -1, 0, 1]", r"protoIndices\[1\] is -1"),
+        ("</World/Target/Many/Rod>", "</World/Target/Many/None>", "prototype /World/Target/Many/None does not exist"),
+        ("</World/Target/Many/Rod>", "</World/Target>", "holds the instancer"),
+        ("(3, 0, 0)", "(nan, 0, 0)", "positions hold NaN"),
+        ("[(1, 0, 0, 0), (0.8", "[(2, 0, 0, 0), (0.8", "norm is off 1 by 1"),
+    ],
+)
+def test_instancers_that_disagree_with_themselves(read_scene, old, new, saying):
+    text = INSTANCER.format(orientations=f"quatf[] orientationsf = {ORIENTATIONS}", invisible="")
+    with pytest.raises(StageError, match=f"^/World/Target/Many: .*{saying}"):
+        read_scene(text.replace(old, new))
+
+
+def test_purpose_visibility_and_activation(read_scene):
+    def cube(name, extra):
+        return f'def Cube "{name}" {extra}'
+
+    geometry = "\n".join(
+        [
+            cube("Shown", "{}"),
+            cube("Render", '{\ntoken purpose = "render"\n}'),
+            cube("Guide", '{\ntoken purpose = "guide"\n}'),
+            cube("Proxy", '{\ntoken purpose = "proxy"\n}'),
+            cube("Hidden", '{\ntoken visibility = "invisible"\n}'),
+            cube("Inactive", "(\nactive = false\n)\n{}"),
+            'def Xform "GuideGroup"\n{\ntoken purpose = "guide"\ndef Cube "Below" {}\n'
+            'def Cube "Own"\n{\ntoken purpose = "default"\n}\n}',
+            'def Xform "HiddenGroup"\n{\ntoken visibility = "invisible"\ndef Cube "Below2" {}\n}',
+            'over Cube "Undefined" {}',
+        ]
+    )
+    assert [p.name for p in read_scene(geometry).target.parts] == ["Own", "Render", "Shown"]
+
+
+def test_parts_and_classes_from_the_nearest_label(read_scene):
+    geometry = """
+    def Xform "Bus" (
+        prepend apiSchemas = ["SemanticsLabelsAPI:part", "SemanticsLabelsAPI:class"]
+    )
+    {
+        token[] semantics:labels:part = ["bus"]
+        token[] semantics:labels:class = ["body"]
+        def Cube "A" {}
+        def Cube "B" {}
+        def Mesh "C" (
+            prepend apiSchemas = ["SemanticsLabelsAPI:part"]
+        )
+        {
+            token[] semantics:labels:part = ["panel"]
+            %s
+            def GeomSubset "Lens" (
+                prepend apiSchemas = ["SemanticsLabelsAPI:part", "SemanticsLabelsAPI:class"]
+            )
+            {
+                uniform token elementType = "face"
+                int[] indices = [1, 4]
+                token[] semantics:labels:part = ["lens"]
+                token[] semantics:labels:class = ["sensor"]
+            }
+        }
+    }
+    def Cube "Alone" {}
+    """
+    target = read_scene(geometry % MESH).target
+    root = "/World/Target"
+    assert [(p.id, p.path, p.name, p.class_name) for p in target.parts] == [
+        (1, f"{root}/Alone", "Alone", "unknown"),
+        (2, f"{root}/Bus", "bus", "body"),
+        (3, f"{root}/Bus/C", "panel", "body"),
+        (4, f"{root}/Bus/C/Lens", "lens", "sensor"),
+    ]
+    assert np.bincount(target.mesh.face_part).tolist() == [0, 12, 24, 8, 4]
+
+
+def test_materials_by_face_and_leftover_faces(read_scene):
+    geometry = """
+    def Mesh "M" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        rel material:binding = </World/Target/Red>
+        MESH
+        def GeomSubset "Top" (
+            prepend apiSchemas = ["MaterialBindingAPI"]
+        )
+        {
+            uniform token elementType = "face"
+            uniform token familyName = "materialBind"
+            int[] indices = [3]
+            rel material:binding = </World/Target/Blue>
+        }
+    }
+    """.replace("MESH", MESH)
+    for name, color in {"Red": (1, 0, 0), "Blue": (0, 0, 1)}.items():
+        geometry += f"""
+    def Material "{name}"
+    {{
+        token outputs:surface.connect = </World/Target/{name}/S.outputs:surface>
+        def Shader "S"
+        {{
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = {color}
+            token outputs:surface
+        }}
+    }}"""
+    target = read_scene(geometry).target
+    colors = np.array([m.diffuse_color for m in target.materials])[target.mesh.face_material]
+    assert (colors == [0, 0, 1]).all(1).sum() == 2
+    assert (colors == [1, 0, 0]).all(1).sum() == 10
+
+
+KEYPOINTS = """
+    def Cube "Box" {}
+    def Xform "Marks"
+    {
+        double3 xformOp:translate = (1, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        def Points "Keypoints"
+        {
+            uniform token purpose = "guide"
+            point3f[] points = [(1, 2, 3), (4, 5, 6)]
+            string[] primvars:keypointName = ["a", "b"]
+        }
+    }"""
+
+
+def test_keypoints_are_in_body_axes_and_metres(read_scene):
+    target = read_scene(KEYPOINTS, metadata="metersPerUnit = 0.1").target
+    assert target.keypoint_names == ("a", "b")
+    np.testing.assert_allclose(target.keypoints, [[0.2, 0.2, 0.3], [0.5, 0.5, 0.6]])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "saying"),
+    [
+        ('["a", "b"]', '["a"]', StageError, "2 keypoints and 1 names"),
+        ('["a", "b"]', '["a", "a"]', StageError, "names one twice"),
+        ("(1, 2, 3)", "(1, 2, nan)", StageError, "holds NaN"),
+        ('uniform token purpose = "guide"', "", UnsupportedError, "is a Points"),
+    ],
+)
+def test_keypoints_that_are_none(read_scene, old, new, error, saying):
+    with pytest.raises(error, match=saying):
+        read_scene(KEYPOINTS.replace(old, new))
+
+
+@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "Volume", "TetMesh"])
+def test_geometry_that_is_not_read_is_refused_by_name(read_scene, kind):
+    with pytest.raises(UnsupportedError, match=f"^/World/Target/Thing: is a {kind}"):
+        read_scene(f'def Cube "Box" {{}}\ndef {kind} "Thing" {{}}')
+    assert read_scene(f'def Cube "Box" {{}}\ndef {kind} "Thing"\n{{\ntoken purpose = "guide"\n}}', name="b.usda")
+
+
+@pytest.mark.parametrize(
+    ("xform", "error", "saying"),
+    [
+        ('quatd xformOp:orient = (1, 1, 0, 0)\nORDER["xformOp:orient"]', StageError, "norm is off 1 by 0.414"),
+        ('quatd xformOp:orient = (0, 0, 0, 0)\nORDER["xformOp:orient"]', StageError, "norm is off 1 by 1"),
+        ('ORDER["xformOp:translate"]', StageError, "xformOpOrder lists xformOp:translate, which is not authored"),
+        ('double3 xformOp:scale = (1, 0, 1)\nORDER["xformOp:scale"]', StageError, "is scaled to nothing"),
+        ('double3 xformOp:translate = (nan, 0, 1)\nORDER["xformOp:translate"]', StageError, "NaN or infinity"),
+        ('ORDER["!resetXformStack!"]', UnsupportedError, "resets its transform stack"),
+    ],
+)
+def test_transforms_that_usd_misreads(read_scene, xform, error, saying):
+    text = xform.replace("ORDER", "uniform token[] xformOpOrder = ")
+    with pytest.raises(error, match=f"^/World/Target/Box.*{saying}"):
+        read_scene(f'def Cube "Box"\n{{\n{text}\n}}')
+
+
+def test_a_target_without_geometry(read_scene):
+    with pytest.raises(StageError, match=r"^/World/Target: the target has no geometry that is drawn"):
+        read_scene('def Xform "Empty" {}')
+
+
+def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene):
+    geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LODRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
+    with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
+        read_scene(geometry)
