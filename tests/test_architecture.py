@@ -50,7 +50,8 @@ ONLY_IN = {
     "tempfile": ("dataset", "stage/composition/images.py", "render/blender"),
     "shutil": ("dataset", "stage"),
 }
-OPENS_BLENDER = "dataset/worker.py"  # alone imports from render/blender, when it opens that renderer: it loads bpy
+# Alone imports from render/blender, when it opens that renderer: it loads bpy.
+OPENS_BLENDER = "dataset/render/worker.py"
 # Who may read or write files and folders.
 FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "render/blender")
 # fmt: off

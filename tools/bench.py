@@ -13,8 +13,8 @@ from pathlib import Path
 
 from benchmarks import calibrate, frames, growth, plan, predict, schedule, sensor, stages, variants
 
-from spin_usd.dataset.machine import machine
-from spin_usd.dataset.versions import LIBRARIES
+from spin_usd.dataset.process.machine import machine
+from spin_usd.dataset.process.versions import LIBRARIES
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module

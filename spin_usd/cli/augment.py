@@ -10,7 +10,7 @@ from spin_usd.cli.built_in import named
 from spin_usd.cli.counted import counted
 from spin_usd.cli.options import STAGE_HELP, Json
 from spin_usd.cli.progress import shown
-from spin_usd.dataset.stage_path import root_layer
+from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.errors import InputError
 
 MOST_LISTED = 10
@@ -31,7 +31,7 @@ def augment(
     as_json: Json = False,
 ) -> None:
     """Write a specification's augmentations over a stage: one variant each. Run again, it replaces its own."""
-    from spin_usd.dataset.child import Child, stage_memory
+    from spin_usd.dataset.process.child import Child, stage_memory
 
     if list_parameters:
         with Child() as child:

@@ -87,7 +87,7 @@ def author(
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
-    from spin_usd.dataset.child import Child
+    from spin_usd.dataset.process.child import Child
     from spin_usd.scene.view_text import summary
     from spin_usd.scene.views import Views
 
@@ -163,7 +163,7 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
     """Raises InputError for options that are given besides."""
-    from spin_usd.dataset.minimal import write_minimal
+    from spin_usd.dataset.author.minimal import write_minimal
 
     sources = {name: context.get_parameter_source(name) for name in context.params}
     asked = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]

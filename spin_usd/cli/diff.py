@@ -32,7 +32,7 @@ def diff(
 
     The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
     """
-    from spin_usd.dataset.diff import diff as compare
+    from spin_usd.dataset.diff.diff import diff as compare
 
     with shown(context.obj["quiet"]) as progress:
         answer = compare(stage, variant_a, variant_b, frames=frames, progress=progress)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:
-    from spin_usd.dataset.chosen import Chosen
+    from spin_usd.dataset.plan.effort_choice import Chosen
     from spin_usd.measuring.measurement import Setting
     from spin_usd.scene.effort import Effort
 
@@ -23,8 +23,8 @@ def setting_of(
 ) -> tuple["Setting", "Chosen | None"]:
     """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
     do not go together."""
-    from spin_usd.dataset import chosen as choosing
-    from spin_usd.dataset.measure.file import measurement_file
+    from spin_usd.dataset.plan import effort_choice as choosing
+    from spin_usd.dataset.store.measurement_file import measurement_file
     from spin_usd.measuring.measurement import Setting
     from spin_usd.scene.effort import Effort, parse_effort
 
@@ -54,7 +54,7 @@ def _said(effort: str) -> str:
 
 
 def _refuse_raycast(quality: str, effort: "Effort", renderer: str) -> None:
-    from spin_usd.dataset.render import RAYCAST_EFFORT
+    from spin_usd.dataset.render.render import RAYCAST_EFFORT
 
     if renderer == "raycast" and (unused := set(effort.unusual) - RAYCAST_EFFORT):
         found = f"--quality {quality} needs blender: raycast has no {' and no '.join(sorted(unused))}"

@@ -102,7 +102,7 @@ def render(
     as_json: Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
-    from spin_usd.dataset import render as rendering
+    from spin_usd.dataset.render import render as rendering
 
     with shown(context.obj["quiet"]) as progress:
         report = rendering.render(
@@ -136,7 +136,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
-    from spin_usd.dataset.check import check as find
+    from spin_usd.dataset.check.check import check as find
     from spin_usd.scene.view_text import summary
 
     with shown(context.obj["quiet"]) as progress:
@@ -168,7 +168,7 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Make one picture again from its provenance and compare it with the one there."""
-    from spin_usd.dataset.reproduce import reproduce as again
+    from spin_usd.dataset.reproduce.reproduce import reproduce as again
 
     compared, versions = again(dataset, frame, variant=variant)
     if as_json:
@@ -205,7 +205,7 @@ def doctor(
 
 def _warn_of_faults(report: Any, dataset: Path) -> None:
     """Say on standard error how many pictures show little, where any does."""
-    from spin_usd.dataset.tones import counted_faults
+    from spin_usd.dataset.picture.brightness import counted_faults
 
     if text := counted_faults(report.faults, report.made + report.reused):
         print(f"warning: {text}; spin-usd check {dataset} names them", file=sys.stderr)

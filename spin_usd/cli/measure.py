@@ -38,8 +38,8 @@ def measure(
     Another stage or variant takes another --out.
     """
     from spin_usd.dataset.measure.campaign import MeasureRequest
-    from spin_usd.dataset.measure.entry import measure as measured
-    from spin_usd.dataset.measure.file import folder_of
+    from spin_usd.dataset.measure.measure import measure as measured
+    from spin_usd.dataset.store.measurement_file import folder_of
     from spin_usd.measuring.report import in_short
 
     request = MeasureRequest(

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from spin_usd.dataset.stage_path import root_layer
+from spin_usd.dataset.store.stage_path import root_layer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 

@@ -14,8 +14,8 @@ from spin_usd.cli.progress import shown
 from spin_usd.cli.request import show_doubts, with_request
 
 if TYPE_CHECKING:
-    from spin_usd.dataset.matrix import Matrix, Row
-    from spin_usd.dataset.planning import Plan
+    from spin_usd.dataset.plan.make_plan import Plan
+    from spin_usd.dataset.plan.variant_table import Matrix, Row
 
 NAMED = 6  # variants at the most that are told by name
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
@@ -33,14 +33,14 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
-    from spin_usd.dataset import render as rendering
-    from spin_usd.dataset import same_stage
-    from spin_usd.dataset.chosen import doubts
-    from spin_usd.dataset.foreign import foreign_pictures, in_words
-    from spin_usd.dataset.matrix import matrix
-    from spin_usd.dataset.measured_cost import measured_beside
-    from spin_usd.dataset.processors import usable_cpus
-    from spin_usd.dataset.store import Store
+    from spin_usd.dataset.plan.effort_choice import doubts
+    from spin_usd.dataset.plan.measured_cost import measured_beside
+    from spin_usd.dataset.plan.variant_table import matrix
+    from spin_usd.dataset.process.processors import usable_cpus
+    from spin_usd.dataset.render import render as rendering
+    from spin_usd.dataset.render import same_stage
+    from spin_usd.dataset.render.orphans import foreign_pictures, in_words
+    from spin_usd.dataset.store.dataset_folder import Store
     from spin_usd.scene.view_text import sentences, summary
 
     with shown(context.obj["quiet"]) as progress:
@@ -87,7 +87,7 @@ def plan(
 
 def explanation(found: "Plan") -> str:
     """What is left out, why, how surely nothing changes, and of which pictures."""
-    from spin_usd.dataset.explain import KEPT
+    from spin_usd.dataset.plan.skipped_work import KEPT
 
     planned = Counter(picture.variant for picture in found.pictures)
     lines = [
@@ -108,7 +108,7 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
 
 def table(cost: "Matrix") -> str:
     """The matrix in aligned columns: counts are of what no variant above has made; time is of one core."""
-    from spin_usd.dataset.matrix import in_lines
+    from spin_usd.dataset.plan.variant_table import in_lines
     from spin_usd.measuring.tables import in_columns
 
     return in_columns(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])

@@ -72,7 +72,7 @@ def _request(
     image_format: ImageFormat = "png",
 ) -> Any:
     """The RenderRequest of these options."""
-    from spin_usd.dataset.render import RenderRequest
+    from spin_usd.dataset.render.render import RenderRequest
     from spin_usd.labels.label import LABELS
 
     if labels_only and not radiance:

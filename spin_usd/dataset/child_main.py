@@ -38,48 +38,48 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
     measuring: Any = None
 
     def author(**arguments: Any) -> Any:
-        from spin_usd.dataset.author import author_stage
+        from spin_usd.dataset.author.author import author_stage
 
         return author_stage(**arguments).as_json()
 
     def author_example(**arguments: Any) -> Any:
-        from spin_usd.dataset.author import author_example
+        from spin_usd.dataset.author.author import author_example
 
         return author_example(**arguments).as_json()
 
     def augment(**arguments: Any) -> Any:
-        from spin_usd.dataset.augment import augment_stage
+        from spin_usd.dataset.author.augment import augment_stage
 
         return augment_stage(progress=progress, **arguments).as_json()
 
     def parameter_list() -> Any:
-        from spin_usd.dataset.parameter_list import parameter_list as listed
+        from spin_usd.dataset.author.parameter_list import parameter_list as listed
 
         return listed()
 
     def open_plan(**arguments: Any) -> Any:
-        from spin_usd.dataset.plan import open_plan as opened
+        from spin_usd.dataset.plan.in_child import open_plan as opened
 
         return opened(**arguments)
 
     def plan_pictures(**arguments: Any) -> Any:
-        from spin_usd.dataset.plan import plan_pictures as planned
+        from spin_usd.dataset.plan.in_child import plan_pictures as planned
 
         return planned(progress=progress, **arguments)
 
     def check_stage(**arguments: Any) -> Any:
-        from spin_usd.dataset.check_stage import stage_findings
+        from spin_usd.dataset.check.in_child import stage_findings
 
         return stage_findings(progress=progress, **arguments)
 
     def diff(**arguments: Any) -> Any:
-        from spin_usd.dataset.diff_stage import compare
+        from spin_usd.dataset.diff.in_child import compare
 
         return compare(progress=progress, **arguments)
 
     def open_worker(**arguments: Any) -> Any:
         nonlocal worker
-        from spin_usd.dataset.worker import Worker
+        from spin_usd.dataset.render.worker import Worker
 
         worker = Worker(**arguments)
         return worker.versions
@@ -97,12 +97,12 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         return worker.picture(**arguments)
 
     def reproduce(**arguments: Any) -> Any:
-        from spin_usd.dataset.remake import make_again
+        from spin_usd.dataset.reproduce.in_child import make_again
 
         return make_again(**arguments)
 
     def try_renderer(name: str) -> Any:
-        from spin_usd.dataset.worker import open_renderer
+        from spin_usd.dataset.render.worker import open_renderer
 
         renderer = open_renderer(name)
         found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.dataset.atomic import write_atomically
-from spin_usd.dataset.hidden_folder import hidden_folder
-from spin_usd.dataset.schema import read_json
-from spin_usd.dataset.store import Store
+from spin_usd.dataset.store.atomic import write_atomically
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.hidden_folder import hidden_folder
+from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels import preview

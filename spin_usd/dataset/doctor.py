@@ -12,10 +12,10 @@ from pathlib import Path
 import psutil
 
 import spin_usd
-from spin_usd.dataset.child import Child
-from spin_usd.dataset.processors import usable_cpus
-from spin_usd.dataset.render import MEMORY_PER_WORKER, default_workers
-from spin_usd.dataset.versions import LIBRARIES
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.process.versions import LIBRARIES
+from spin_usd.dataset.render.render import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import SpinError
 
 DISK_WANTED = 5 << 30

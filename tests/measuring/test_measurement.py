@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from spin_usd.dataset.schema import read_json
+from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import (
     Execution,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import REPOSITORY, speedplus_camera
 
-from spin_usd.dataset.picture import Stopwatch, make_labels
+from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.raycast import RaycastRenderer

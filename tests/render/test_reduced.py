@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scenes
 
-from spin_usd.dataset.picture import Stopwatch, render_in
+from spin_usd.dataset.picture.make_picture import Stopwatch, render_in
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast import RaycastRenderer
 from spin_usd.render.reduced import enlarged, reduced

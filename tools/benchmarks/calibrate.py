@@ -1,4 +1,4 @@
-"""What the constants of spin_usd.dataset.cost are on this machine, beside those that the file holds.
+"""What the constants of spin_usd.dataset.plan.cost are on this machine, beside those that the file holds.
 
 Pictures of stages that differ in what they need are made by one worker on one core, at several efforts; the seconds of
 each kind of work are then shared out among its units with the least relative deviations, none below nothing, and those
@@ -22,13 +22,13 @@ import three_stages
 from benchmarks.command import asked
 from scipy.optimize import nnls
 
-from spin_usd.dataset.amounts import Making, Method, amounts
-from spin_usd.dataset.cost import EVERYWHERE, TRACING, expected_work
-from spin_usd.dataset.job import Job
-from spin_usd.dataset.picture import Stopwatch
-from spin_usd.dataset.planning import Question, make_plan
-from spin_usd.dataset.processors import hold_to, usable_cpus
-from spin_usd.dataset.render import RenderRequest
+from spin_usd.dataset.picture.make_picture import Stopwatch
+from spin_usd.dataset.plan.cost import EVERYWHERE, TRACING, expected_work
+from spin_usd.dataset.plan.make_plan import Question, make_plan
+from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.process.processors import hold_to, usable_cpus
+from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.render.render import RenderRequest
 from spin_usd.scene.effort import Effort, parse_effort
 from spin_usd.scene.keys import RenderSettings
 
@@ -121,7 +121,7 @@ def author(name: str, out: Path, options: argparse.Namespace) -> Path:
 
 def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sample]:
     """The stage's pictures, the first once more than counts: it starts the renderer."""
-    from spin_usd.dataset.worker import Worker  # here, where processors and clock are chosen
+    from spin_usd.dataset.render.worker import Worker  # here, where processors and clock are chosen
 
     request = RenderRequest(stage=root, effort=effort, renderer=renderer)
     question = Question(

@@ -21,10 +21,10 @@ from benchmarks.peers import start_all
 from benchmarks.spread import shown, spread
 
 from spin_usd import resources
-from spin_usd.dataset.child import Child
-from spin_usd.dataset.job import Job
-from spin_usd.dataset.processors import hold_to, usable_cpus
-from spin_usd.dataset.render import RenderRequest
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.processors import hold_to, usable_cpus
+from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.render.render import RenderRequest
 from spin_usd.scene.effort import parse_effort
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.stage.read.stage_reader import StageReader

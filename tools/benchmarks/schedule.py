@@ -1,4 +1,4 @@
-"""What the constants of spin_usd.dataset.schedule are on this machine, beside those that the file holds.
+"""What the constants of spin_usd.dataset.plan.wall_time are on this machine, beside those that the file holds.
 
 Planning is timed with one picture and with many. A worker is timed from its start to the end of its first picture,
 which is then made again: what it took more is the start. A planet's images are what both take longer with Earth behind.
@@ -21,13 +21,13 @@ from typing import Any
 import three_stages
 from benchmarks.spread import shown, spread
 
-from spin_usd.dataset import schedule
-from spin_usd.dataset.child import Child
-from spin_usd.dataset.job import Job
-from spin_usd.dataset.planning import sharing
-from spin_usd.dataset.processors import usable_cpus
-from spin_usd.dataset.render import RenderRequest, plan
-from spin_usd.dataset.schedule import Work
+from spin_usd.dataset.plan import wall_time
+from spin_usd.dataset.plan.make_plan import sharing
+from spin_usd.dataset.plan.wall_time import Work
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.render.render import RenderRequest, plan
 from spin_usd.scene.keys import RenderSettings
 
 
@@ -49,7 +49,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     measured = {name: spread([each[name] for each in rounds]) for name in rounds[0]}
     return {
         "rounds": options.rounds,
-        "constants": {name: {"file": getattr(schedule, name), "measured": found} for name, found in measured.items()},
+        "constants": {name: {"file": getattr(wall_time, name), "measured": found} for name, found in measured.items()},
     }
 
 

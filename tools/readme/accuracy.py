@@ -5,8 +5,8 @@ from pathlib import Path
 from readme.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
-from spin_usd.dataset.measure.file import read_measurement
 from spin_usd.dataset.measure.savings import EVERYTHING
+from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.measuring.front import Criterion, Outcome
 from spin_usd.measuring.measurement import Measurement, Saving
 from spin_usd.measuring.report import in_full

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import digest
-from spin_usd.dataset.child import HANG_S
-from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
-from spin_usd.dataset.measure.runs import Runs
-from spin_usd.dataset.planning import Progress
+from spin_usd.dataset.measure.renders import Runs
+from spin_usd.dataset.plan.make_plan import Progress
+from spin_usd.dataset.process.child import HANG_S
+from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.errors import InputError
 from spin_usd.measuring.measurement import FORMULAS, Measurement
 from spin_usd.measuring.walk import STEP

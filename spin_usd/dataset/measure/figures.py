@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.measure.runs import Runs
+from spin_usd.dataset.measure.renders import Runs
 from spin_usd.errors import InputError
 from spin_usd.measuring.error import LinearError, Reference, linear_error, standard_error
 from spin_usd.measuring.measurement import Figures, Saving, Setting

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Self
 
-from spin_usd.dataset.child import HANG_S, Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError, ChildInternalError
 from spin_usd.errors import OutputError, RenderError, SpinError
 
 

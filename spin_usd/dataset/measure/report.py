@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from spin_usd.dataset.atomic import write_text
 from spin_usd.dataset.measure.plot import plot
+from spin_usd.dataset.store.atomic import write_text
 from spin_usd.measuring.measurement import Measurement
 from spin_usd.measuring.report import in_full
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, weight
 from spin_usd.dataset.measure.pool import Job, Pool
+from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.measuring.measurement import Failure, Saving
 from spin_usd.measuring.walk import base_effort
 

@@ -9,12 +9,12 @@ from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.figures import MeasuredPicture
-from spin_usd.dataset.measure.peak_memory import watch_memory
-from spin_usd.dataset.measure.runs import Cost, Runs
-from spin_usd.dataset.picture import Stopwatch, make_labels, render_in
-from spin_usd.dataset.processors import hold_to
-from spin_usd.dataset.rendered import in_order
-from spin_usd.dataset.worker import open_renderer
+from spin_usd.dataset.measure.renders import Cost, Runs
+from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels, render_in
+from spin_usd.dataset.picture.render_file import in_order
+from spin_usd.dataset.process.peak_memory import watch_memory
+from spin_usd.dataset.process.processors import hold_to
+from spin_usd.dataset.render.worker import open_renderer
 from spin_usd.labels.label import LABELS
 from spin_usd.measuring.agreement import LabelImages, Sight, agreement
 from spin_usd.measuring.measurement import Setting

@@ -7,7 +7,7 @@ import pytest
 import scenes
 
 from spin_usd.dataset.measure.figures import MeasuredPicture
-from spin_usd.dataset.measure.runs import Cost, Runs
+from spin_usd.dataset.measure.renders import Cost, Runs
 from spin_usd.errors import InputError
 from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting

@@ -11,17 +11,17 @@ from functools import partial
 import pytest
 from conftest import REPOSITORY, speedplus_camera
 
-from spin_usd.dataset.child import HANG_S, Child
-from spin_usd.dataset.job import PlannedPicture
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
-from spin_usd.dataset.measure.entry import measure
 from spin_usd.dataset.measure.execution import ExecutionTask
-from spin_usd.dataset.measure.file import read_measurement
+from spin_usd.dataset.measure.measure import measure
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
-from spin_usd.dataset.measure.runs import Runs
+from spin_usd.dataset.measure.renders import Runs
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
-from spin_usd.dataset.processors import usable_cpus
+from spin_usd.dataset.process.child import HANG_S, Child
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError
 from spin_usd.measuring.measurement import Setting
 from spin_usd.measuring.walk import STEP, settings_to_measure

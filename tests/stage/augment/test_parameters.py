@@ -6,7 +6,7 @@ from dataclasses import fields, is_dataclass
 import numpy as np
 import pytest
 
-from spin_usd.dataset.augment import augment_stage
+from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.content import content
 from spin_usd.stage.augment.parameters import PARAMETERS, UNITS, parameter_named

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from pxr import Sdf
 
-from spin_usd.dataset.augment import augment_stage, spec_names
-from spin_usd.dataset.author import author_stage
-from spin_usd.dataset.hidden_folder import hidden_folder
+from spin_usd.dataset.author.augment import augment_stage, spec_names
+from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.scene.effort import Effort
@@ -23,7 +23,7 @@ POSES = stages() / "examples" / "tango_speedplus_poses.json"
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 CELLS = [name for name in spec_names() if name.startswith("ablation")]
 KILLED = (
-    "import os, pathlib, sys; from spin_usd.dataset.hidden_folder import hidden_folder\n"
+    "import os, pathlib, sys; from spin_usd.dataset.store.hidden_folder import hidden_folder\n"
     "with hidden_folder(pathlib.Path(sys.argv[1]), 'augment', beside='dataset.usda') as hidden:\n"
     "    hidden.beside.write_text('#usda 1.0'); os.kill(os.getpid(), 9)"
 )

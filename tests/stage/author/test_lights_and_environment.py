@@ -3,7 +3,7 @@
 import pytest
 from pxr import Usd
 
-from spin_usd.dataset.author import author_stage
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.scene.light import AreaLight, DistantLight

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdValidation
 
-from spin_usd.dataset.author import author_stage
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage.author.presets import open_preset, preset_by_name, preset_names

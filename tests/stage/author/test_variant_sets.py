@@ -11,7 +11,7 @@ from layers import over_stage
 from PIL import Image
 from pxr import Usd
 
-from spin_usd.dataset.author import author_stage
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.render.surfaces import surfaces_of
 from spin_usd.resources import stages

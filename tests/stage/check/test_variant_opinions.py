@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from layers import over_stage
 
-from spin_usd.dataset.author import author_stage
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.resources import stages
 from spin_usd.stage.check.check_stage import check_stage
 

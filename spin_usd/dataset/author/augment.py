@@ -1,0 +1,156 @@
+"""`spin-usd augment`: a specification's augmentations as variants of a stage."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.author.draw_samples import Pictures, drawn, samples_for
+from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
+from spin_usd.dataset.store.hidden_folder import hidden_folder
+from spin_usd.dataset.store.tree import strange
+from spin_usd.errors import InputError, SpinError
+from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
+from spin_usd.resources import bundled
+from spin_usd.sampling.distribution import Choice, Fixed
+from spin_usd.sampling.sample import distribution_of
+from spin_usd.sampling.stream import stream
+from spin_usd.stage.augment.background import Background, background_of, bring_in
+from spin_usd.stage.augment.parameters import BACKGROUND
+from spin_usd.stage.augment.replace_files import FOLDER, set_name
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
+
+Progress = Callable[[tuple[str, int, int]], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AugmentReport:
+    """root: the root layer's path · augmentations: their names · spec: the specification's."""
+
+    root: str
+    augmentations: tuple[str, ...]
+    spec: str
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def spec_names() -> tuple[str, ...]:
+    """The specifications that travel with spin_usd."""
+    return tuple(bundled("specifications"))
+
+
+def spec_path(given: str) -> Path:
+    """The file of the specification of that name, or the file itself. Raises InputError that lists those there are."""
+    if Path(given).suffix.lower() == ".toml":
+        return Path(given)
+    if given not in spec_names():
+        found = f"there is no specification named {given!r}"
+        raise InputError(found, do=f"name one of {', '.join(spec_names())}, or a .toml file")
+    return bundled("specifications")[given]
+
+
+def augment_stage(
+    *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda told: None
+) -> AugmentReport:
+    """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
+
+    Raises InputError that names the specification, the augmentation and what is wrong in it, or a file that is in the
+    way and not as an earlier run wrote it; then nothing is written.
+    """
+    file, new_root = spec_path(spec), Path(out) if out is not None else None
+    _refuse_replacing(Path(stage).parent / FOLDER, set_name(new_root))
+    specification = read_spec_file(file)
+    made: list[Augmentation] = []
+    for entry in specification.augmentations:
+        counted = _Counted(progress, len(made), len(specification.augmentations))
+        try:
+            made.append(_drawn(Path(stage), specification, entry, file.parent, counted))
+        except SpinError as error:
+            where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
+            raise InputError(error.found, where=where, do=error.do) from None
+    source = Source(name=specification.name, sha256=specification.sha256, seed=specification.seed)
+    root = _written(Path(stage), new_root, made, source)
+    names = tuple(augmentation.name for augmentation in made)
+    return AugmentReport(root=str(root), augmentations=names, spec=specification.name)
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """Tells `progress` how many pictures of `count` augmentations are drawn, of which `before` were drawn already."""
+
+    progress: Progress
+    before: int
+    count: int
+
+    def tell(self, pictures: int, done: int, total: int) -> None:
+        """`done` of `total` is drawn of this augmentation's `pictures`."""
+        drawn_now = self.before * pictures + pictures * done // total
+        self.progress(("drawing: picture", drawn_now, self.count * pictures))
+
+
+def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:
+    """The root layer with the augmentations, written by way of a folder hidden beside it."""
+    with hidden_folder(path.parent, "augment", beside=(out or path).name) as hidden:
+        return write_augmentations(
+            path,
+            out,
+            made,
+            source,
+            work=hidden.folder,
+            trial=hidden.beside,
+            list_files=lambda folder: write_sums(folder, beside=[_layer_of(folder)]),
+        )
+
+
+def _refuse_replacing(layers: Path, name: str) -> None:
+    """Raise InputError where the augmentations `name` in the folder `layers`, or the layer beside them that refers to
+    them, are not all as an earlier run wrote them: a new run replaces them whole."""
+    for node in strange(layers, (name, f"{name}.usda")):
+        raise InputError(f"is a {node.type}, and would be replaced", where=layers / node.name, do="move it elsewhere")
+    layer = _layer_of(layers / name)
+    for file in changed(layers / name, beside=[layer, layers / name]):  # the latter where it is a file
+        and_so = ", and take it out of the root layer's subLayers" if file == layer else ""
+        raise InputError(CHANGED, where=file, do=f"move it elsewhere{and_so}")
+
+
+def _layer_of(folder: Path) -> Path:
+    """The layer that refers to the augmentations in the folder."""
+    return folder.with_name(f"{folder.name}.usda")
+
+
+def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted) -> Augmentation:
+    """One augmentation, all its values drawn."""
+    stage = open_selected(path, entry.select)
+    behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
+    others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
+    samples_for(others)  # what is wrong in the words is said before anything is read
+    background = _background(stage, behind, spec.seed, entry.name, folder)
+    rig = bring_in(stage, background) if background else None
+    base, frames, _ = open_base(stage)
+    what = drawn(
+        base,
+        Pictures(names=frames),
+        others,
+        seed=spec.seed,
+        name=entry.name,
+        constraints=entry.constraints,
+        progress=lambda done, total: counted.tell(len(frames), done, total),
+    )
+    del rig
+    counted.tell(len(frames), 1, 1)
+    return Augmentation(name=entry.name, selections=entry.select, what=what, background=background)
+
+
+def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
+    """The environment that is drawn, if any. Raises InputError for what is no choice of names."""
+    for sample in samples:
+        distribution = distribution_of(sample.words)
+        if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):
+            found = "is not one choice among names for each augmentation"
+            raise InputError(
+                found, where=BACKGROUND, do='give it distribution = "choice", "in_turn" or "fixed", without per or unit'
+            )
+        return background_of(stage, str(distribution.draw(stream(seed, name, BACKGROUND))), folder)
+    return None

@@ -1,0 +1,200 @@
+"""A `sample` table drawn for an opened stage: distributions, units and constraints meet what the stage holds."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.dataset.author.limits import check_ends, cut, within
+from spin_usd.errors import InputError
+from spin_usd.formats.spec_file import SampleEntry
+from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
+from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
+from spin_usd.scene.sky import Sky
+from spin_usd.stage.augment.attribute_change import Base
+from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
+from spin_usd.stage.augment.parameters import parameter_named
+from spin_usd.stage.augment.sampled_values import Opinions, opinions
+from spin_usd.stage.augment.sun_and_planet import read_sky
+
+MOST_TRIES = 1000
+ALWAYS = Constraint(
+    description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
+)
+
+type Tell = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pictures:
+    """Those of a base, by their names · shared: of parameters per frame that pictures share, what they are drawn for;
+    drawn again for a constraint they change together."""
+
+    names: Sequence[str]
+    shared: Shared = field(default_factory=dict)
+
+    def drawn_for(self, parameter: str) -> Sequence[str]:
+        return self.shared.get(parameter, self.names)
+
+
+def drawn(
+    base: Base,
+    pictures: Pictures,
+    entries: Sequence[SampleEntry],
+    *,
+    seed: int,
+    name: str,
+    constraints: Mapping[str, float] | None = None,
+    progress: Tell = lambda done, total: None,
+) -> Opinions:
+    """What the `entries`, drawn for `name`, make of the `pictures` of `base`, whose variants are selected.
+
+    A draw depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on nothing
+    else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    """
+    samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
+    draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
+    draws = _Placing(base, pictures, samples, seed, name).placed(draws, constraints or {})
+    for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
+        for value in values:
+            parameter_named(parameter).check(value)
+    return opinions(base, draws.constant, draws.per_frame, progress)
+
+
+def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
+    """The entries' distributions in the parameters' own units and within their limits. Raises InputError that names
+    the parameter."""
+    return tuple(_sample(entry) for entry in entries)
+
+
+def _sample(entry: SampleEntry) -> Sample:
+    parameter = parameter_named(entry.parameter)
+    if entry.per_frame and not parameter.changes:
+        raise InputError("cannot change from picture to picture", where=parameter.name, do="leave per out")
+    try:
+        distribution = within(distribution_of(entry.words, parameter.factor(entry.unit)), parameter)
+    except InputError as error:
+        raise InputError(error.found, where=entry.parameter, do=error.do) from None
+    return Sample(parameter=entry.parameter, distribution=distribution, per_frame=entry.per_frame)
+
+
+def _on_base(base: Base, sample: Sample) -> Sample:
+    """Within the limits that a factor has by what it multiplies in `base`."""
+    name = sample.parameter
+    if not is_material_factor(name):
+        return sample
+    check_ends(sample.distribution, partial(check_factor, base, name))
+    try:
+        return replace(sample, distribution=cut(sample.distribution, factor_limits(base, name)))
+    except InputError as error:
+        raise InputError(error.found, where=name, do=error.do) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Wanted:
+    """A constraint with its angle, by the name that a specification gives it."""
+
+    name: str
+    degrees: float
+    constraint: Constraint
+
+
+class _Placing:
+    """Draws again, group after group, where constraints are not met."""
+
+    def __init__(self, base: Base, pictures: Pictures, samples: Sequence[Sample], seed: int, name: str) -> None:
+        self._base, self._pictures, self._seed, self._name = base, pictures, seed, name
+        self._samples = {sample.parameter: sample for sample in samples}
+
+    def placed(self, draws: Draws, constraints: Mapping[str, float]) -> Draws:
+        """`draws` with those drawn again that the constraints bear on."""
+        wanted = [_Wanted(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
+        moves_planet = any(parameter in draws for parameter in GROUPS[1])
+        if not wanted and not moves_planet:
+            return draws
+        sky = read_sky(self._base)
+        if moves_planet and sky.planet is not None:  # without one, what is drawn for it is refused by its own name
+            wanted.append(_Wanted(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
+        for want in wanted:
+            _refuse_without(want, sky)
+        last = {want.name: max((i for i, g in enumerate(GROUPS) if self._bears(want, g)), default=0) for want in wanted}
+        for index, group in enumerate(GROUPS):
+            draws = self._group(draws, group, [want for want in wanted if last[want.name] == index], sky)
+        return draws
+
+    def _bears(self, want: _Wanted, group: tuple[str, ...]) -> bool:
+        return any(p in self._samples and p in want.constraint.bears_on for p in group)
+
+    def _group(self, draws: Draws, group: tuple[str, ...], wanted: list[_Wanted], sky: Sky) -> Draws:
+        """Draws what of the group is drawn until all that is wanted holds in all pictures."""
+        drawn = [self._samples[name] for name in group if name in self._samples]
+        moving = [sample for sample in drawn if sample.per_frame] or drawn
+        for again in range(1, MOST_TRIES + 1):
+            unmet = self._unmet(draws, wanted, sky)
+            if unmet is None:
+                return draws
+            if not moving:
+                break
+            draws = self._again(draws, moving, unmet[1], again)
+        want, wrong = unmet or (wanted[0], np.array([0]))
+        what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is drawn,"
+        found = f"no draw of {what} of {MOST_TRIES} meets" if moving else f"{what} does not meet"
+        limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
+        message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
+        raise InputError(message, do="widen what is drawn, or loosen the constraint")
+
+    def _unmet(self, draws: Draws, wanted: list[_Wanted], sky: Sky) -> tuple[_Wanted, np.ndarray] | None:
+        """The first that does not hold, and the indices of the pictures where any does not."""
+        now = _seen(draws, sky)
+        count = len(self._pictures.names)
+        held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
+        for want, holds in zip(wanted, held, strict=True):
+            if not holds.all():
+                return want, np.flatnonzero(~np.logical_and.reduce(held))
+        return None
+
+    def _again(self, draws: Draws, moving: list[Sample], wrong: np.ndarray, again: int) -> Draws:
+        constant, per_frame = dict(draws.constant), dict(draws.per_frame)
+        for sample in moving:
+            if not sample.per_frame:
+                constant[sample.parameter] = draw_one(sample, seed=self._seed, name=self._name, again=again)
+                continue
+            names, column = self._pictures.drawn_for(sample.parameter), per_frame[sample.parameter]
+            values = {
+                own: draw_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
+                for own in dict.fromkeys(names[int(i)] for i in wrong)
+            }
+            per_frame[sample.parameter] = [values.get(own, old) for own, old in zip(names, column, strict=True)]
+        return Draws(constant=constant, per_frame=per_frame)
+
+
+def _refuse_without(want: _Wanted, sky: Sky) -> None:
+    if want.constraint.needs_planet and sky.planet is None:
+        raise InputError(f"{want.name} is asked for, but the stage has no planet", do="select an environment with one")
+    if "sun.direction" in want.constraint.bears_on and sky.sun is None:
+        raise InputError(f"{want.name} is asked for, but the stage has no Sun", do="select lights with one")
+
+
+def _seen(draws: Draws, sky: Sky) -> Sky:
+    """`sky` as it is with what is drawn."""
+    if "sun.direction" in draws:
+        sun = np.array(draws.of("sun.direction"), np.float64)
+        sky = replace(sky, sun=sun / np.linalg.norm(sun, axis=1, keepdims=True))
+    if sky.planet is not None and any(parameter in draws for parameter in GROUPS[1]):
+        sky = replace(sky, planet=_planet(draws, sky.planet, sky.radii[1]))
+    return sky
+
+
+def _planet(draws: Draws, own: Float, longest: float) -> Float:
+    """(N, 3) or (1, 3) where the planet's centre is."""
+    far = np.linalg.norm(own, axis=1, keepdims=True)
+    direction = own / far
+    if "earth.direction" in draws:
+        direction = np.array(draws.of("earth.direction"), np.float64)
+        direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    if "earth.altitude" in draws:
+        far = np.array(draws.of("earth.altitude"), np.float64)[:, None] + longest
+    placed: Float = direction * far
+    return placed

@@ -1,0 +1,29 @@
+"""What differs between two variants of a stage, and which work that makes."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.errors import StageError
+
+Progress = Callable[[str, int, int], None]
+
+
+def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> dict[str, Any]:
+    """The answer of `diff_stage.compare`, from a child of its own."""
+    with Child(memory=stage_memory()) as child:
+        try:
+            answer: dict[str, Any] = child.call(
+                "diff",
+                stage=str(stage.absolute()),
+                before=before,
+                after=after,
+                frames=frames,
+                progress=lambda told: progress(*told),
+                within_s=STAGE_PATIENCE_S,
+            )
+        except ChildDiedError as died:
+            do = "simplify it, or look for what multiplies in it"
+            raise StageError(f"cannot be read: {died.found}", where=stage, do=do) from died
+    return answer

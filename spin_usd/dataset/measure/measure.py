@@ -1,0 +1,186 @@
+"""`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from functools import partial
+from importlib.metadata import version
+from itertools import chain
+from pathlib import Path
+
+from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure.execution import ExecutionTask
+from spin_usd.dataset.measure.picture_task import PictureTask
+from spin_usd.dataset.measure.pool import Kind, Pool
+from spin_usd.dataset.measure.renders import SUBJECT, Runs, is_run, run_name
+from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
+from spin_usd.dataset.plan.make_plan import Plan, Progress, Question, make_plan
+from spin_usd.dataset.plan.work import NOISE
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.machine import machine
+from spin_usd.dataset.process.processors import share_of, usable_cpus
+from spin_usd.dataset.process.versions import library_versions
+from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.store.atomic import write_atomically
+from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
+from spin_usd.dataset.store.measurement_file import FILE, read_measurement
+from spin_usd.dataset.store.tree import NodeType, files, type_of
+from spin_usd.errors import InputError, RenderError
+from spin_usd.measuring.measurement import Measurement
+from spin_usd.measuring.walk import representative
+from spin_usd.scene.effort import Effort
+
+RUNS = "runs"
+OURS = (FILE, TABLES, PLOT, RUNS)
+DECISIVE = ("bpy", "embreex", "opencv-python-headless", "scipy")
+
+
+WITHOUT_NOISE = (
+    "the detector has no noise (spin:sensor:gain is 0), so --error auto, which goes by that noise, will not work with "
+    'this measurement; --error X will; spin:sensor:gain, a preset or an augmentation\'s camera = "rich" gives it noise'
+)
+
+
+def measure(
+    request: MeasureRequest,
+    out: Path,
+    *,
+    workers: int = 1,
+    progress: Progress,
+    on_note: Callable[[str], None] = lambda note: None,
+) -> Measurement:
+    """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
+
+    `workers`: processes that render at once, each with its share of the processors. `on_note` is told, before anything
+    is rendered, what the measurement will not serve for. Raises InputError, also where the
+    folder holds a measurement of another stage or variant, OutputError, and RenderError where no picture could be
+    measured.
+    """
+    if not request.stage.exists():
+        raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
+    folder = out.absolute()
+    _prepare(folder)
+    subject = _subject(request, folder)
+    with Store(root=folder).locked() as lease:
+        runs = Runs(root=folder / RUNS, work=lease.work)
+        _refuse_another(runs, subject, folder)
+        plan = _plan(request, lease.work / "stage", progress)
+        pictures = _chosen(plan, request)
+        if not all(NOISE in picture.features for picture in pictures):
+            on_note(WITHOUT_NOISE)
+        runs.write_result(SUBJECT, subject)
+        starter = partial(_started, plan, runs, lease)
+        campaign = Campaign(
+            request=request,
+            runs=runs,
+            seed=plan.settings.seed,
+            stage=plan.stages[request.variant]["hash"],
+            versions=library_versions() | {name: version(name) for name in DECISIVE},
+            machine=machine(),
+            tally=Tally(progress),
+            pool=lambda count: Pool(count, partial(starter, count), hang_s=request.hang_s),
+        )
+        measurement, keys = _measured(campaign, pictures, workers)
+        _write(folder / FILE, measurement, lease.work)
+        write_report(folder, measurement, work=lease.work)
+        runs.remove_all(but=keys | {SUBJECT})
+    return measurement
+
+
+def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) -> tuple[Measurement, set[str]]:
+    """All that was measured, and the keys of what the next run can use."""
+    smallest = min(pictures, key=lambda each: each.region_pixels)
+    tasks = [PictureTask(campaign, each, savings=each is smallest) for each in pictures]
+    execution = ExecutionTask(campaign, pictures)
+    with campaign.pool(workers) as pool:
+        parts = [task.measured(pool) for task in tasks]
+    failures = [failure for part in parts for failure in part.failures]
+    if not any(part.frames for part in parts):
+        why = f"no picture could be measured: {failures[-1].what}: {failures[-1].reason}"
+        raise RenderError(why, where=failures[-1].frame, do="run spin-usd doctor")
+    executions, failed = execution.measured()
+    whole = campaign.measurement(
+        frames=tuple(chain.from_iterable(part.frames for part in parts)),
+        figures=tuple(chain.from_iterable(part.figures for part in parts)),
+        labels=tuple(chain.from_iterable(part.labels for part in parts)),
+        savings=tuple(chain.from_iterable(part.savings for part in parts)),
+        execution=executions,
+        failures=(*failures, *failed),
+    )
+    return whole, execution.keys.union(*(task.keys for task in tasks))
+
+
+def _prepare(folder: Path) -> None:
+    """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
+    else, or no measurement, OutputError where it is no folder."""
+    held = Store(root=folder).held()
+    refuse_strange(folder, OURS)
+    own = held and type_of(folder / RUNS / run_name(SUBJECT)) is NodeType.FILE
+    runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_run(name))
+    strays = [*(name for name in held if not own or name not in OURS), *runs]
+    if strays:
+        raise InputError(f"holds {strays[0]}, which is of no measurement", where=folder, do="choose an empty folder")
+
+
+def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
+    """What is measured, which stays the same when the stage is edited, or moved with the folder."""
+    root = request.stage.resolve().relative_to(folder.resolve(), walk_up=True)
+    return {"stage": root.as_posix(), "variant": request.variant}
+
+
+def _refuse_another(runs: Runs, subject: Mapping[str, str], folder: Path) -> None:
+    """Raises InputError where the folder holds a measurement of anything but the subject."""
+    held = runs.known(SUBJECT) or subject
+    if held != subject:
+        found = f"holds a measurement of variant {held['variant']} of {held['stage']}"
+        raise InputError(found, where=folder, do="give another folder with --out")
+
+
+def _plan(request: MeasureRequest, copy_to: Path, progress: Progress) -> Plan:
+    question = Question(
+        stage=request.stage,
+        variants=(request.variant,),
+        frames=request.frames,
+        renderer="blender",
+        effort=Effort(),
+        seed=None,
+        image_suffix=None,
+        copy_to=copy_to,
+    )
+    return make_plan(question, processes=len(usable_cpus()), progress=progress)
+
+
+def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
+    """The pictures to measure. Raises InputError where none shows the target."""
+    pixels = {place: picture.region_pixels for place, picture in enumerate(plan.pictures)}
+    chosen = representative(pixels, request.count)
+    if not chosen:
+        do = "choose others with --frames"
+        raise InputError(f"none of the {len(plan.pictures)} pictures shows the target", where=request.stage, do=do)
+    return [plan.pictures[place] for place in chosen]
+
+
+def _started(plan: Plan, runs: Runs, lease: Lease, count: int, number: int, kind: Kind) -> Child:
+    """A process of that kind, the `number`th of `count`."""
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
+    child.send(
+        "open_measuring",
+        stage=str(plan.root),
+        variant=plan.variants[0],
+        folder=str(runs.root),
+        work=str(runs.work),
+        cpus=share_of(number, count),
+        **asdict(kind),
+    )
+    return child
+
+
+def _write(path: Path, measurement: Measurement, work: Path) -> None:
+    """As JSON, which is checked before it is there."""
+
+    def write(temporary: Path) -> None:
+        text = json.dumps(measurement.as_json(), indent=1, allow_nan=False) + "\n"
+        temporary.write_text(text, encoding="utf-8")
+        read_measurement(temporary)
+
+    write_atomically(path, write, work=work)

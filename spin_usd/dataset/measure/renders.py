@@ -1,0 +1,116 @@
+"""What a measurement has made so far, by content: renders with what they cost, and results.
+
+runs/<2>/<key>.exr    a render in unit light (dataset.rendered)
+runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
+
+<2> is the key's start. The JSON is written last, so that where it is all is.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, read_render, write_render
+from spin_usd.dataset.store.atomic import sha256_of, write_atomically, write_json
+from spin_usd.dataset.store.tree import files, remove_emptied, remove_file
+from spin_usd.errors import InputError
+from spin_usd.geometry.region import Region
+from spin_usd.scene.passes import Radiance
+
+SUBJECT = "subject"  # the key of what they are of
+SUFFIXES = (".json", RENDER_SUFFIX)
+NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escape, SUFFIXES))})")
+
+
+def is_run(name: str) -> bool:
+    """Whether a file of that name, relative to the folder, is one of them."""
+    return bool(NAME.fullmatch(name)) or name == run_name(SUBJECT)
+
+
+def run_name(key: str, suffix: str = ".json") -> str:
+    """The name, relative to the folder, of the file of that key."""
+    return f"{key[:2]}/{key}{suffix}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """Of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and whether
+    that process had rendered the same picture with the same effort just before."""
+
+    cpu_s: float
+    wall_s: float
+    memory_bytes: int
+    warm: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """Those in the folder `root`; `work` is for temporary files."""
+
+    root: Path
+    work: Path
+
+    def has(self, key: str) -> bool:
+        """Whether the render of that key is there, every byte verified."""
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            value = self._value(key)
+            Cost(**value["cost"])
+            return sha256_of(self._path(key, RENDER_SUFFIX)) == str(value["sha256"])
+        return False
+
+    def cost(self, key: str) -> Cost:
+        """That of a render that is there."""
+        return Cost(**self._value(key)["cost"])
+
+    def render(self, key: str, region: Region, *, groups: int) -> Radiance:
+        """The render of that key. Raises InputError where it is not there, or damaged."""
+        path = self._path(key, RENDER_SUFFIX)
+        found = read_render(path, region, groups=groups)
+        if found is None:
+            raise InputError("is not the render that was written", where=path, do="run the measurement again")
+        return found
+
+    def keep(self, key: str, radiance: Radiance, cost: Cost) -> None:
+        """Write a render and its cost. Raises OutputError."""
+        write = partial(write_render, radiance=radiance)
+        sha256 = write_atomically(self._path(key, RENDER_SUFFIX), write, work=self.work)
+        self.write_result(key, {"cost": vars(cost), "sha256": sha256})
+
+    def result(self, key: str) -> Path:
+        """The file for the result of that key."""
+        return self._path(key, ".json")
+
+    def known(self, key: str) -> dict[str, Any] | None:
+        """The result of that key; None where it is not there, or damaged."""
+        with suppress(OSError, ValueError):
+            return self._value(key)
+        return None
+
+    def write_result(self, key: str, value: Mapping[str, Any]) -> None:
+        write_json(self._path(key, ".json"), value, work=self.work)
+
+    def remove(self, keys: Iterable[str]) -> None:
+        """Forget these renders and results."""
+        for key in keys:
+            for suffix in SUFFIXES:
+                remove_file(self.root, run_name(key, suffix))
+
+    def remove_all(self, *, but: Iterable[str]) -> None:
+        """Forget all but these, and remove the folders that they leave empty."""
+        keep = set(but)
+        for name in list(files(self.root)):
+            if is_run(name) and PurePosixPath(name).stem not in keep:
+                remove_file(self.root, name)
+                remove_emptied(self.root, name)
+
+    def _value(self, key: str) -> dict[str, Any]:
+        value: dict[str, Any] = json.loads(self._path(key, ".json").read_text(encoding="utf-8"))
+        return value
+
+    def _path(self, key: str, suffix: str) -> Path:
+        return self.root / run_name(key, suffix)

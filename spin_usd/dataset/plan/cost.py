@@ -1,0 +1,131 @@
+"""What making pictures costs: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
+
+The constants were measured on one core of a 2-core x86-64 server by `tools/bench calibrate`, which says what they are
+on another. What a dataset's own runs took beside what was expected of them is kept in its `cache/measured.json`, and
+scales what is expected next.
+"""
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.store.atomic import write_json
+from spin_usd.labels.label import LABELS
+
+Costs = Mapping[str, Mapping[str, float]]
+EVERYWHERE: Costs = {
+    "stage": {"picture": 0.0015},
+    "cache": {"picture": 0.0005, "pixel": 6.5e-8},
+    "files": {"pixel": 2e-8},
+    "labels": {"pixel": 5e-8, "target": 2.5e-7},
+    "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
+    "sensor": {
+        "pixel": 2e-8,
+        "vignetting": 2e-9,
+        "spread": 2e-9,
+        "glare": 3.2e-8,
+        "bloom": 2.7e-8,
+        "noise": 2.6e-8,
+    },
+}
+"""Seconds a unit of each kind of work; see amounts. A dome is taken for a back plate, unmeasured."""
+TRACING: Mapping[str, Costs] = {
+    "blender": {
+        LABEL_PASS: {"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
+        BEAUTY_PASS: {
+            "picture": 0.017,
+            "box": 0.02,
+            "pixel": 3e-7,
+            "beside": 5.3e-7,
+            "target": 1.63e-6,
+            "glossy": 8e-7,
+            "clear": 6e-7,
+            "several lights": 3e-7,
+            "surroundings": 5e-7,
+            "bounced": 4e-7,
+            "sky": 0.02,
+            "group": 1e-7,
+            "denoised fast": 1.5e-6,
+            "denoised balanced": 2.7e-6,
+            "denoised high": 1.4e-5,
+            "enlarged": 1e-7,
+        },
+    },
+    "raycast": {
+        LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
+        BEAUTY_PASS: {"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
+    },
+}
+"""The same of the two passes, by renderer, as `tools/bench calibrate` finds them: units that one of them does not have
+there cost nothing."""
+BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0, "depth": 1.3, "segmentation": 0.03, "dense_pose": 4.0}
+BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
+NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
+CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region
+LEAST_MEASURED_S = 0.05  # of a kind of work, from which it says anything
+
+
+def expected_work(making: Making, method: Method) -> dict[str, float]:
+    """Seconds of one core by kind of work."""
+    costs = {**EVERYWHERE, **TRACING[method.renderer]}
+    return {
+        work: sum(costs[work].get(unit, 0.0) * count for unit, count in units.items())
+        for work, units in amounts(making, method).items()
+    }
+
+
+def expected_bytes(making: Making, method: Method) -> float:
+    """On disk; labels that another picture's file holds already take none."""
+    region, frame = making.picture.region_pixels, method.frame_pixels
+    kinds = [kind for kind in method.kinds if making.label_pass or kind not in LABELS]
+    size = sum(region * BYTES_PER_REGION_PIXEL[kind] + frame * BYTES_PER_FRAME_PIXEL for kind in kinds)
+    if "noise" in making.picture.features and IMAGE in kinds:
+        size += frame * NOISE_BYTES
+    channels = 3 * making.picture.light_groups + 1
+    return size + (region * channels * CACHED_CHANNEL_BYTES if making.render else 0)
+
+
+@dataclass(kw_only=True)
+class Timings:
+    """Seconds of one core by kind of work: what was expected of a dataset's runs, and what they took."""
+
+    expected: dict[str, float] = field(default_factory=dict)
+    taken: dict[str, float] = field(default_factory=dict)
+
+    def add(self, expected: Mapping[str, float], taken: Mapping[str, float]) -> None:
+        """Note a picture."""
+        for sums, more in ((self.expected, expected), (self.taken, taken)):
+            for work, seconds in more.items():
+                sums[work] = sums.get(work, 0.0) + seconds
+
+    def scaled(self, work: Mapping[str, float]) -> dict[str, float]:
+        """`work` as expected, each kind times what it took of what was expected of it."""
+        return {kind: seconds * self._scale(kind) for kind, seconds in work.items()}
+
+    def knows(self, work: str) -> bool:
+        """Whether there was enough of that kind of work to say anything."""
+        return self.expected.get(work, 0.0) >= LEAST_MEASURED_S
+
+    def _scale(self, work: str) -> float:
+        return self.taken.get(work, 0.0) / self.expected[work] if self.knows(work) else 1.0
+
+
+def read_measured(file: Path) -> Timings:
+    """What `write_measured` wrote; nothing where that is not there or damaged."""
+    with suppress(OSError, ValueError, TypeError, AttributeError, KeyError):
+        values = json.loads(file.read_text(encoding="utf-8"))
+        parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]
+        if all(0 <= seconds < float("inf") for part in parts for seconds in part.values()):
+            return Timings(expected=parts[0], taken=parts[1])
+    return Timings()
+
+
+def write_measured(file: Path, of_run: Timings, *, work: Path) -> None:
+    """Add what a run measured to what is kept."""
+    kept = read_measured(file)
+    kept.add(of_run.expected, of_run.taken)
+    write_json(file, asdict(kept), work=work)

@@ -1,0 +1,133 @@
+"""How hard a render tries where it is asked for a result instead, a named quality or an error; and why."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.store.atomic import sha256_of
+from spin_usd.dataset.store.measurement_file import measurement_file, read_measurement
+from spin_usd.errors import InputError
+from spin_usd.measuring.choice import choose
+from spin_usd.measuring.front import Criterion, Outcome
+from spin_usd.measuring.known import known, outcome_of
+from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.scene.effort import QUALITIES, Effort
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basis:
+    """The measurement behind a choice: its file's sha256, and the stage's variant and hash that it is of."""
+
+    sha256: str
+    variant: str
+    stage: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expected:
+    """Of the setting, as measured: the worst picture's relative error in linear light, and the most that it may be; its
+    error after the detector beside the detector's own noise, digital numbers; seconds of one core a picture."""
+
+    error: float
+    error_at_most: float
+    error_dn: float
+    noise_dn: float
+    cpu_s: float
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> "Expected":
+        error, at_most = outcome.error(Criterion.LIGHT)
+        error_dn, noise_dn = outcome.in_image
+        return cls(error=error, error_at_most=at_most, error_dn=error_dn, noise_dn=noise_dn, cpu_s=outcome.cpu_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chosen:
+    """Why a render tries as hard as it does. by: "quality" or "error" · asked: in the user's words · reason: a
+    sentence · basis: the measurement, if there is one, `expected` by it; of a quality also what it `knows`, if this is
+    the stage that was measured."""
+
+    by: str
+    asked: str
+    reason: str
+    basis: Basis | None = None
+    expected: Expected | None = None
+    knows: str = ""
+
+    @property
+    def recorded(self) -> dict[str, str]:
+        """By schema record-1."""
+        said = {"by": self.by, "asked": self.asked, "reason": self.reason}
+        return said | ({"measurement": self.basis.sha256} if self.basis and self.by == "error" else {})
+
+    def as_json(self, stages: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+        """As recorded, with what is expected; of a quality only where one of the `stages` is that measured."""
+        told = self.by == "error" or self.is_of(stages)
+        return self.recorded | ({"expected": asdict(self.expected)} if self.expected and told else {})
+
+    def is_of(self, stages: Mapping[str, Mapping[str, Any]]) -> bool:
+        """Whether the measurement is of one of the `stages`: by variant, what records say of it."""
+        basis = self.basis
+        return basis is not None and basis.variant in stages and stages[basis.variant]["hash"] == basis.stage
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Chosen":
+        """Of what `dataclasses.asdict` made of it."""
+        basis, expected = value["basis"], value["expected"]
+        made = {"basis": basis and Basis(**basis), "expected": expected and Expected(**expected)}
+        return cls(**{**value, **made})
+
+
+def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:
+    """With what the measurement beside the `stage` knows of it. Raises InputError for a name that no quality has."""
+    if name not in QUALITIES:
+        raise InputError(f"there is no quality {name!r}", do=f"choose among {', '.join(QUALITIES)}")
+    effort = QUALITIES[name]
+    chosen = Chosen(by="quality", asked=name, reason=f"the quality {name} is {effort.text}")
+    try:
+        file = measurement_file(stage)
+        measurement = read_measurement(file)
+    except InputError:
+        return effort, chosen
+    outcome = outcome_of(measurement, Setting(renderer=renderer, effort=effort))
+    if outcome is None:
+        return effort, chosen
+    said = f"the quality {name}: {known(measurement, outcome)}"
+    basis = _basis(measurement, file)
+    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), knows=said)
+
+
+def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Setting, Chosen]:
+    """The cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number or
+    "auto". Raises InputError where there is none."""
+    bound = None if asked == "auto" else _number(asked)
+    measurement = read_measurement(file)
+    choice = choose(measurement, error=bound, auto=bound is None, renderer=renderer)
+    basis, expected = _basis(measurement, file), Expected.of(choice.outcome)
+    return choice.setting, Chosen(by="error", asked=asked, reason=choice.reason, basis=basis, expected=expected)
+
+
+def doubts(chosen: Chosen | None, stages: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """What may make errors others than those that were measured, and of a quality what was. `stages`: by variant, what
+    records say of it."""
+    if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):
+        return []
+    basis, said = chosen.basis, [chosen.knows] if chosen.knows else []
+    if basis.variant in stages and not chosen.is_of(stages):
+        said.append("the measurement is of the stage as it was, or of another; run spin-usd measure to have its own")
+    if {*stages} != {basis.variant}:
+        said.append(f"only the variant {basis.variant} was measured; errors in others may be greater")
+    return said
+
+
+def _basis(measurement: Measurement, file: Path) -> Basis:
+    return Basis(sha256=sha256_of(file), variant=measurement.variant, stage=measurement.stage)
+
+
+def _number(asked: str) -> float:
+    with suppress(ValueError):
+        if "_" not in asked:  # which Python allows between digits
+            return float(asked)
+    raise InputError(f"--error is {asked!r}", do="make it a number above 0, such as 0.05 for 5 %, or auto")

@@ -1,0 +1,187 @@
+"""What a run would make: every picture with its keys. Runs in child processes, for it opens the stage.
+
+`open_plan` copies and describes the stage; `plan_pictures` does the long work, of some of the pictures in all variants,
+so that several processes can share it. Pictures come as columns: there may be a million.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.plan.make_plan import COLUMNS
+from spin_usd.dataset.plan.skipped_work import Tally
+from spin_usd.dataset.plan.target_coverage import Coverage
+from spin_usd.dataset.plan.work import features
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.formats import image_file
+from spin_usd.formats.pose_list import slice_of
+from spin_usd.scene.finding import in_sentences
+from spin_usd.scene.keys import KeyMaker, RenderSettings
+from spin_usd.scene.light_groups import Groups
+from spin_usd.scene.model import Scene
+from spin_usd.scene.sensor import Sensor
+from spin_usd.scene.views import ViewCollector
+from spin_usd.stage.author.provenance import origin_of
+from spin_usd.stage.composition.copy_stage import copy_stage
+from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.usd import schema
+
+PROGRESS_EVERY = 500
+
+
+def open_plan(
+    *, stage: str, variants: Sequence[str], frames: str | None, seed: int | None, copy_to: str | None = None
+) -> dict[str, Any]:
+    """What a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names, which of
+    them are chosen, what the stage was made from, and what dataset.json says of the target.
+
+    `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `copy_to`:
+    first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
+    """
+    root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
+    reader = StageReader(root)
+    chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
+    if not chosen:
+        raise InputError(f"--frames {frames} selects none of the {len(reader.frames)} pictures", where=stage)
+    return {
+        "root": str(root),
+        "seed": reader.seed if seed is None else seed,
+        "variants": wanted_variants(variants, reader.variants),
+        "known_variants": list(reader.variants),
+        "names": [frame.name for frame in reader.frames],
+        "chosen": [chosen.start, chosen.stop, chosen.step],
+        "origin": origin_of(reader.stage),
+        "description": _description(reader),
+    }
+
+
+def plan_pictures(
+    *,
+    root: str,
+    variants: Sequence[str],
+    chosen: Sequence[int],
+    settings: Mapping[str, Any],
+    image_suffix: str | None,
+    provenance: Sequence[str],
+    explain: bool,
+    progress: Callable[[Any], None],
+) -> list[dict[str, Any]]:
+    """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
+    named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
+    that. With `explain` also "spared", as Tally.taken has it.
+
+    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
+    pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
+    """
+    extents, rendering = Extents(), RenderSettings.from_json(settings)
+    tally = Tally(rendering) if explain else None
+    answer = []
+    reader: StageReader | None = None
+    for variant in variants:
+        reader = StageReader(root, variant=variant, after=reader)
+        views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
+        planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, views, tally, progress)
+        stage = stage_provenance(reader) if variant in provenance else None
+        spared, notes = tally.taken() if tally else [], in_sentences(reader.notes)
+        seen = views.views()
+        told = {"spared": spared, "notes": notes, "views": seen.as_json() if seen else None}
+        answer.append({"variant": variant, "stage": stage, **told, **planned})
+    return answer
+
+
+class Extents:
+    """What each picture's target covers; variants with the same geometry and sharpness share it."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, list[int]] = {}
+        self._coverage = Coverage()
+
+    def of(self, scene: Scene, geometry: str) -> list[int]:
+        """Columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how many
+        pixels of it lie within the target's outline and show it."""
+        if not scene.blurred and geometry in self._known:
+            return self._known[geometry]
+        region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
+        found = [region.x0, region.y0, region.x1, region.y1, round(scene.outline_pixels), target]
+        if not scene.blurred:
+            self._known[geometry] = found
+        return found
+
+
+def stage_provenance(reader: StageReader) -> dict[str, Any]:
+    """What a record says of the stage that made its picture, but its place."""
+    return {"hash": reader.stage_hash, "files": reader.used_files, "variants": reader.variant_selections}
+
+
+def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Those of the `known` variants that the names and patterns `asked` choose, each once; nominal for none asked.
+
+    Raises InputError for a name or pattern that chooses none.
+    """
+    if list(asked) == ["all"]:
+        return list(known)
+    found: list[str] = []
+    for pattern in asked:
+        matched = [variant for variant in known if fnmatchcase(variant, pattern)]
+        if not matched:
+            raise InputError(f"the stage has no variant {pattern!r}", do=f"choose among {', '.join(known)}, or all")
+        found += matched
+    return list(dict.fromkeys(found)) or [known[0]]
+
+
+def _planned(
+    reader: StageReader,
+    chosen: range,
+    settings: RenderSettings,
+    image_suffix: str | None,
+    extents: Extents,
+    views: ViewCollector,
+    tally: Tally | None,
+    progress: Callable[[Any], None],
+) -> dict[str, list[Any]]:
+    """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
+    maker = KeyMaker(settings)
+    columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+    checked: Sensor | None = None
+    for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
+        scene = reader.scene(frame)
+        if image_suffix and scene.sensor is not checked:
+            checked = scene.sensor
+            _check_bit_depth(reader, scene, image_suffix)
+        views.add(scene)
+        keys = maker.keys(scene)
+        extent, has = extents.of(scene, keys.geometry), features(scene)
+        if tally:
+            tally.add(scene, keys.radiance, has)
+        row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
+        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has, frame.source_file), strict=True):
+            columns[name].append(value)
+        if done % PROGRESS_EVERY == 0:
+            progress(PROGRESS_EVERY)
+    progress(len(columns["index"]) % PROGRESS_EVERY)
+    return columns
+
+
+def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
+    """Raise UnsupportedError where image files of that kind cannot hold the sensor's numbers."""
+    bits = scene.sensor.bit_depth
+    if f"uint{bits}" not in image_file.KINDS[image_suffix]:
+        found = f"is {bits}, which {image_suffix} files cannot hold (picture {reader.variant}/{scene.frame.name})"
+        do = "choose --image-format png, or make it 8"
+        raise UnsupportedError(found, where=f"{reader.camera_path}.{schema.SENSOR['bit_depth']}", do=do)
+
+
+def _description(reader: StageReader) -> dict[str, Any]:
+    """What dataset.json says of the target."""
+    scene = reader.scene(reader.frames[0])
+    target = scene.target
+    return {
+        "target": target.name,
+        "parts": {str(p.id): {"path": p.path, "class": p.class_name, "name": p.name} for p in target.parts},
+        "keypoints": {
+            name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)
+        },
+        "camera": [scene.camera.width, scene.camera.height],
+        "channels": scene.sensor.channels,
+    }

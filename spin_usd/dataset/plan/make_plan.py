@@ -1,0 +1,191 @@
+"""The supervising side of a plan: the stage is read in child processes, which share out the pictures."""
+
+import selectors
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.plan.skipped_work import Spared, spared
+from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.errors import SpinError, StageError
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.keys import RenderSettings
+from spin_usd.scene.views import Views, together
+
+KEYS = ("geometry", "radiance", "exposure")
+COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
+SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
+STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
+
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many are done and how many there are."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Question:
+    """What a plan is asked: the stage, the variants and the slice of its pictures wanted (as `--frames`), how they are
+    to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage to first.
+    `explain`: what of the work the scenes do not need."""
+
+    stage: Path
+    variants: tuple[str, ...]
+    frames: str | None
+    renderer: str
+    effort: Effort
+    seed: int | None
+    image_suffix: str | None
+    copy_to: Path | None = None
+    explain: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """What the stage holds and what a run would make of it.
+
+    root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
+    pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
+    dataset.json says of the target · pictures: by variant, then in the stage's order · spared: what of their work they
+    do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says ·
+    views: what the pictures show.
+    """
+
+    root: Path
+    settings: RenderSettings
+    variants: tuple[str, ...]
+    known_variants: tuple[str, ...]
+    names: tuple[str, ...]
+    stages: Mapping[str, Mapping[str, Any]]
+    origin: Mapping[str, Any]
+    description: Mapping[str, Any]
+    pictures: tuple[PlannedPicture, ...]
+    spared: tuple[Spared, ...] = ()
+    notes: tuple[str, ...] = ()
+    views: Views | None = None
+
+
+def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
+    """Read the stage in children: one that was made to harm ends those, and nothing else. Raises what they raise, and
+    StageError where they die of it."""
+    try:
+        return _plan(question, processes, progress)
+    except ChildDiedError as died:
+        do = "simplify it, or look for what multiplies in it"
+        raise StageError(f"cannot be read: {died.found}", where=question.stage, do=do) from died
+    except SpinError as e:
+        if question.copy_to is None or e.where is None:
+            raise
+        where = str(e.where).replace(str(question.copy_to), str(question.stage.parent))  # the user's file, not our copy
+        raise type(e)(e.found, where=where, do=e.do) from e
+
+
+def _plan(question: Question, processes: int, progress: Progress) -> Plan:
+    with ExitStack() as stack:
+        first = stack.enter_context(Child(memory=stage_memory()))
+        opened = first.call(
+            "open_plan",
+            stage=str(question.stage.absolute()),
+            variants=question.variants,
+            frames=question.frames,
+            seed=question.seed,
+            copy_to=str(question.copy_to) if question.copy_to else None,
+            within_s=STAGE_PATIENCE_S,
+        )
+        settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
+        chosen, variants = range(*opened["chosen"]), opened["variants"]
+        count = sharing(len(chosen) * len(variants), processes)
+        children = [first, *(stack.enter_context(Child(memory=stage_memory())) for _ in range(count - 1))]
+        for number, child in enumerate(children):
+            child.send(
+                "plan_pictures",
+                root=opened["root"],
+                variants=variants,
+                chosen=_part(chosen, number, count),
+                settings=asdict(settings),
+                image_suffix=question.image_suffix,
+                provenance=variants[number::count],
+                explain=question.explain,
+            )
+        answers = _answers(children, lambda done: progress("planning: picture", done, len(chosen) * len(variants)))
+    parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
+    return Plan(
+        root=Path(opened["root"]),
+        settings=settings,
+        variants=tuple(variants),
+        known_variants=tuple(opened["known_variants"]),
+        names=tuple(opened["names"]),
+        stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
+        origin=opened["origin"],
+        description=opened["description"],
+        pictures=tuple(_pictures(answers)),
+        notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
+        views=together([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
+        spared=spared((part["variant"], part["spared"]) for part in parts_in_order),
+    )
+
+
+def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
+    """The `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
+    bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
+    part = chosen[bounds[0] : bounds[1]]
+    return part.start, part.stop, part.step
+
+
+def sharing(pictures: int, processes: int) -> int:
+    """How many of so many processes share the planning of so many pictures, in all their variants."""
+    return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
+
+
+def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any]:
+    """What each child answers, in their order. Where one fails all are ended."""
+    answers: dict[int, Any] = {}
+    done = 0
+    try:
+        with selectors.DefaultSelector() as selector:
+            for number, child in enumerate(children):
+                selector.register(child, selectors.EVENT_READ, number)
+            while selector.get_map():
+                ready = selector.select(timeout=STAGE_PATIENCE_S)
+                if not ready:
+                    raise ChildDiedError(f"the worker processes gave no answer within {STAGE_PATIENCE_S:g} s")
+                for key, _ in ready:
+                    for answer in children[key.data].received():
+                        done += answer.get("progress", 0)
+                        if "result" in answer:
+                            answers[key.data] = answer["result"]
+                            selector.unregister(key.fileobj)
+                progress(done)
+    except BaseException:
+        for child in children:
+            child.kill()
+        raise
+    return [answers[number] for number in range(len(children))]
+
+
+def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
+    """All pictures; equal keys are one string, for most are those of the variant before."""
+    known: dict[str, str] = {}
+    alike: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for parts in zip(*answers, strict=True):  # of one variant
+        for part in parts:
+            for index, frame, time_code, *keys, extent, groups, features, source_file in zip(
+                *(part[name] for name in COLUMNS), strict=True
+            ):
+                geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
+                yield PlannedPicture(
+                    variant=part["variant"],
+                    index=index,
+                    frame=known.setdefault(frame, frame),
+                    time_code=time_code,
+                    geometry=geometry,
+                    radiance=radiance,
+                    exposure=exposure,
+                    region=tuple(extent[:4]),
+                    outline_pixels=extent[4],
+                    target_pixels=extent[5],
+                    light_groups=groups,
+                    features=alike.setdefault(tuple(features), tuple(features)),
+                    source_file=known.setdefault(source_file, source_file),
+                )

@@ -1,0 +1,80 @@
+"""What is left out of pictures because their scenes do not need it, and why: what `plan --explain` says."""
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
+from spin_usd.render.facts import Facts
+from spin_usd.render.left_out import BITS, LeftOut, left_out
+from spin_usd.scene.keys import RenderSettings
+from spin_usd.scene.model import Scene
+
+RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS = "render", "background", "optics", "detector", "labels"
+NOWHERE, NONE = "the target is nowhere else", "the stage has none"
+ONE_RAY = "a label is of the face that one ray through the pixel's centre meets"
+ABSENT: Sequence[tuple[str, str, str, Callable[[Scene], bool]]] = (
+    (RENDER, "pixels outside the target's region", NOWHERE, lambda scene: scene.picture_region != scene.camera.frame),
+    (RENDER, "depth of field", "the camera is a pinhole", lambda scene: scene.thin_lens is None),
+    (RENDER, "motion blur", "the exposure is an instant", lambda scene: scene.shutter is None),
+    (DETECTOR, "metering", "the exposure is given", lambda scene: scene.sensor.auto_exposure is None),
+    (LABELS, "light, materials, samples and blur", ONE_RAY, lambda _: True),
+)
+"""Outside the path tracer: part of the work, what, why, and whether a scene goes without."""
+FEATURES = ((BACKGROUND, BEHIND, NONE), (OPTICS, THROUGH_OPTICS, NONE), (DETECTOR, (NOISE,), "its gain is not set"))
+"""Likewise, where what is one of amounts.features."""
+KEPT = "geometry is not simplified: labels need every face as it is, and the picture shows the same"
+
+Item = tuple[str, str, str, str]
+"""A part of the work, and LeftOut's what, why and same."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spared:
+    """Something left out of `part` of the work (see LeftOut); pictures: in how many of each variant that has any."""
+
+    part: str
+    what: str
+    why: str
+    same: str
+    pictures: Mapping[str, int]
+
+
+class Tally:
+    """Counts what the pictures of a variant go without."""
+
+    def __init__(self, settings: RenderSettings) -> None:
+        self._settings = settings
+        self._counts: Counter[Item] = Counter()
+        self._known: dict[str, tuple[LeftOut, ...]] = {}
+
+    def add(self, scene: Scene, radiance: str, has: Collection[str]) -> None:
+        """Note the picture of `scene`, whose radiance key is given, and what it `has` of amounts.features."""
+        self._counts.update((part, what, why, BITS) for part, what, why, spared in ABSENT if spared(scene))
+        self._counts.update(
+            (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has
+        )
+        if self._settings.renderer != "blender":
+            return
+        if radiance not in self._known:
+            self._known[radiance] = left_out(Facts(scene=scene, effort=self._settings.effort))
+        self._counts.update((RENDER, each.what, each.why, each.same) for each in self._known[radiance])
+
+    def taken(self) -> list[Any]:
+        """As JSON, items and their counts; the next variant starts at none."""
+        counts, self._counts = self._counts, Counter()
+        return [[*item, count] for item, count in counts.items()]
+
+
+def spared(counted: Iterable[tuple[str, Sequence[Any]]]) -> tuple[Spared, ...]:
+    """Of variants and what `Tally.taken` said of some of their pictures; in order of parts, then of first mention."""
+    found: dict[Item, Counter[str]] = {}
+    for variant, items in counted:
+        for part, what, why, same, count in items:
+            found.setdefault((part, what, why, same), Counter())[variant] += count
+    parts = (RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS)
+    return tuple(
+        Spared(part=part, what=what, why=why, same=same, pictures=dict(counts))
+        for (part, what, why, same), counts in sorted(found.items(), key=lambda pair: parts.index(pair[0][0]))
+    )

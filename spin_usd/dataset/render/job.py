@@ -1,0 +1,63 @@
+"""What a run is asked to do, as the supervising process and its children tell each other."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.dataset.plan.effort_choice import Chosen
+from spin_usd.scene.keys import RenderSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """A run over the stage copied into the dataset `root`. work: the folder of its temporary files · chosen: why the
+    effort is what it is, for the records."""
+
+    root: str
+    work: str
+    stage: str
+    image_suffix: str
+    settings: RenderSettings
+    chosen: Chosen | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> "Job":
+        settings, chosen = RenderSettings.from_json(value["settings"]), value["chosen"]
+        return cls(**{**value, "settings": settings, "chosen": Chosen.from_json(chosen) if chosen else None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedPicture:
+    """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, how many
+    of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
+    (see amounts.features), and the file that its pose was given for, "" where there is none."""
+
+    variant: str
+    index: int
+    frame: str
+    time_code: float
+    geometry: str
+    radiance: str
+    exposure: str
+    region: tuple[int, int, int, int]
+    outline_pixels: int
+    target_pixels: int
+    light_groups: int
+    features: tuple[str, ...]
+    source_file: str = ""
+
+    @property
+    def region_pixels(self) -> int:
+        x0, y0, x1, y1 = self.region
+        return max(x1 - x0, 0) * max(y1 - y0, 0)
+
+    @property
+    def keys(self) -> dict[str, str]:
+        return {"geometry": self.geometry, "radiance": self.radiance, "exposure": self.exposure}
+
+    @property
+    def name(self) -> str:
+        return f"{self.variant}/{self.frame}"

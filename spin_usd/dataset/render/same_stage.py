@@ -1,0 +1,53 @@
+"""Whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
+
+A stage is the same while `author` made it from the same files with the same options, and one that `author` did not make
+while its root layer's name is the same: what dataset.json keeps as its origin.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from spin_usd.dataset.plan.make_plan import Plan
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.tree import NodeType, type_of
+from spin_usd.errors import InputError
+
+ROOT = "root"  # of a stage that `author` did not make
+
+
+def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
+    """By name, what the planned stage was made from other than the dataset's own was; none where it is the same stage,
+    or none of the dataset's pictures is one that it has."""
+    if type_of(store.description) is not NodeType.FILE:
+        return ()
+    names, variants = set(plan.names), set(plan.known_variants)
+    if not any(path.stem in names and path.parent.name in variants for path in store.records()):
+        return ()
+    return differences(read_json(store.description, "dataset-1"), plan)
+
+
+def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
+    """By name, what the planned stage was made from other than that of a dataset with this dataset.json was."""
+    before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
+    return tuple(sorted(name for name in {*before, *now} if before.get(name) != now.get(name)))
+
+
+def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
+    """What decides pictures of that origin, by name: of files their bytes alone, whatever they are called."""
+    files = {name: file["sha256"] for name, file in origin.get("inputs", {}).items()}
+    root = {ROOT: origin[ROOT]} if ROOT in origin else {}
+    return files | dict(origin.get("options", {})) | root
+
+
+def in_words(other: Sequence[str]) -> str:
+    """What the dataset does with the pictures: what differs is named as the options of `author`."""
+    names = ["root layer" if name == ROOT else f"--{name.replace('_', '-')}" for name in other]
+    return f"holds pictures of another stage, which differs in: {', '.join(names)}"
+
+
+def refuse(store: Store, other: Sequence[str]) -> None:
+    """Raise InputError where there is any."""
+    if other:
+        do = "choose another folder, or add --replace, which removes them all"
+        raise InputError(in_words(other), where=store.root, do=do)

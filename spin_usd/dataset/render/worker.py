@@ -1,0 +1,287 @@
+"""A worker: one renderer kept open, pictures made one after another, each written and recorded."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+from numpy.typing import NDArray
+
+from spin_usd.dataset.picture.brightness import faults
+from spin_usd.dataset.picture.make_picture import (
+    IMAGE,
+    RADIANCE,
+    Stopwatch,
+    image_tones,
+    make_image,
+    make_labels,
+    render_in,
+)
+from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
+from spin_usd.dataset.plan.in_child import stage_provenance
+from spin_usd.dataset.process.processors import hold_to
+from spin_usd.dataset.process.versions import library_versions
+from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
+from spin_usd.dataset.store.cache import RENDERS, Cache, Entry
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.tree import remove_file
+from spin_usd.dataset.store.unfinished import recorded_files
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.formats.image_file import write_image
+from spin_usd.labels.label import LABELS
+from spin_usd.render.renderer import Renderer
+from spin_usd.scene.channels import Channels
+from spin_usd.scene.keys import KeyMaker, picture_seed, render_seed
+from spin_usd.scene.light_groups import in_unit_light
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance
+from spin_usd.scene.sunlight import Sunlight, sunlight
+from spin_usd.stage.read.stage_reader import StageReader
+
+WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
+
+
+class Worker:
+    """Lives in a child process. `cpus`: the processors that it may use."""
+
+    def __init__(self, *, job: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
+        if cpus:
+            hold_to(cpus)
+        self.job = Job.from_json(job)
+        self.store, self.work = Store(root=Path(self.job.root)), Path(self.job.work)
+        self.renderer = open_renderer(self.job.settings.renderer)
+        self.versions = library_versions() | self.renderer.versions()
+        self.cache = Cache(root=self.store.cache, versions=self.versions, work=self.work)
+        self._reader: StageReader | None = None
+        self._keys = KeyMaker(self.job.settings)
+
+    def picture(self, *, variant: str, index: int, kinds: Sequence[str], keep_render: bool = True) -> dict[str, Any]:
+        """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
+        with `keep_render`. One that fails leaves none of the files that it wrote, but those in the cache.
+
+        Returns the seconds spent by kind of work, the memory now used, of the "passes" that it needed, "labels" and
+        "render", whether each was "made" now or is "shared" with others, and the picture's "faults" (dataset.tones).
+        """
+        watch = Stopwatch()
+        with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
+            reader = self.reader(variant)
+            scene = reader.scene(reader.frames[index])
+        making = _Making(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
+        before = self.withdraw(variant, scene.frame.name)
+        files = self._write_all(making, keep_render=keep_render)
+        with watch("files"):
+            record = make_record(reader, making, self.job, files, self.versions)
+            write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
+            had = recorded_files(before, variant, scene.frame.name).values()
+            for stale in set(had) - {entry["path"] for entry in files.values()}:
+                remove_file(self.store.root, stale)
+        memory = psutil.Process().memory_info().rss
+        return {"seconds": watch.seconds, "memory": memory, "passes": making.passes, "faults": faults(record)}
+
+    def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, Any]]:
+        """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
+        without a record they would be nobody's."""
+        writing: dict[str, Future[dict[str, Any]]] = {}
+        try:
+            with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
+                self._labels(making, writers, writing)
+                kept = self._image(making, writers, writing, keep_render=keep_render)
+                with making.watch("files"):
+                    kept.result()
+                    return {kind: written.result() for kind, written in writing.items()}
+        except Exception:
+            for written in writing.values():
+                if written.exception() is None:
+                    remove_file(self.store.root, written.result()["path"])
+            raise
+
+    def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
+        """The labels: those that the cache has, and one pass for those that it has not."""
+        wanted = [kind for kind in LABELS if kind in making.kinds]
+        key = making.keys["geometry"]
+        with making.watch("cache"):
+            found = {kind: entry for kind in wanted if (entry := self.cache.find(kind, key))}
+        for kind, entry in found.items():
+            writing[kind] = writers.submit(self._link, making.scene, entry)
+        missing = [kind for kind in wanted if kind not in found]
+        if missing:
+            for kind, array, channels in make_labels(making.scene, self.renderer, missing, making.watch):
+                writing[kind] = writers.submit(self._label, making.scene, key, kind, array, channels)
+        if wanted:
+            making.passes["labels"] = "made" if missing else "shared"
+
+    def _image(
+        self,
+        making: "_Making",
+        writers: Executor,
+        writing: dict[str, Future[dict[str, Any]]],
+        *,
+        keep_render: bool,
+    ) -> Future[Any]:
+        """The image and the radiance file, from the cache's render or a new one; the result tells when that is kept."""
+        kept: Future[Any] = Future()
+        kept.set_result(None)
+        if IMAGE not in making.kinds and RADIANCE not in making.kinds:
+            return kept
+        scene, settings, key = making.scene, self.job.settings, making.keys["radiance"]
+        light = in_unit_light(scene)
+        with making.watch("cache"):
+            rendered = self._cached_render(key, scene, groups=len(light.gains))
+        making.passes["render"] = "shared" if rendered else "made"
+        if rendered is None:
+            rendered = in_order(render_in(light, self.renderer, settings, making.watch))
+            if keep_render:
+                write = partial(write_render, radiance=rendered)
+                kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
+        radiance = rendered.relit(light.gains)
+        for kind, array, channels in make_image(scene, radiance, settings, making.kinds, making.watch, making.notes):
+            if kind == IMAGE:
+                making.tones = image_tones(scene, radiance, array)
+            writing[kind] = writers.submit(self._write, scene, kind, array, channels)
+        return kept
+
+    def _cached_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
+        entry = self.cache.find(RENDERS, key)
+        return read_render(entry.path, scene.picture_region, groups=groups) if entry else None
+
+    def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
+        """Write one file; returns its entry in the record."""
+        path = self._path(scene, kind)
+        digest = write_atomically(path, _writing(kind, array, channels), work=self.work)
+        return {"path": self.store.relative(path), "sha256": digest, **channels.described}
+
+    def _label(self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
+        """Write one label into the cache and link it; returns its entry in the record."""
+        return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, _writing(kind, array, channels)))
+
+    def _link(self, scene: Scene, cached: Entry) -> dict[str, Any]:
+        """Link one label; returns its entry in the record."""
+        kind = cached.purpose.kind
+        path = self._path(scene, kind)
+        link_atomically(path, cached.path, work=self.work)
+        return {"path": self.store.relative(path), "sha256": cached.sha256, **LABELS[kind].channels.described}
+
+    def _path(self, scene: Scene, kind: str) -> Path:
+        suffix = suffix_of(kind, self.job.image_suffix)
+        return self.store.file(kind, scene.frame.variant, scene.frame.name, suffix)
+
+    def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
+        """Remove a picture's old record, so that none ever describes files being replaced; returns it, or {} where
+        there was none."""
+        path = self.store.record(variant, frame)
+        try:
+            record = read_json(path, "record-1")
+        except InputError:
+            record = {}
+        remove_file(self.store.root, self.store.relative(path))
+        return record
+
+    def reader(self, variant: str) -> StageReader:
+        """The stage in that variant. One is kept: pictures come ordered by variant."""
+        if self._reader is None or self._reader.variant != variant:
+            self._reader = StageReader(self.store.root / self.job.stage, variant=variant, after=self._reader)
+        return self._reader
+
+
+@dataclass(kw_only=True)
+class _Making:
+    """A picture while it is made: its scene, kinds of file and keys; the time that it takes, which passes were made or
+    shared, and what its record must say of them and of the target's tones."""
+
+    scene: Scene
+    kinds: Sequence[str]
+    keys: Mapping[str, str]
+    watch: Stopwatch
+    passes: dict[str, str] = field(default_factory=dict)
+    notes: dict[str, float] = field(default_factory=dict)
+    tones: dict[str, Any] | None = None
+
+
+def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
+    """What writes a file of that `kind`."""
+    return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
+
+
+def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
+    """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders whole frames instead of the
+    target's part of them, to the same bytes; with `keep` it does work that the scene does not need, to the same picture
+    as surely as each rule says (left_out.LeftOut.same)."""
+    if name == "raycast":
+        from spin_usd.render.raycast import RaycastRenderer
+
+        return RaycastRenderer()
+    if name == "blender":
+        from spin_usd.render.blender.renderer import BlenderRenderer
+
+        return BlenderRenderer(crop=crop, keep=keep)
+    raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
+
+
+def suffix_of(kind: str, image_suffix: str) -> str:
+    """The file name extension of a kind of file."""
+    if kind == IMAGE:
+        return image_suffix
+    return ".exr" if kind == RADIANCE else LABELS[kind].suffix
+
+
+def make_record(
+    reader: StageReader, making: _Making, job: Job, files: dict[str, Any], versions: dict[str, str]
+) -> dict[str, Any]:
+    """The picture's record, by schema record-1."""
+    scene = making.scene
+    camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
+    sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
+    return {
+        "schema": "record-1",
+        "frame": scene.frame.name,
+        "index": scene.frame.index,
+        "variant": reader.variant,
+        **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
+        "target": {"name": scene.target.name, "range": float(np.linalg.norm(pose.translation))},
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            "fx": camera.fx,
+            "fy": camera.fy,
+            "cx": camera.cx,
+            "cy": camera.cy,
+            "distortion": list(camera.distortion),
+        },
+        "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        **({"sun": recorded_sun(sun)} if sun else {}),
+        **({"tones": making.tones} if making.tones else {}),
+        "files": files,
+        "provenance": {
+            "stage": {"root": job.stage, **stage_provenance(reader)},
+            "keys": making.keys,
+            "render": {
+                "renderer": job.settings.renderer,
+                "effort": asdict(job.settings.effort),
+                "region": [region.x0, region.y0, region.x1, region.y1],
+                **({"chosen": job.chosen.recorded} if job.chosen else {}),
+            },
+            "time_code": scene.frame.time_code,
+            "seed": {
+                "dataset": job.settings.seed,
+                "render": render_seed(scene, job.settings),
+                "picture": picture_seed(scene, job.settings),
+            },
+            "versions": versions,
+            **making.notes,
+        },
+    }
+
+
+def recorded_sun(sun: Sunlight) -> dict[str, Any]:
+    """What the record says of it."""
+    return {
+        "towards_cam": sun.towards_cam.tolist(),
+        "towards_body": sun.towards_body.tolist(),
+        "obscured": sun.obscured,
+    }

@@ -1,0 +1,143 @@
+"""What was computed once and serves every picture that needs it, within the dataset: renders and labels by content.
+
+cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
+cache/<label>/<2>/<geometry key>.<versions>.<sha256>.<...>  hard links of the pictures' own label files
+
+<2> is the key's start, <versions> the start of a digest of the software that made it: another Blender's never serves.
+A file's name holds the digest of its bytes, so a name cannot come apart from its file, and nothing is served or removed
+that is not what was written; what was damaged is made again under the same name. A picture's bytes are the same with
+any cache and with none: the whole folder may be deleted when no run is on.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.arrays import digest
+from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.store.atomic import sha256_of, write_atomically
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.tree import NodeType, files, remove_emptied, remove_file, type_of
+from spin_usd.labels.label import LABELS
+
+RENDERS = "renders"
+CACHED = (RENDERS, *LABELS)
+MEASURED = "measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+VERSION_DIGITS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Purpose:
+    """What a cached file is good for: its kind, the picture's key of that kind, and the software's digest."""
+
+    kind: str
+    key: str
+    versions: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """A cached file, the `sha256` that its bytes must have, and what it is good for."""
+
+    purpose: Purpose
+    sha256: str
+    path: Path
+
+    @property
+    def whole(self) -> bool:
+        """Whether the file is the one that was written."""
+        try:
+            return sha256_of(self.path) == self.sha256
+        except OSError:
+            return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cache:
+    """The cache in the folder `root`, for results of the software with these `versions`, names and numbers;
+    `work` is for temporary files."""
+
+    root: Path
+    versions: Mapping[str, str]
+    work: Path
+
+    def find(self, kind: str, key: str) -> Entry | None:
+        """The file of that kind and key, every byte verified."""
+        wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
+        found = _entries(self.root, f"{kind}/{key[:2]}")
+        return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
+
+    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> Entry:
+        """The file that `write` fills, kept from now on. Raises as write_atomically does."""
+        purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
+
+        def place(sha256: str) -> Path:
+            return self.root / kind / key[:2] / f"{key}.{purpose.versions}.{sha256}{suffix}"
+
+        sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, work=self.work, place=place)
+        return Entry(purpose=purpose, sha256=sha256, path=place(sha256))
+
+
+def made_by(versions: Mapping[str, str], kind: str) -> str:
+    """What stands in the names of files of that `kind` that software of these versions made: of labels also how they
+    are written, for the same surface in other channels is another file."""
+    written = [LABELS[kind].channels.header(kind)] if kind in LABELS else []
+    return digest(dict(versions), *written)[:VERSION_DIGITS]
+
+
+def entries(store: Store) -> Iterator[Entry]:
+    """All files of the dataset's cache, unverified."""
+    if type_of(store.cache) is NodeType.FOLDER:
+        for kind in CACHED:
+            yield from _entries(store.cache, kind)
+
+
+def held_keys(store: Store) -> dict[str, set[str]]:
+    """Keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
+    held: dict[str, set[str]] = {kind: set() for kind in CACHED}
+    for entry in entries(store):
+        held[entry.purpose.kind].add(entry.purpose.key)
+    return held
+
+
+def uses(record: Mapping[str, Any]) -> set[Purpose]:
+    """What a picture with this `record` (record-1) was, or could have been, made from."""
+    provenance, kinds = record["provenance"], set(record["files"])
+    of = dict.fromkeys(kinds & set(LABELS), "geometry") | ({RENDERS: "radiance"} if kinds & {IMAGE, RADIANCE} else {})
+    keys, versions = provenance["keys"], provenance["versions"]
+    return {Purpose(kind=kind, key=keys[of[kind]], versions=made_by(versions, kind)) for kind in of}
+
+
+def used(store: Store) -> set[Purpose]:
+    """What all pictures of the dataset use. Records are not validated, and one that is none uses nothing."""
+    found: set[Purpose] = set()
+    for path in store.records():
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
+            found |= uses(json.loads(path.read_text(encoding="utf-8")))
+    return found
+
+
+def remove_entries(store: Store, *, but: set[Purpose]) -> None:
+    """Take all files from the cache but those that are good for one of these, and the folders that they leave empty. A
+    file whose bytes its name does not hold was not written under that name, and stays."""
+    for entry in list(entries(store)):
+        if entry.purpose not in but and entry.whole:
+            remove_file(store.root, store.relative(entry.path))
+            remove_emptied(store.root, store.relative(entry.path))
+
+
+def _entries(cache: Path, folder: str) -> Iterator[Entry]:
+    """Those in that folder of the cache."""
+    for name in files(cache, folder):
+        match name.split("/"):
+            case [kind, start, file] if file.startswith(start):
+                yield from _entry(cache / name, kind, file)
+
+
+def _entry(path: Path, kind: str, name: str) -> Iterator[Entry]:
+    match name.split("."):
+        case [key, versions, sha256, _]:
+            yield Entry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, path=path)

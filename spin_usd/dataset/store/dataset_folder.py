@@ -1,0 +1,184 @@
+"""A dataset's folder: names, what it may hold, and the hold of the one run that writes it.
+
+dataset.json                         schema dataset-1
+stage/                               the layers that made it
+records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
+<kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
+cache/                               renders and labels by content (dataset.cache)
+.lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
+
+These are a dataset's own; all else in the folder is its user's, and left alone.
+"""
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.dataset.picture.make_picture import KINDS
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.lock import Lock, create_lock, new_token, refuse_foreign, take_lock, token_in
+from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
+from spin_usd.errors import InputError, OutputError
+
+DESCRIPTION, STAGE, RECORDS, CACHE = "dataset.json", "stage", "records", "cache"
+OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
+LOCK = ".lock"
+LOCK_PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lease:
+    """A run's hold on a folder: the descriptor of its lock, which workers keep open too, and the folder of its
+    temporary files."""
+
+    descriptor: int
+    work: Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Store:
+    """The dataset in the folder `root`."""
+
+    root: Path
+
+    @property
+    def description(self) -> Path:
+        return self.root / DESCRIPTION
+
+    @property
+    def stage(self) -> Path:
+        return self.root / STAGE
+
+    @property
+    def cache(self) -> Path:
+        """Results by content, which no reader of the dataset needs."""
+        return self.root / CACHE
+
+    @property
+    def lock(self) -> Path:
+        return self.root / LOCK
+
+    def work(self, token: str) -> Path:
+        """Temporary files of the run whose lock has that token; gone when none is running."""
+        return self.root / f".work-{token}"
+
+    def record(self, variant: str, frame: str) -> Path:
+        return self.root / RECORDS / variant / f"{frame}.json"
+
+    def file(self, kind: str, variant: str, frame: str, suffix: str) -> Path:
+        return self.root / kind / variant / f"{frame}{suffix}"
+
+    def relative(self, path: Path) -> str:
+        return path.relative_to(self.root).as_posix()
+
+    def records(self) -> Iterator[Path]:
+        """All records, ordered by variant and frame."""
+        return (self.root / name for name in files(self.root, RECORDS) if _is_record(name))
+
+    def prepare(self) -> None:
+        """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
+        dataset, or a dataset that `refuse_strange` refuses, OutputError where it is no folder, or cannot be read."""
+        held = self.held()
+        if not held:
+            return
+        if DESCRIPTION not in held:
+            raise InputError(f"holds {held[0]} but no {DESCRIPTION}", where=self.root, do="choose an empty folder")
+        self.refuse_strange()
+        read_json(self.description, "dataset-1")
+
+    def held(self) -> list[str]:
+        """The names in the folder, but those of a run that goes on or was killed. Raises OutputError where there is
+        something that is no folder, or cannot be read."""
+        try:
+            names = sorted(os.listdir(self.root))
+        except FileNotFoundError:
+            return []
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
+        token = token_in(self.lock)
+        return [name for name in names if token is None or name not in (LOCK, self.work(token).name)]
+
+    def refuse_strange(self) -> None:
+        """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
+        leads to is not the dataset's, and is neither read nor written nor removed."""
+        refuse_strange(self.root, OWN)
+        for name in OWN:
+            wanted = NodeType.FILE if name == DESCRIPTION else NodeType.FOLDER
+            if type_of(self.root / name) not in (None, wanted):
+                raise InputError(f"is no {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
+
+    @contextmanager
+    def locked(self) -> Iterator[Lease]:
+        """Hold the folder, which is made where there is none, for this run.
+
+        Takes a folder that it made back when nothing came of the run. Raises InputError when another run has it, and
+        OutputError.
+        """
+        made = self._make_root()
+        lock = self._acquire()
+        work = self.work(lock.token)
+        try:
+            self._sweep(work)
+            yield Lease(descriptor=lock.descriptor, work=work)
+        finally:
+            shutil.rmtree(work, ignore_errors=True)
+            self.lock.unlink(missing_ok=True)
+            if made:
+                with suppress(OSError):  # not empty
+                    self.root.rmdir()
+            os.close(lock.descriptor)
+
+    def _make_root(self) -> bool:
+        """Whether there was none."""
+        try:
+            self.root.parent.mkdir(parents=True, exist_ok=True)
+            self.root.mkdir()
+        except FileExistsError:
+            return False
+        except OSError as e:
+            raise self._unwritable(e) from e
+        return True
+
+    def _acquire(self) -> Lock:
+        give_up = time.monotonic() + LOCK_PATIENCE_S
+        while True:
+            try:
+                with suppress(FileExistsError):
+                    create_lock(self.lock, new_token())
+                if lock := take_lock(self.lock):
+                    return lock
+            except OSError as e:
+                refuse_foreign(self.lock)
+                raise self._unwritable(e) from e
+            if time.monotonic() > give_up:
+                refuse_foreign(self.lock)
+                do = "wait for it, or end it"
+                raise InputError("another run is writing this dataset", where=self.root, do=do)
+            time.sleep(0.05)
+
+    def _sweep(self, work: Path) -> None:
+        """Make the work folder anew, without what a run that was killed left in it."""
+        try:
+            if type_of(work) is NodeType.FOLDER:
+                shutil.rmtree(work)
+            work.mkdir()
+        except OSError as e:
+            raise self._unwritable(e) from e
+
+    def _unwritable(self, e: OSError) -> OutputError:
+        return OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder")
+
+
+def refuse_strange(root: Path, names: tuple[str, ...]) -> None:
+    """Raise InputError where one of these in `root`, or something below it, is neither file nor folder."""
+    for node in strange(root, names):
+        do = "put what it stands for in its place, or remove it"
+        raise InputError(f"is a {node.type}, and those are not followed", where=root / node.name, do=do)
+
+
+def _is_record(name: str) -> bool:
+    return name.count("/") == 2 and name.endswith(".json")

@@ -1,0 +1,48 @@
+"""A folder's files with their digests, listed in the folder itself, so that who replaces it whole can tell what in it
+is ours. The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
+"""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from spin_usd.dataset.store.atomic import sha256_of
+from spin_usd.dataset.store.tree import files
+from spin_usd.errors import InputError
+
+SUMS = "SHA256SUMS"
+CHANGED = "is not as spin-usd wrote it, and would be replaced"
+
+
+def write_sums(folder: Path, *, beside: Iterable[Path] = ()) -> None:
+    """List the files of the folder, and those `beside` it. Raises OSError."""
+    text = "".join(f"{_line(folder, file)}\n" for file in _files(folder, beside))
+    (folder / SUMS).write_text(text, encoding="utf-8", errors="surrogateescape")
+
+
+def refuse_changed(folder: Path) -> None:
+    """Raise InputError where the folder holds a file that it does not list, or not with these bytes."""
+    for file in changed(folder):
+        raise InputError(CHANGED, where=file, do=f"move {folder.name}/ elsewhere")
+
+
+def changed(folder: Path, *, beside: Iterable[Path] = ()) -> Iterator[Path]:
+    """The files in the folder, and those `beside` it that are there, which its list does not name, or not with these
+    bytes."""
+    try:
+        text = (folder / SUMS).read_text(encoding="utf-8", errors="surrogateescape")
+    except OSError:
+        text = ""
+    listed = set(text.split("\n"))
+    return (file for file in _files(folder, beside) if _line(folder, file) not in listed)
+
+
+def _files(folder: Path, beside: Iterable[Path]) -> Iterator[Path]:
+    yield from (folder / name for name in files(folder) if name != SUMS)
+    yield from (file for file in beside if file.is_file())
+
+
+def _line(folder: Path, file: Path) -> str:
+    """The file's, by its name relative to the folder."""
+    name = file.relative_to(folder, walk_up=True).as_posix()
+    escaped = name.replace("\\", "\\\\").replace("\n", "\\n")
+    return f"{'\\' if escaped != name else ''}{sha256_of(file)}  {escaped}"

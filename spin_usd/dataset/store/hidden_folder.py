@@ -1,0 +1,74 @@
+"""A folder to write in that is ours by a random token, in its name and in the lock in it."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from spin_usd.dataset.store.lock import create_lock, new_token, take_lock
+from spin_usd.dataset.store.tree import NodeType, type_of
+from spin_usd.errors import OutputError
+
+LOCK = ".lock"
+
+
+class Hidden(NamedTuple):
+    """The folder, and a file beside another that bears the same token and may be written too, where one is wanted."""
+
+    folder: Path
+    beside: Path
+
+
+@contextmanager
+def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[Hidden]:
+    """The folder `.NAME.TOKEN` in `parent`, and a file for the same time there, called after the file `beside`: both
+    are gone in the end.
+
+    What killed processes left of both is removed first: folders of that name whose lock has the token of their name,
+    and is held by nobody. Raises OutputError where it cannot be made.
+    """
+    token = new_token()
+    hidden = _hidden(parent, name, beside, token)
+    try:
+        _sweep(parent, name, beside)
+        hidden.folder.mkdir()
+        create_lock(hidden.folder / LOCK, token)
+        lock = take_lock(hidden.folder / LOCK)
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror})", where=parent, do="choose another folder") from e
+    try:
+        yield hidden
+    finally:
+        _remove(hidden)
+        if lock:
+            os.close(lock.descriptor)
+
+
+def _sweep(parent: Path, name: str, beside: str) -> None:
+    for entry in os.listdir(parent):
+        if found := re.fullmatch(rf"\.{re.escape(name)}\.([0-9a-f]{{32}})", entry):
+            _sweep_one(_hidden(parent, name, beside, found[1]), found[1])
+
+
+def _sweep_one(left: Hidden, token: str) -> None:
+    if type_of(left.folder) is not NodeType.FOLDER:
+        return
+    with suppress(OSError):  # another user's
+        if lock := take_lock(left.folder / LOCK):
+            if lock.token == token:
+                _remove(left)
+            os.close(lock.descriptor)
+
+
+def _hidden(parent: Path, name: str, beside: str, token: str) -> Hidden:
+    file = Path(beside)
+    return Hidden(parent / f".{name}.{token}", parent / f".{file.stem}.{token}{file.suffix}")
+
+
+def _remove(hidden: Hidden) -> None:
+    if type_of(hidden.beside) is NodeType.FILE:
+        hidden.beside.unlink(missing_ok=True)
+    shutil.rmtree(hidden.folder, ignore_errors=True)

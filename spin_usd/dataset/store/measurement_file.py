@@ -1,0 +1,37 @@
+"""Where a stage's measurement lies, and reading it."""
+
+from pathlib import Path
+
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.errors import InputError
+from spin_usd.measuring.measurement import Measurement
+
+FOLDER = "measured"
+FILE = "measure.json"
+
+
+def folder_of(stage: Path) -> Path:
+    """Beside the stage's root layer."""
+    return stage.parent / FOLDER
+
+
+def measurement_file(stage: Path, measured: Path | None = None) -> Path:
+    """The file of the stage's own measurement, or of the one in `measured`, a folder or the file itself. Raises
+    InputError where there is none."""
+    if measured is not None:
+        return measured / FILE if measured.is_dir() else measured
+    file = folder_of(stage) / FILE
+    if not file.is_file():
+        raise InputError(f"has no {FOLDER}/{FILE} beside it", where=stage, do=f"run spin-usd measure {stage} first")
+    return file
+
+
+def read_measurement(file: Path) -> Measurement:
+    """Raises InputError for a file that is none, of other formulas, or with figures of pictures that it lacks."""
+    try:
+        found = Measurement.from_json(read_json(file, "measure-1"))
+        if strange := {each.frame for each in found.figures} - {frame.name for frame in found.frames}:
+            raise InputError(f"has figures of {min(strange)}, which is not among its pictures")
+        return found
+    except InputError as e:
+        raise InputError(e.found, where=file, do="measure again with spin-usd measure") from e

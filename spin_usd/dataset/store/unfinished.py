@@ -1,0 +1,129 @@
+"""What is left to make of a picture that an earlier run may have made."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from os.path import isfile
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANCE
+from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.render.supervise import Task
+from spin_usd.dataset.store.atomic import sha256_of, write_json
+from spin_usd.dataset.store.dataset_folder import Store
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """The kinds of file asked for, the image's file name extension, and whether every byte of files that are there is
+    verified before they are used again."""
+
+    kinds: tuple[str, ...]
+    image_suffix: str
+    verify: bool = False
+
+
+def remaining(
+    store: Store,
+    picture: PlannedPicture,
+    wanted: Wanted,
+    stage: Mapping[str, Any],
+    *,
+    target: str,
+    finished: Callable[[Mapping[str, Any]], None],
+    work: Path,
+) -> Task | None:
+    """The task of making the picture, or None when its record has the same keys and all files are there, in the
+    channels that they are written in today.
+
+    A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
+    state of the stage, has its record say that `stage` (the record's own block) makes it too, and how that calls its
+    `target` and its source; `finished` is told its record. `work` is for temporary files.
+    """
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    kinds = tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
+    if not _is_finished(store, record, had, picture, wanted):
+        return Task(picture=picture, kinds=kinds)
+    finished(record)
+    provenance = record["provenance"]
+    if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
+        provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
+        write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, target), work=work)
+    return None
+
+
+def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) -> dict[str, Any]:
+    """The record with what the stage says of the picture that decides none of its files."""
+    rest = {name: value for name, value in record.items() if name != "source_file"}
+    source = {"source_file": picture.source_file} if picture.source_file else {}
+    return rest | source | {"index": picture.index, "target": {**record["target"], "name": target}}
+
+
+def is_finished(store: Store, picture: PlannedPicture, wanted: Wanted) -> bool:
+    """Whether `remaining` would give no task; writes nothing."""
+    record = _record(store, picture)
+    had = recorded_files(record, picture.variant, picture.frame)
+    return _is_finished(store, record, had, picture, wanted)
+
+
+def _is_finished(
+    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: Wanted
+) -> bool:
+    """Whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
+    return (
+        bool(had)
+        and _same_content(record, picture, had)
+        and _same_channels(record)
+        and _complete(store, had, wanted)
+        and (not wanted.verify or _as_recorded(store, record))
+    )
+
+
+def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
+    """Path by kind of the record's files; none where the record names what cannot be this picture's."""
+    try:
+        paths = {kind: entry["path"] for kind, entry in record["files"].items()}
+        named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
+        if paths.keys() <= set(KINDS) and all(named):
+            return paths
+    except (KeyError, TypeError, AttributeError):
+        pass
+    return {}
+
+
+def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
+    """The picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
+    try:
+        record = json.loads(store.record(picture.variant, picture.frame).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
+    decisive = ("geometry", "radiance", "exposure") if IMAGE in had or RADIANCE in had else ("geometry",)
+    try:
+        keys = record["provenance"]["keys"]
+        return all(keys[key] == picture.keys[key] for key in decisive)
+    except (KeyError, TypeError):
+        return False
+
+
+def _same_channels(record: Mapping[str, Any]) -> bool:
+    """Whether the files are in the channels that they would be written in today."""
+    return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
+
+
+def _complete(store: Store, had: Mapping[str, str], wanted: Wanted) -> bool:
+    if IMAGE in wanted.kinds and not had.get(IMAGE, "").endswith(wanted.image_suffix):
+        return False
+    # As text: paths as objects take most of the time of a resumed run's 240,000 records.
+    return set(wanted.kinds) <= set(had) and all(isfile(f"{store.root}/{path}") for path in had.values())
+
+
+def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
+    """Whether all files that the record lists hold the bytes that it says."""
+    entries = record["files"].values()
+    return all(sha256_of(store.root / entry["path"]) == entry.get("sha256") for entry in entries)

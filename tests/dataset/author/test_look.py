@@ -1,0 +1,44 @@
+"""author tells of targets that no picture shows, and of light that vanishes beside the Sun's."""
+
+import json
+import re
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from spin_usd.dataset.author.author import author_stage
+from spin_usd.stage.read.stage_reader import StageReader
+
+POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]
+
+
+def notes_of(folder: Path, material: str) -> tuple[str, ...]:
+    """Of authoring a triangle of a material in an MTL file."""
+    (folder / "poses.json").write_text(json.dumps(POSES))
+    (folder / "a.mtl").write_text(f"newmtl lamp\n{material}\n")
+    target = folder / "model.obj"
+    target.write_text("mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    poses, out = folder / "poses.json", folder / "stage"
+    return author_stage(poses=poses, out=out, target=target, camera="speedplus", units_per_metre=1).notes
+
+
+def test_a_target_that_nothing_shows_is_told(tmp_path: Path) -> None:
+    assert notes_of(tmp_path, "d 0") == (
+        "every material of the target has opacity 0: pictures show at most its reflections, labels all of it",
+    )
+
+
+def test_an_emission_that_vanishes_is_told_beside_the_suns_white(tmp_path: Path) -> None:
+    (note,) = notes_of(tmp_path, "Kd 0.5 0.5 0.5\nKe 1 0.5 0")
+    reader = StageReader(tmp_path / "stage" / "dataset.usda")
+    (sun,) = reader.scene(reader.frames[0]).lights
+    said = re.match(r"/World/Target/Model/mtl/lamp emits at most 1 W/m2/sr, (\S+) of the (\d+) of a white", note)
+    assert said
+    assert float(said[2]) == pytest.approx(max(sun.irradiance) / pi, rel=1e-2)  # type: ignore[union-attr]
+    assert float(said[1]) == pytest.approx(pi / max(sun.irradiance), rel=0.05)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("material", ["Ke 0 0 0", "Ke 100 100 100", "d 0.5"])
+def test_what_shows_is_not_told(tmp_path: Path, material: str) -> None:
+    assert notes_of(tmp_path, material) == ()

@@ -1,0 +1,39 @@
+"""What a record says of its picture beside its files: where it comes from, whom it shows, and in what light."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.geometry.transform import Transform
+
+
+def render(spin_usd, stage, out, *more):
+    spin_usd("render", stage, "--out", out, "--renderer", "raycast", "--frames", "0:1", *more)
+    return read_json(out / "records" / "nominal" / "img000001.json", "record-1")
+
+
+def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_usd):
+    record = render(spin_usd, small_stage, tmp_path, "--labels", "none")
+    q, t = record["pose"]["q_cam_body"], record["pose"]["t_cam_body"]
+    assert record["source_file"] == "img000001.jpg"
+    assert record["target"] == {"name": "tango", "range": pytest.approx(np.linalg.norm(t))}
+    sun, pose = record["sun"], Transform.from_quaternion(to="cam", of="body", q=q, t=t)
+    assert np.linalg.norm(sun["towards_cam"]) == pytest.approx(1)
+    np.testing.assert_allclose(pose.directions(np.array(sun["towards_body"])), sun["towards_cam"], atol=1e-12)
+    image = record["files"]["image"]
+    assert (image["dtype"], image["channels"], image["encoding"]) == ("uint8", {"Y": "grey"}, "srgb")
+
+
+def test_names_that_change_nothing_else_are_told_without_making_anything_again(small_stage, tmp_path, spin_usd):
+    stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"
+    shutil.copytree(small_stage.parent, stage.parent)
+    before = render(spin_usd, stage, out, "--labels-only")
+    assert "sun" not in before
+    stage.write_text(stage.read_text().replace('spin:target:name = "tango"', 'spin:target:name = "mango"'))
+    image = (out / "depth" / "nominal" / "img000001.exr").stat()
+    after = render(spin_usd, stage, out, "--labels-only")
+    assert (out / "depth" / "nominal" / "img000001.exr").stat() == image
+    assert after["target"] == {**before["target"], "name": "mango"}
+    assert (after["source_file"], after["files"]) == (before["source_file"], before["files"])

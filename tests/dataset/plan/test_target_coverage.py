@@ -1,0 +1,21 @@
+"""What share of a picture the target covers, as estimated for costs, against what a renderer finds."""
+
+from dataclasses import replace
+
+import numpy as np
+from scenes import SPEEDPLUS
+
+from spin_usd.dataset.plan.target_coverage import Coverage
+from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.stage.read.stage_reader import StageReader
+
+USUAL, MOST = 0.02, 0.05  # off, of the pixels that are there, as the module says: sides are 13 degrees apart
+
+
+def test_the_estimate_is_near_what_a_renderer_finds(small_stage):
+    reader, coverage, renderer = StageReader(small_stage), Coverage(), RaycastRenderer()
+    scenes = [replace(reader.scene(frame), camera=SPEEDPLUS) for frame in reader.frames]
+    found = np.array([np.count_nonzero(renderer.visibility(scene).face >= 0) for scene in scenes])
+    off = np.abs(np.array([coverage.target_pixels(scene) for scene in scenes]) / found - 1)
+    assert np.median(off) <= USUAL
+    assert off.max() <= MOST

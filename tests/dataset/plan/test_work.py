@@ -1,0 +1,142 @@
+"""What a picture amounts to and how long a run takes: against the bands that are rendered, and laws of scheduling."""
+
+from dataclasses import replace
+
+import measured
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import SPEEDPLUS
+
+from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
+from spin_usd.dataset.plan.cost import expected_work
+from spin_usd.dataset.plan.in_child import Extents
+from spin_usd.dataset.plan.make_plan import SHARED_FROM, Question, make_plan
+from spin_usd.dataset.plan.measured_cost import measured_renders
+from spin_usd.dataset.plan.wall_time import BESIDE, PLANNED_S, Work, one_core, wall_seconds
+from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.render.bands import picture_bands
+from spin_usd.scene.effort import Effort
+from spin_usd.stage.read.stage_reader import StageReader
+
+OFF = 0.2  # of the pixels in bands: rows are filled more or less than half up to the outline
+METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)
+
+
+@pytest.fixture(scope="module")
+def pictures(small_stage):
+    return planned(small_stage).pictures
+
+
+def planned(stage, frames=None):
+    question = Question(
+        stage=stage,
+        variants=(),
+        frames=frames,
+        renderer="blender",
+        effort=Effort(),
+        seed=0,
+        image_suffix=".png",
+    )
+    return make_plan(question, processes=1, progress=lambda *_: None)
+
+
+def light(picture, effort=METHOD.effort):
+    making = Making(picture=picture, label_pass=True, render=True)
+    return amounts(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
+
+
+@pytest.mark.parametrize("samples", [1, 16, 256])
+def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, samples):
+    reader, extents = StageReader(small_stage), Extents()
+    for frame, picture in zip(reader.frames, pictures, strict=True):
+        scene = replace(reader.scene(frame), camera=SPEEDPLUS)
+        *region, outline, target = extents.of(scene, frame.name)
+        large = replace(picture, region=tuple(region), outline_pixels=outline, target_pixels=target)
+        bands = picture_bands(scene, samples=samples)
+        found = light(large, Effort(samples=samples))
+        assert found["pixel"] == pytest.approx(sum(b.width * b.height for b in bands), rel=OFF)
+        assert found["beside"] + found["target"] == pytest.approx(samples * found["pixel"])
+
+
+def test_more_of_anything_costs_more(pictures):
+    def seconds(effort):
+        making = Making(picture=pictures[0], label_pass=True, render=True)
+        return expected_work(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
+
+    usual = seconds(Effort())
+    for more in (Effort(samples=32), Effort(denoiser="fast")):
+        assert seconds(more) > usual
+    for less in (Effort(samples=8), Effort(bounces=0), Effort(samples=16, reduction=2)):
+        assert seconds(less) < usual
+    assert seconds(Effort(samples=1024, adaptive=0.1)) < seconds(Effort(samples=1024))
+
+
+def test_an_extent_holds_the_outline_and_that_the_target(small_stage):
+    reader = StageReader(small_stage)
+    for frame in reader.frames:
+        x0, y0, x1, y1, outline, target = Extents().of(reader.scene(frame), "")
+        assert 0 < target <= outline <= (x1 - x0) * (y1 - y0)
+
+
+SECONDS = st.lists(st.floats(0, 100), min_size=1, max_size=20)
+
+
+def wall(works, workers, cores=1):
+    return wall_seconds(works, planned=0, variants=0, images=False, workers=workers, cores=cores)
+
+
+def spent(works, workers, cores=1):
+    """Without the start."""
+    return wall(works, workers, cores) - wall([Work(passes=0, rest=0)], 1)
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8))
+def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers, cores):
+    took = spent([Work(passes=0, rest=s) for s in seconds], workers, cores)
+    count = min(workers, len(seconds))
+    slowest = BESIDE * max(count / cores, 1) * (max(seconds) + sum(seconds) / count)
+    assert max(max(seconds), sum(seconds) / min(count, cores)) - 1e-6 <= took <= slowest + 1e-6
+
+
+@given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8), share=st.floats(0, 1))
+def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, workers, cores, share):
+    taken = [{BEAUTY_PASS: share * s, "files": (1 - share) * s} for s in seconds]
+    count = min(workers, len(taken))
+    ends = [0.0] * count
+    for s in seconds:  # each worker takes the next picture when it has made one
+        ends[ends.index(min(ends))] += s
+    alone = [Work.of(one_core(each, workers=count, cores=cores)) for each in taken]
+    assert spent(alone, workers, cores) == pytest.approx(max(ends), abs=1e-6)
+
+
+def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
+    assert wall([], 2) == 0
+    passes, rest = (
+        wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
+    )
+    assert passes < 0 == rest
+
+
+@pytest.mark.parametrize(("cores", "shares"), [(1, 1), (2, 2), (8, 2)])
+def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(cores, shares):
+    def planning(pictures):
+        none = [Work(passes=0, rest=0)]
+        return wall_seconds(none, planned=pictures, variants=0, images=False, workers=1, cores=cores) - wall(none, 1)
+
+    few, many = SHARED_FROM - 1, 10 * SHARED_FROM
+    assert planning(few) == pytest.approx(PLANNED_S * few)
+    assert planning(many) == pytest.approx(PLANNED_S * many / shares)
+
+
+def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders_alone(small_stage):
+    plan = planned(small_stage, frames="0:3")
+    method = replace(METHOD, effort=Effort(samples=64))
+    made = [measured.figures(measured.setting("samples=64"), cpu_s=3, frame=picture.frame) for picture in plan.pictures]
+    other = measured.figures(measured.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
+    found = measured_renders(measured.measurement([*made, other]), plan, method)
+    expected = expected_work(Making(picture=plan.pictures[0], label_pass=True, render=True), method)
+    assert found.taken == {BEAUTY_PASS: 9}
+    scaled = found.scaled(expected)
+    assert scaled[BEAUTY_PASS] == pytest.approx(expected[BEAUTY_PASS] * 9 / found.expected[BEAUTY_PASS])
+    assert {work for work in expected if scaled[work] != expected[work]} == {BEAUTY_PASS}

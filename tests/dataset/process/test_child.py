@@ -1,0 +1,81 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from spin_usd.dataset.process.child import Child, ChildDiedError, ChildInternalError
+from spin_usd.errors import SpinError
+
+GONE_WITHIN_S = 10.0
+
+
+def wait_until(condition, seconds=GONE_WITHIN_S):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+def test_an_error_in_the_child_is_the_same_error_here(tmp_path):
+    with Child() as child, pytest.raises(SpinError) as raised:
+        child.call("try_renderer", name="povray")
+    assert type(raised.value).__name__ == "UnsupportedError"
+    assert "povray" in str(raised.value)
+
+
+def test_a_defect_in_the_child_is_not_taken_for_bad_input():
+    with Child() as child, pytest.raises(ChildInternalError):
+        child.call("no such call")
+
+
+def test_a_killed_child_is_reported_and_does_not_hang():
+    with Child() as child:
+        child.process.send_signal(signal.SIGKILL)
+        with pytest.raises(ChildDiedError, match="SIGKILL"):
+            child.call("try_renderer", name="raycast")
+
+
+def test_a_child_ends_with_its_parent():
+    """Also when the parent is killed and can say nothing."""
+    code = (
+        "import time; from spin_usd.dataset.process.child import Child\n"
+        "child = Child(); print(child.process.pid, flush=True); time.sleep(60)"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    pid = int(parent.stdout.readline())
+    assert psutil.pid_exists(pid)
+    parent.kill()
+    parent.wait()
+    assert wait_until(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
+
+
+def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkeypatch):
+    for name in ("PXR_PLUGINPATH_NAME", "OCIO", "PYTHONPATH", "LD_PRELOAD", "OPENIMAGEIO_OPTIONS"):
+        monkeypatch.setenv(name, os.devnull)
+    with Child() as child:
+        environment = psutil.Process(child.process.pid).environ()
+    assert not {"PXR_PLUGINPATH_NAME", "OCIO", "PYTHONPATH", "LD_PRELOAD", "OPENIMAGEIO_OPTIONS"} & set(environment)
+
+
+def test_what_libraries_print_does_not_reach_the_answers():
+    with Child() as child:
+        assert "blender" in child.call("try_renderer", name="blender")
+
+
+def test_answers_that_arrive_together_are_told_one_by_one():
+    with Child() as child:
+        for _ in range(2):
+            child.send("try_renderer", name="raycast")
+        time.sleep(2.0)  # both answers wait in the pipe
+        for _ in range(2):
+            assert "embreex" in child.receive(within_s=5.0)["result"]
+
+
+def test_a_child_that_says_nothing_is_ended():
+    with Child() as child, pytest.raises(ChildDiedError, match="no answer"):
+        child.receive(within_s=0.1)

@@ -1,0 +1,444 @@
+"""The main job on a small real stage: real workers, real Cycles, real kills."""
+
+import json
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import psutil
+import pytest
+from conftest import REPOSITORY
+
+from spin_usd.dataset.plan.cost import read_measured
+from spin_usd.dataset.plan.wall_time import one_core
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.worker import Worker
+from spin_usd.dataset.store.cache import MEASURED
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.errors import InputError, RenderError
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.keys import RenderSettings
+
+SAMPLES = 2
+FEW = Effort(samples=SAMPLES)
+
+
+def quiet(*_):
+    pass
+
+
+def digests(dataset):
+    """sha256 of every file by path, from the records."""
+    records = [read_json(path, "record-1") for path in Store(root=dataset).records()]
+    return {entry["path"]: entry["sha256"] for record in records for entry in record["files"].values()}
+
+
+def make(stage, out, *, workers=1, **request):
+    request = {"effort": FEW, "renderer": "raycast", **request}
+    return render(RenderRequest(stage=stage, **request), out, workers=workers, progress=quiet)
+
+
+@pytest.fixture(scope="module")
+def blender_dataset(small_stage, tmp_path_factory):
+    out = tmp_path_factory.mktemp("blender") / "dataset"
+    report = make(small_stage, out, renderer="blender", workers=2, radiance=True)
+    assert (report.made, report.failed) == (8, [])
+    return out
+
+
+@pytest.fixture
+def dataset(small_stage, tmp_path):
+    make(small_stage, tmp_path / "dataset", frames="0:4")
+    return tmp_path / "dataset"
+
+
+def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
+    read_json(blender_dataset / "dataset.json", "dataset-1")
+    records = [read_json(path, "record-1") for path in Store(root=blender_dataset).records()]
+    assert [record["index"] for record in records] == list(range(8))
+    kinds = {"image", "radiance", "depth", "segmentation", "dense_pose"}
+    assert all(set(record["files"]) == kinds for record in records)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers):
+    report = make(small_stage, tmp_path, frames="0:3", workers=workers)
+    alone = one_core(report.work, workers=workers, cores=len(usable_cpus()))
+    assert read_measured(tmp_path / "cache" / MEASURED).taken == pytest.approx(alone)
+
+
+@pytest.mark.slow
+def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_processors(small_stage, tmp_path):
+    """One worker has all processors and makes all pictures; of two each has its share."""
+    effort = Effort(samples=32, adaptive=0.05, denoiser="fast", reduction=2)
+    for workers in (1, 2):
+        request = {"renderer": "blender", "effort": effort, "frames": "0:2", "labels": (), "radiance": True}
+        make(small_stage, tmp_path / str(workers), workers=workers, **request)
+    assert digests(tmp_path / "1") == digests(tmp_path / "2")
+
+
+def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd):
+    found = json.loads(spin_usd("check", blender_dataset, "--json").stdout)
+    assert found == {"kind": "dataset", "findings": []}
+
+
+def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared):
+    oracle = [sys.executable, shared / "check" / "oracle.py", blender_dataset]
+    done = subprocess.run(oracle, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tmp_path):
+    make(small_stage, tmp_path / "one", renderer="blender", workers=1, radiance=True)
+    assert digests(tmp_path / "one") == digests(blender_dataset)
+
+
+def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd):
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(blender_dataset, moved)
+    assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
+    made = json.loads(spin_usd("reproduce", moved, "img000003", "--json").stdout)
+    assert len(made["files"]) == 5
+    assert all(file["same"] for file in made["files"])
+
+
+def test_a_picture_alone_is_the_picture_among_others(small_stage, blender_dataset, tmp_path):
+    make(small_stage, tmp_path / "alone", renderer="blender", frames="5:6", radiance=True)
+    alone = digests(tmp_path / "alone")
+    assert len(alone) == 5
+    assert alone.items() <= digests(blender_dataset).items()
+
+
+def test_a_second_run_makes_nothing(small_stage, dataset):
+    before = digests(dataset)
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (0, 4)
+    assert digests(dataset) == before
+
+
+def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
+    before = digests(dataset)
+    (dataset / "depth" / "nominal" / "img000001.exr").unlink()
+    (dataset / "records" / "nominal" / "img000002.json").write_text("{")
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (2, 2)
+    assert digests(dataset) == before
+
+
+def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dataset):
+    before = digests(dataset)
+    path = dataset / "records" / "nominal" / "img000001.json"
+    record = json.loads(path.read_text())
+    record["files"]["depth"]["channels"] = {"Z": "z"}
+    path.write_text(json.dumps(record))
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (1, 3)
+    assert read_json(path, "record-1")["files"]["depth"]["channels"] == {"Y": "z"}
+    assert digests(dataset) == before
+
+
+def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset):
+    before = digests(dataset)
+    assert make(small_stage, dataset, frames="0:2", effort=Effort(samples=SAMPLES + 1)).made == 2
+    changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
+    assert changed == {"image/nominal/img000001.png", "image/nominal/img000002.png"}
+
+
+def test_labels_alone_and_the_image_later(small_stage, tmp_path):
+    make(small_stage, tmp_path, labels=("depth",), image=False, frames="0:2")
+    assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth"}
+    assert make(small_stage, tmp_path, labels=("segmentation",), image=True, frames="0:2").made == 2
+    assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth", "segmentation", "image"}
+
+
+def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd):
+    make(small_stage, dataset, frames="0:4", image_suffix=".jpg")
+    assert {p.suffix for p in (dataset / "image" / "nominal").iterdir()} == {".jpg"}
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+
+
+@pytest.mark.parametrize("kind", ["depth", "segmentation", "dense_pose", "image"])
+def test_check_finds_a_flipped_byte(dataset, spin_usd, kind):
+    path = next((dataset / kind / "nominal").iterdir())
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [(f["code"], f["where"]) for f in found] == [("sha256", f"{kind}/nominal/{path.name}")]
+
+
+def test_check_finds_labels_that_lie(dataset, spin_usd):
+    """A pose that is off by a millimetre, with every digest right."""
+    path = next(Store(root=dataset).records())
+    record = json.loads(path.read_text())
+    record["pose"]["t_cam_body"][0] += 1e-3
+    path.write_text(json.dumps(record))
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [f["code"] for f in found] == ["reprojection"]
+
+
+def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tmp_path, monkeypatch):
+    """Its labels are made before its image fails; the pictures beside it keep all that they have."""
+    settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
+    job = Job(root=str(dataset), work=str(tmp_path), stage="stage/dataset.usda", image_suffix=".png", settings=settings)
+    worker = Worker(job=job.as_json())
+
+    def fail(*_, **__):
+        raise RenderError("no light")
+
+    monkeypatch.setattr(worker.renderer, "radiance", fail)
+    before = digests(dataset)
+    with pytest.raises(RenderError, match="no light"):
+        worker.picture(variant="nominal", index=1, kinds=("image", "depth", "segmentation"))
+    kept = {path: digest for path, digest in before.items() if "img000002" not in path}
+    assert digests(dataset) == kept
+    assert all((dataset / path).is_file() for path in kept)
+    assert not (dataset / "depth" / "nominal" / "img000002.exr").exists()
+    assert not list((dataset / "segmentation").rglob("img000002*"))
+
+
+def start_render(stage, out, *options):
+    command = [sys.executable, "-m", "spin_usd.cli.main", "render", str(stage), "--out", str(out), *options]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def workers_of(process):
+    try:
+        return [c for c in psutil.Process(process.pid).children() if "spin_usd.dataset.child_main" in c.cmdline()]
+    except psutil.Error:
+        return []
+
+
+def records_of(out):
+    return len(list((out / "records").glob("*/*.json")))
+
+
+def killed(victims, chance):
+    """Kill one of these; False where it ended by itself since it was listed."""
+    with suppress(psutil.NoSuchProcess):
+        if victims:
+            chance.choice(victims).kill()
+            return True
+    return False
+
+
+def kill_at_random(stage, out, renderer, seed, *, supervisor):
+    """Start a render and kill a worker or the supervisor when a random number of pictures is done.
+
+    A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
+    """
+    chance = random.Random(seed)
+    process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
+    after = chance.randrange(1, 4)  # of eight: two workers have at least two more each, so that one is there to kill
+    while records_of(out) < after:
+        assert process.poll() is None
+        time.sleep(0.002)
+    time.sleep(chance.uniform(0, 0.03))
+    while not killed([process] if supervisor else workers_of(process), chance):
+        assert process.poll() is None
+    code = process.wait(timeout=120)
+    if not supervisor:
+        assert (code, records_of(out)) == (0, 8)
+        return
+    assert code == -signal.SIGKILL
+    report = make(stage, out, renderer=renderer, workers=2)
+    assert not report.failed
+    assert report.made + report.reused == 8
+
+
+def assert_whole(out, expected):
+    assert digests(out) == expected
+    assert not list(out.rglob(".*"))
+
+
+@pytest.mark.parametrize("supervisor", [False, True])
+def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor):
+    make(small_stage, tmp_path / "whole")
+    expected = digests(tmp_path / "whole")
+    kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
+    assert_whole(tmp_path / "killed", expected)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("supervisor", [False, True])
+def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spin_usd):
+    make(small_stage, tmp_path / "whole", renderer="blender", workers=2)
+    expected = digests(tmp_path / "whole")
+    for seed in range(10):
+        out = tmp_path / f"killed{seed}"
+        kill_at_random(small_stage, out, "blender", seed, supervisor=supervisor)
+        assert_whole(out, expected)
+    spin_usd("check", tmp_path / "killed0")
+
+
+def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path):
+    process = start_render(small_stage, tmp_path, "--renderer", "blender", "--samples", "64", "--workers", "2")
+    while not (workers := workers_of(process)) or not (tmp_path / "dataset.json").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=10) == 130
+    gone, alive = psutil.wait_procs(workers, timeout=10)
+    assert gone
+    assert not alive
+
+
+def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd):
+    layer = dataset / "stage" / "layers" / "lights.usda"
+    layer.write_text(layer.read_text() + "# a comment\n")
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert [(f["code"], f["where"]) for f in found] == [("layer", "stage/layers/lights.usda")]
+
+
+def edited(stage, folder, old, new):
+    """A copy of the stage in `folder` with the text `old` of its lights layer replaced."""
+    shutil.copytree(stage.parent, folder, dirs_exist_ok=True)
+    layer = folder / "layers" / "lights.usda"
+    text = layer.read_text()
+    assert old in text
+    layer.write_text(text.replace(old, new))
+    return folder / stage.name
+
+
+def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_path, spin_usd):
+    """A comment changes no picture, a light every image and no label; afterwards nothing is out of date."""
+    before = digests(dataset)
+    commented = edited(small_stage, tmp_path / "s1", "#usda 1.0", "#usda 1.0\n# a comment")
+    assert make(commented, dataset, frames="0:4").made == 0
+    assert digests(dataset) == before
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+    brighter = edited(small_stage, tmp_path / "s2", "1361", "680.5")
+    assert make(brighter, dataset, frames="0:4").made == 4
+    changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
+    assert {path.split("/")[0] for path in changed} == {"image"}
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
+
+
+def test_the_datasets_own_stage_can_be_rendered_in_place(dataset):
+    before = digests(dataset)
+    assert make(dataset / "stage" / "dataset.usda", dataset).made == 4  # the four that were left out
+    assert before.items() <= digests(dataset).items()
+
+
+def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, dataset, tmp_path, spin_usd):
+    poses = json.loads((REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json").read_text())
+    for pose in poses:
+        pose["filename"] = "other_" + pose["filename"]
+    (tmp_path / "poses.json").write_text(json.dumps(poses))
+    spin_usd("author", "--poses", tmp_path / "poses.json", "--target", "tango", "--camera", "speedplus",
+             "--out", tmp_path / "other")  # fmt: skip
+    before = digests(dataset)
+    with pytest.raises(InputError, match="img000001"):
+        make(tmp_path / "other" / "dataset.usda", dataset)
+    assert digests(dataset) == before
+    assert (dataset / "stage" / "layers").is_dir()
+
+
+@pytest.fixture
+def shorter(small_stage, tmp_path, spin_usd):
+    """The small stage's first three pictures, as a stage of their own."""
+    poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
+    camera = small_stage.parent.parent / "camera.json"
+    spin_usd("author", "--poses", poses, "--target", "tango", "--camera", camera, "--frames", "0:3",
+             "--out", tmp_path / "shorter")  # fmt: skip
+    return tmp_path / "shorter" / "dataset.usda"
+
+
+def cached_labels(dataset):
+    return len(list((dataset / "cache" / "depth").rglob("*.exr")))
+
+
+def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_stage, shorter, dataset, spin_usd):
+    make(small_stage, dataset)
+    (dataset / "image" / "nominal" / "notes.txt").write_text("mine")
+    before = digests(dataset)
+    planned = json.loads(spin_usd("plan", shorter, "--out", dataset, "--json").stdout)
+    assert planned["foreign"] == 5
+    assert "5 pictures" in spin_usd("plan", shorter, "--out", dataset).stdout
+    refused = spin_usd("render", shorter, "--out", dataset, "--renderer", "raycast", code=2).stderr
+    assert "5 pictures" in refused
+    assert "--prune" in refused
+    assert digests(dataset) == before
+    options = ("--renderer", "raycast", "--samples", SAMPLES, "--json", "--prune")
+    report = json.loads(spin_usd("render", shorter, "--out", dataset, *options).stdout)
+    assert (report["pruned"], report["made"], report["reused"]) == (5, 0, 3)
+    kept = {path: digest for path, digest in before.items() if path.split(".")[0][-1] in "123"}
+    assert digests(dataset) == kept
+    assert {p.name for p in (dataset / "image" / "nominal").iterdir()} == {
+        "notes.txt", *(path.rpartition("/")[2] for path in kept if path.startswith("image/"))
+    }  # fmt: skip
+    assert cached_labels(dataset) == 3
+    assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == [
+        {
+            "code": "stray",
+            "where": "image/nominal/notes.txt",
+            "message": "is in no record; move it elsewhere, or remove it",
+            "severity": "warning",
+        }
+    ]
+
+
+def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch):
+    make(small_stage, dataset)
+    unlink, removed = Path.unlink, []
+
+    def killed(path, **options):
+        if "img00000" in path.name and len(removed) == 6:  # of a picture's five names, the second picture's first
+            raise KeyboardInterrupt
+        unlink(path, **options)
+        removed.extend([path] * ("img00000" in path.name))
+
+    monkeypatch.setattr(Path, "unlink", killed)
+    with pytest.raises(KeyboardInterrupt):
+        render(RenderRequest(stage=shorter, renderer="raycast", effort=FEW), dataset, prune=True, progress=quiet)
+    monkeypatch.undo()
+    assert [path.suffix for path in removed] == [".json", *(p.suffix for p in removed[1:5]), ".json"]
+    assert all((dataset / path).is_file() for path in digests(dataset))
+    report = render(RenderRequest(stage=shorter, renderer="raycast", effort=FEW), dataset, prune=True, progress=quiet)
+    assert (report.pruned, report.made, report.reused) == (3, 0, 3)
+
+
+@pytest.mark.parametrize("text", ["a note", "{}", '{"files": {"stage": {"path": "stage/nominal/precious.json"}}}'])
+def test_what_is_no_record_is_not_pruned(shorter, dataset, text):
+    """Nor is the picture beside it that would be."""
+    for path in (dataset / "records" / "nominal" / "precious.json", dataset / "stage" / "nominal" / "precious.json"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    before = {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()}
+    with pytest.raises(InputError, match="precious"):
+        render(RenderRequest(stage=shorter, renderer="raycast"), dataset, prune=True, progress=quiet)
+    assert {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize("held", ["dataset.json", "stage/precious.txt", "a.tmp-b.txt"])
+def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held):
+    path = tmp_path / "out" / held
+    path.parent.mkdir(parents=True)
+    path.write_text('{"a": 1}')
+    with pytest.raises(InputError):
+        make(small_stage, tmp_path / "out")
+    assert [p for p in (tmp_path / "out").rglob("*") if p.is_file()] == [path]
+
+
+@pytest.mark.parametrize("spoil", ['{"files": []}', '{"files": {"depth": {"path": "stage/layers/lights.usda"}}}', "[]"])
+def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil):
+    before = digests(dataset)
+    (dataset / "records" / "nominal" / "img000001.json").write_text(spoil)
+    assert make(small_stage, dataset, frames="0:4").made == 1
+    assert digests(dataset) == before
+    assert (dataset / "stage" / "layers" / "lights.usda").is_file()
+
+
+@pytest.mark.parametrize(("effort", "names"), [({"denoiser": "fast"}, "denoiser"), ({"adaptive": 0.1}, "adaptive")])
+def test_the_preview_refuses_what_only_a_path_tracer_does(effort, names):
+    RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2))
+    with pytest.raises(InputError, match=f"raycast has no {names}"):
+        RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2, **effort))
