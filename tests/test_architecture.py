@@ -39,7 +39,7 @@ ONLY_IN = {
     "trimesh": ("formats",),
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
-    "embreex": ("render/raycast.py",),
+    "embreex": ("render/raycast/renderer.py",),
     "cv2": ("labels/preview.py", "sensor"),
     "PIL": ("formats",),
     "matplotlib": ("dataset/measure/plot.py",),
@@ -75,10 +75,10 @@ PURE = (
     "labels",
     "sampling",
     "measuring",
-    "render/raycast.py",
-    "render/lambert.py",
-    "render/rays.py",
-    "render/reduced.py",
+    "render/raycast/renderer.py",
+    "render/raycast/lambert.py",
+    "render/camera_shader.py",
+    "render/downscale.py",
 )
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 

@@ -12,7 +12,7 @@ from extremes import exact
 
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
-from spin_usd.render.rays import View
+from spin_usd.render.camera_shader import View
 from spin_usd.scene.surface import visible_surface
 
 U32, U64 = 2.0**-24, 2.0**-53

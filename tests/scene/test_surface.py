@@ -8,7 +8,7 @@ import trimesh
 from scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.passes import Visibility
 from spin_usd.scene.surface import geometric_normals, shading_normals, visible_surface
 

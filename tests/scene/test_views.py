@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.facing import facing_share, few_axes
 from spin_usd.geometry.triangles import normals
-from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.light import AreaLight, DistantLight
 from spin_usd.scene.lit_share import lit_shares
 from spin_usd.scene.plausible import is_plausible, likely_units

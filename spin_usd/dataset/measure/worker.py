@@ -19,7 +19,7 @@ from spin_usd.labels.label import LABELS
 from spin_usd.measuring.agreement import LabelImages, Sight, agreement
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.renderer import Renderer
-from spin_usd.render.requirements import Requirements
+from spin_usd.render.skipped.requirements import Requirements
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.scene.light_groups import in_unit_light

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
-from spin_usd.render.reduced import enlarged, reduced
+from spin_usd.render.downscale import enlarged, reduced
 from spin_usd.render.renderer import Renderer
 from spin_usd.scene.channels import Channels
 from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
-from spin_usd.render.facts import Facts
-from spin_usd.render.left_out import BITS, LeftOut, left_out
+from spin_usd.render.skipped.facts import Facts
+from spin_usd.render.skipped.rules import BITS, LeftOut, left_out
 from spin_usd.scene.keys import RenderSettings
 from spin_usd.scene.model import Scene
 

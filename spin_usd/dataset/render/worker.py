@@ -213,7 +213,7 @@ def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -
     target's part of them, to the same bytes; with `keep` it does work that the scene does not need, to the same picture
     as surely as each rule says (left_out.LeftOut.same)."""
     if name == "raycast":
-        from spin_usd.render.raycast import RaycastRenderer
+        from spin_usd.render.raycast.renderer import RaycastRenderer
 
         return RaycastRenderer()
     if name == "blender":

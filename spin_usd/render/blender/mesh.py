@@ -11,8 +11,8 @@ from mathutils import Matrix  # type: ignore[import-not-found]
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.render.blender.light_groups import EMISSION
-from spin_usd.render.blender.material import FIRST_NUMBER, MaterialLibrary
+from spin_usd.render.blender.lights.light_groups import EMISSION
+from spin_usd.render.blender.materials.material import FIRST_NUMBER, MaterialLibrary
 from spin_usd.render.blender.settings import assign
 from spin_usd.render.blender.shape import build_mesh
 from spin_usd.render.blender.shared_mesh import shared_meshes

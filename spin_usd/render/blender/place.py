@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.render.rays import View
+from spin_usd.render.camera_shader import View
 
 FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
 

@@ -11,13 +11,12 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
-from spin_usd.render.bands import label_bands, picture_bands
 from spin_usd.render.blender.camera import CameraRig
 from spin_usd.render.blender.denoiser import GUIDES, Denoiser
-from spin_usd.render.blender.light import LightRig
-from spin_usd.render.blender.light_groups import group_names, keep_apart, pass_names
-from spin_usd.render.blender.light_links import needs_groups
-from spin_usd.render.blender.material import black_material, label_material
+from spin_usd.render.blender.lights.light import LightRig
+from spin_usd.render.blender.lights.light_groups import group_names, keep_apart, pass_names
+from spin_usd.render.blender.lights.light_links import needs_groups
+from spin_usd.render.blender.materials.material import black_material, label_material
 from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
 from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
@@ -30,10 +29,11 @@ from spin_usd.render.blender.settings import (
     cycles_scene,
 )
 from spin_usd.render.blender.world import WorldRig
-from spin_usd.render.left_out import known_rules
-from spin_usd.render.rays import View
-from spin_usd.render.requirements import Requirements
-from spin_usd.render.surfaces import surfaces_of
+from spin_usd.render.camera_shader import View
+from spin_usd.render.crop import label_bands, picture_bands
+from spin_usd.render.skipped.material_needs import surfaces_of
+from spin_usd.render.skipped.requirements import Requirements
+from spin_usd.render.skipped.rules import known_rules
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene

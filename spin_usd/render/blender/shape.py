@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
-from spin_usd.render.blender.material import FACE_NUMBER
-from spin_usd.render.blender.textures import attribute_name
+from spin_usd.render.blender.materials.material import FACE_NUMBER
+from spin_usd.render.blender.materials.textures import attribute_name
 from spin_usd.scene.shape import Shape
 
 # A primvar's kind of attribute by its number of components, and the property that holds its values.

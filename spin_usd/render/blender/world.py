@@ -9,7 +9,7 @@ from mathutils import Matrix  # type: ignore[import-not-found]
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.render.background.surroundings import Surroundings
-from spin_usd.render.blender.light_groups import SURROUNDINGS
+from spin_usd.render.blender.lights.light_groups import SURROUNDINGS
 from spin_usd.render.blender.settings import assign
 from spin_usd.scene.texture import Color
 

@@ -11,7 +11,7 @@ from spin_usd.dataset.measure.renders import Cost, Runs
 from spin_usd.errors import InputError
 from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting
-from spin_usd.render.raycast import RaycastRenderer
+from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.light_groups import in_unit_light

@@ -13,7 +13,7 @@ from pxr import Usd
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
-from spin_usd.render.surfaces import surfaces_of
+from spin_usd.render.skipped.material_needs import surfaces_of
 from spin_usd.resources import stages
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
