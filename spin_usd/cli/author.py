@@ -88,8 +88,8 @@ def author(
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
     from spin_usd.dataset.process.child import Child
-    from spin_usd.scene.view_text import summary
-    from spin_usd.scene.views import Views
+    from spin_usd.scene.derived.view_text import summary
+    from spin_usd.scene.derived.views import Views
 
     choices: dict[str, Any] = {
         "target": target,

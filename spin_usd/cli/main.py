@@ -137,7 +137,7 @@ def check(
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
     from spin_usd.dataset.check.check import check as find
-    from spin_usd.scene.view_text import summary
+    from spin_usd.scene.derived.view_text import summary
 
     with shown(context.obj["quiet"]) as progress:
         checked = find(path, progress=progress)

@@ -41,7 +41,7 @@ def plan(
     from spin_usd.dataset.render import same_stage
     from spin_usd.dataset.render.orphans import foreign_pictures, in_words
     from spin_usd.dataset.store.dataset_folder import Store
-    from spin_usd.scene.view_text import sentences, summary
+    from spin_usd.scene.derived.view_text import sentences, summary
 
     with shown(context.obj["quiet"]) as progress:
         found = rendering.plan(request, progress=progress, explain=explain)

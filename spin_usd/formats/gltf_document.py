@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.formats.texture_file import texture_beside, texture_of
-from spin_usd.scene.asset import ImageFile
 from spin_usd.scene.shape import MAX_FACES
+from spin_usd.scene.source.asset import ImageFile
 
 GLB_MAGIC = b"glTF"
 BIN = 0x004E4942

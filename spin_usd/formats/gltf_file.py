@@ -27,8 +27,8 @@ from spin_usd.formats.gltf_materials import (
 )
 from spin_usd.formats.triangle_strips import strip_triangles
 from spin_usd.geometry.rotation import matrix_from_quaternion
-from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
+from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.texture import Primvar
 
 TRIANGLES, STRIP, FAN = 4, 5, 6

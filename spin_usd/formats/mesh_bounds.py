@@ -7,7 +7,7 @@ import trimesh
 
 from spin_usd.arrays import Float
 from spin_usd.formats.gltf_document import Document, read_document
-from spin_usd.scene.source_bounds import SourceBounds
+from spin_usd.scene.source.source_bounds import SourceBounds
 
 GLTF = (".gltf", ".glb")
 

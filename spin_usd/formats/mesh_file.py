@@ -15,8 +15,8 @@ from spin_usd.formats.gltf_file import read_gltf
 from spin_usd.formats.obj_file import read_obj
 from spin_usd.formats.ply_file import read_ply
 from spin_usd.formats.stl_file import read_stl
-from spin_usd.scene.asset import MeshAsset, MeshPart
 from spin_usd.scene.shape import MAX_FACES
+from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 FLAT_FACE = 1e-13  # area over longest edge squared: below it a face has no normal in double precision
 UNIT_LIMITS = (1e-9, 1e9)

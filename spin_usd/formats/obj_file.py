@@ -16,7 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.formats.obj_materials import read_materials
 from spin_usd.formats.text_file import read_text
 from spin_usd.formats.vertex_colors import linear_colors, with_colors
-from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"

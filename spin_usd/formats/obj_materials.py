@@ -5,8 +5,8 @@ from pathlib import Path
 from spin_usd.formats.mtl_file import read_mtl
 from spin_usd.formats.named_file import file_within
 from spin_usd.formats.text_file import read_text
-from spin_usd.scene.asset import ModelMaterial
 from spin_usd.scene.material import Material
+from spin_usd.scene.source.asset import ModelMaterial
 
 
 def read_materials(

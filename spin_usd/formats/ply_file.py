@@ -19,8 +19,8 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.texture_file import color_space, texture_beside
 from spin_usd.formats.triangle_strips import strip_triangles
 from spin_usd.formats.vertex_colors import linear_colors, with_colors
-from spin_usd.scene.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
+from spin_usd.scene.source.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 
 ST, TEXTURE = "st", "texturefile "
 KEYWORDS = (b"ply", b"format", b"comment", b"obj_info", b"element", b"property")

@@ -16,7 +16,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
-from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 
 QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
 POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from spin_usd.errors import InputError
-from spin_usd.scene.asset import MeshAsset, MeshPart
+from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 
 def read_stl(path: Path) -> MeshAsset:

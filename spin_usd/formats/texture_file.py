@@ -11,7 +11,7 @@ from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
 from spin_usd.formats.named_file import file_within
-from spin_usd.scene.asset import RAW, SRGB, ImageFile
+from spin_usd.scene.source.asset import RAW, SRGB, ImageFile
 
 EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.scene.surface import Surface
+from spin_usd.scene.derived.surface import Surface
 
 
 def depth(surface: Surface, shape: tuple[int, int]) -> NDArray[np.float32]:

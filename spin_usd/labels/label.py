@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
 from spin_usd.labels.segmentation import segmentation
-from spin_usd.scene.channels import Channels
-from spin_usd.scene.surface import Surface
+from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.source.channels import Channels
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import frozen
 from spin_usd.geometry.camera import Camera
+from spin_usd.scene.derived.vignetting import polynomial_gain
 from spin_usd.scene.sensor import Optics
-from spin_usd.scene.vignetting import polynomial_gain
 
 
 def vignetting_gain(camera: Camera, optics: Optics) -> NDArray[np.float32] | None:

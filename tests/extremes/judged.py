@@ -13,7 +13,7 @@ from extremes import exact
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
 from spin_usd.render.camera_shader import View
-from spin_usd.scene.surface import visible_surface
+from spin_usd.scene.derived.surface import visible_surface
 
 U32, U64 = 2.0**-24, 2.0**-53
 # A label's number passes through the rotation's entries (6 roundings), its product with a point (6), the pixel's ray

@@ -9,9 +9,9 @@ from extremes.cases import camera, plate
 from scenes import scene, target
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.material import Material
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Optics, Sensor

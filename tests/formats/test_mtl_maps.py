@@ -8,7 +8,7 @@ import trimesh
 from PIL import Image
 
 from spin_usd.formats.mesh_file import read_mesh_file
-from spin_usd.scene.asset import ImageMap, MeshAsset, Placement
+from spin_usd.scene.source.asset import ImageMap, MeshAsset, Placement
 from tests.formats.conftest import png
 
 OBJ = """mtllib model.mtl

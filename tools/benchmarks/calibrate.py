@@ -29,8 +29,8 @@ from spin_usd.dataset.plan.work import Making, Method, amounts
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort
-from spin_usd.scene.keys import RenderSettings
 
 EFFORTS = (
     "samples=1",

@@ -25,8 +25,8 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import parse_effort
-from spin_usd.scene.keys import RenderSettings
 from spin_usd.stage.read.stage_reader import StageReader
 
 OURS = "spin_usd, image and labels"

@@ -28,7 +28,7 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest, plan
-from spin_usd.scene.keys import RenderSettings
+from spin_usd.scene.derived.keys import RenderSettings
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

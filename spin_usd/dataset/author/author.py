@@ -22,9 +22,9 @@ from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedEr
 from spin_usd.formats.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.poses import PoseList
-from spin_usd.scene.view_text import sentences
-from spin_usd.scene.views import Views
+from spin_usd.scene.derived.view_text import sentences
+from spin_usd.scene.derived.views import Views
+from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import Opinions, over
 from spin_usd.stage.author.camera_layer import lens_of

@@ -16,7 +16,7 @@ from spin_usd.formats.spec_file import NOMINAL
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
-from spin_usd.scene.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
+from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.stage.augment.sampled_values import Opinions, in_turn, open_base
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine

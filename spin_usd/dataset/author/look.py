@@ -1,7 +1,7 @@
 """What a user should know, before any picture is made, of how a new stage's target will look."""
 
 from spin_usd.errors import SpinError
-from spin_usd.scene.emission import dim_emissions
+from spin_usd.scene.derived.emission import dim_emissions
 from spin_usd.stage.read.stage_reader import StageReader
 
 BLACK = (0.0, 0.0, 0.0)

@@ -11,9 +11,9 @@ from spin_usd.formats.mesh_file import READERS
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.scene.plausible import is_plausible, likely_units
-from spin_usd.scene.poses import PoseList
-from spin_usd.scene.view_text import number_text, size_text
+from spin_usd.scene.derived.view_text import number_text, size_text
+from spin_usd.scene.source.plausible import is_plausible, likely_units
+from spin_usd.scene.source.poses import PoseList
 
 INSISTS = "--any-size insists"
 

@@ -9,7 +9,7 @@ from spin_usd.errors import InputError
 from spin_usd.formats.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh_file import READERS
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.source_bounds import SourceBounds
+from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.author.target.from_usd import TargetAsset
 from spin_usd.stage.author.target.source_bounds import usd_bounds
 from spin_usd.stage.read.stage_reader import StageReader

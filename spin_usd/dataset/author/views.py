@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.geometry.rotation import matrices_from_quaternions
-from spin_usd.scene.lit_share import suns_of
+from spin_usd.scene.derived.lit_share import suns_of
+from spin_usd.scene.derived.views import Views, views_of
 from spin_usd.scene.mesh import Mesh
-from spin_usd.scene.poses import PoseList
-from spin_usd.scene.views import Views, views_of
+from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.read.stage_reader import StageReader
 
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are looked at: each takes about a millisecond

@@ -13,8 +13,8 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.dataset.store.tree import STRANGE, Node, NodeType, file_at, type_of, walk
 from spin_usd.errors import InputError, SpinError
+from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.scene.views import Views
 
 Progress = Callable[[str, int, int], None]
 

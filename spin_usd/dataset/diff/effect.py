@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff.apply_difference import Stage, add_schemas, can_transplant, transplant
 from spin_usd.stage.diff.differences import PRIM, Difference

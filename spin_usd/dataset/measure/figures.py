@@ -17,9 +17,9 @@ from spin_usd.measuring.error import LinearError, Reference, linear_error, stand
 from spin_usd.measuring.measurement import Figures, Saving, Setting
 from spin_usd.measuring.structure import RADIUS_PX, similarity
 from spin_usd.render.background.sky import sky
+from spin_usd.scene.derived.keys import RenderSettings, picture_seed
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import RenderSettings, picture_seed
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.sensor.develop import develop, developed_without_noise

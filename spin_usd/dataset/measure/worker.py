@@ -20,9 +20,9 @@ from spin_usd.measuring.agreement import LabelImages, Sight, agreement
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.renderer import Renderer
 from spin_usd.render.skipped.requirements import Requirements
+from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import RenderSettings
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.stage.read.stage_reader import StageReader

@@ -13,13 +13,13 @@ from spin_usd.labels.label import LABELS
 from spin_usd.render.background.sky import sky
 from spin_usd.render.downscale import enlarged, reduced
 from spin_usd.render.renderer import Renderer
-from spin_usd.scene.channels import Channels
-from spin_usd.scene.keys import RenderSettings, picture_seed, render_seed
-from spin_usd.scene.light_groups import UnitLight
+from spin_usd.scene.derived.keys import RenderSettings, picture_seed, render_seed
+from spin_usd.scene.derived.light_groups import UnitLight
+from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
-from spin_usd.scene.surface import visible_surface
+from spin_usd.scene.source.channels import Channels
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposure_end, metered
 from spin_usd.sensor.tones import target_tones

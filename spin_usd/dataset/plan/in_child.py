@@ -16,12 +16,12 @@ from spin_usd.dataset.plan.work import features
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.finding import in_sentences
-from spin_usd.scene.keys import KeyMaker, RenderSettings
-from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
-from spin_usd.scene.views import ViewCollector
 from spin_usd.stage.author.provenance import origin_of
 from spin_usd.stage.composition.copy_stage import copy_stage
 from spin_usd.stage.read.stage_reader import StageReader

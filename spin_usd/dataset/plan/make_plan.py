@@ -11,9 +11,9 @@ from spin_usd.dataset.plan.skipped_work import Spared, spared
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
+from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.views import Views, together
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import RenderSettings
-from spin_usd.scene.views import Views, together
 
 KEYS = ("geometry", "radiance", "exposure")
 COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")

@@ -36,12 +36,12 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
-from spin_usd.scene.channels import Channels
-from spin_usd.scene.keys import KeyMaker, picture_seed, render_seed
-from spin_usd.scene.light_groups import in_unit_light
+from spin_usd.scene.derived.keys import KeyMaker, picture_seed, render_seed
+from spin_usd.scene.derived.light_groups import in_unit_light
+from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.sunlight import Sunlight, sunlight
+from spin_usd.scene.source.channels import Channels
 from spin_usd.stage.read.stage_reader import StageReader
 
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock

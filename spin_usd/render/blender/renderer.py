@@ -34,8 +34,8 @@ from spin_usd.render.crop import label_bands, picture_bands
 from spin_usd.render.skipped.material_needs import surfaces_of
 from spin_usd.render.skipped.requirements import Requirements
 from spin_usd.render.skipped.rules import known_rules
+from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.render.raycast.preview_light import Beam, beam, mean_radiance
-from spin_usd.scene.faces import groups_of, materials_of
+from spin_usd.scene.derived.faces import groups_of, materials_of
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.lookup import material_values
+from spin_usd.scene.derived.surface import geometric_normals, shading_normals, surface_points, weights_at
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
-from spin_usd.scene.light_groups import Groups
-from spin_usd.scene.lookup import material_values
 from spin_usd.scene.model import Scene
-from spin_usd.scene.surface import geometric_normals, shading_normals, surface_points, weights_at
 from spin_usd.scene.target import Target
 
 LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there

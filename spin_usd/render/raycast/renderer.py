@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.render.raycast import lambert
+from spin_usd.scene.derived.faces import groups_of
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.lookup import is_there
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.faces import groups_of
 from spin_usd.scene.light import Links
-from spin_usd.scene.light_groups import Groups
-from spin_usd.scene.lookup import is_there
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility

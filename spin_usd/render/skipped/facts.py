@@ -9,9 +9,9 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_reach
 from spin_usd.render.background.surroundings import Surroundings
 from spin_usd.render.skipped.material_needs import Surfaces, surfaces_of
+from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DomeLight
-from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.scene.lookup import extremes
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.material import LIMITS, PRESENCE, Material
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Target

@@ -7,7 +7,7 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.scene.part_rule import PartRule, first_match
+from spin_usd.scene.source.part_rule import PartRule, first_match
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.model_surfaces import Surface, model_surfaces
 from spin_usd.stage.author.poses_layer import TARGET

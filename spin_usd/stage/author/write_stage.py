@@ -12,7 +12,7 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.scene.poses import PoseList
+from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.author.diffuse_materials import find_matt
 from spin_usd.stage.author.lights_and_environment import USUAL, rig_by_name
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer

@@ -7,9 +7,9 @@ from pathlib import Path
 from pxr import Usd
 
 from spin_usd.errors import SpinError
+from spin_usd.scene.derived.views import ViewCollector, Views
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
-from spin_usd.scene.views import ViewCollector, Views
 from spin_usd.stage.check.blended_poses import BlendedPoses
 from spin_usd.stage.check.identical_variants import SameVariants
 from spin_usd.stage.check.refusals import refusals

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import WARNING, Finding
-from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.stage.read.stage_reader import StageReader
 

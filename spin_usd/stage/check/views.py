@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from spin_usd.scene import views
+from spin_usd.scene.derived import views
+from spin_usd.scene.derived.view_text import WORDS, number_text, sentence, size_text
+from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.scene.plausible import SIZES, is_plausible
-from spin_usd.scene.view_text import WORDS, number_text, sentence, size_text
-from spin_usd.scene.views import Views
+from spin_usd.scene.source.plausible import SIZES, is_plausible
 
 CODES = {
     views.INSIDE: "camera-inside",

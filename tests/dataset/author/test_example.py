@@ -17,7 +17,7 @@ from spin_usd.formats.example_file import example_names
 from spin_usd.formats.pose_list import read_pose_list
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.resources import schemas, stages
-from spin_usd.scene.poses import FRAME_NAME, repeated_name
+from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer
 from spin_usd.stage.author.camera_layer import camera_by_name, lens_of, open_camera_layer
 from spin_usd.stage.author.target.extent import box_corners

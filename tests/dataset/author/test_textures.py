@@ -13,7 +13,7 @@ from trimesh.visual.color import uv_to_color
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.author.author import author_stage
-from spin_usd.scene.lookup import values_at
+from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.texture import Color, Primvar, Texture

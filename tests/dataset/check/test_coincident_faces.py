@@ -5,7 +5,7 @@ import pytest
 from scenes import box, target
 
 from spin_usd.dataset.check.coincident_faces import LEAST_SHARE, face_findings
-from spin_usd.scene.coincidence import GAP
+from spin_usd.scene.derived.coincidence import GAP
 
 BOX = box()
 AREA = 6.0  # of the box of side 1

@@ -12,9 +12,9 @@ from spin_usd.errors import InputError
 from spin_usd.measuring.error import FLOOR
 from spin_usd.measuring.measurement import Setting
 from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import AutoExposure, Sensor
 

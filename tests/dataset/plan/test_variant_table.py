@@ -10,8 +10,8 @@ from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.variant_table import MANY, Row, in_lines, matrix
 from spin_usd.dataset.plan.work import Making, Method
 from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.stage.read.stage_reader import StageReader
 
 METHOD = Method(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)

@@ -7,10 +7,10 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.surface import visible_surface
 from spin_usd.scene.texture import Image, Primvar, Texture
 
 CHECKS = 8  # fields of the chequer per side

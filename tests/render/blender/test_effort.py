@@ -7,9 +7,9 @@ import pytest
 import scenes
 
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DistantLight
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.material import Material
 
 CAMERA = replace(scenes.SMALL, fx=90.0, fy=90.0, cx=32.0, cy=24.0, distortion=(0.0,) * 5)
@@ -86,7 +86,7 @@ class TestAdaptive:
         scene, effort = parts(METAL, sun(), panel()), {"samples": 4 * LOOK, "adaptive": NOISE}
         apart = render(blender, scene, **effort)
         monkeypatch.setattr("spin_usd.render.blender.renderer.group_names", lambda groups: ["all"])
-        monkeypatch.setattr("spin_usd.scene.light_groups.Groups.count", 1)
+        monkeypatch.setattr("spin_usd.scene.derived.light_groups.Groups.count", 1)
         whole = render(blender, scene, **effort)
         np.testing.assert_array_equal(apart.coverage, whole.coverage)
         np.testing.assert_allclose(apart.rgb, whole.rgb, rtol=ROUNDING, atol=ROUNDING * whole.rgb.max())

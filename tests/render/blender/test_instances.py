@@ -11,11 +11,11 @@ from placed import expanded, made_out, placed
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.crop import label_bands
 from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.faces import corners_of, groups_of, materials_of, normals_of, parts_of, primvar_of
+from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.faces import corners_of, groups_of, materials_of, normals_of, parts_of, primvar_of
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
-from spin_usd.scene.surface import visible_surface
 from spin_usd.scene.texture import Primvar
 
 CAMERA = Camera(width=160, height=120, fx=150, fy=150, cx=80, cy=60)

@@ -8,10 +8,10 @@ import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.light_groups import Groups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
-from spin_usd.scene.light_groups import Groups, in_unit_light
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter, ThinLens
 from spin_usd.scene.sensor import LUMINANCE

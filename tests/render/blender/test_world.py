@@ -9,10 +9,10 @@ import scenes
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.background.latlong import bilinear_latlong, planes
 from spin_usd.render.background.surroundings import Surroundings
+from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
-from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 

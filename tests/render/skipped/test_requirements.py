@@ -10,8 +10,8 @@ from needs import BALL, DARK, DOME, EARTH, GLOWING, MATT, METAL, PINHOLE, SUN, T
 from spin_usd.render.skipped.material_needs import surfaces_of
 from spin_usd.render.skipped.requirements import Requirements
 from spin_usd.render.skipped.rules import RULES
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter, ThinLens
 from spin_usd.scene.texture import Primvar, Texture

@@ -13,8 +13,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdValidation
 
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.asset import MeshAsset, MeshPart
-from spin_usd.scene.poses import PoseList
+from spin_usd.scene.source.asset import MeshAsset, MeshPart
+from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.author.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
 from spin_usd.stage.author.provenance import Origin
 from spin_usd.stage.author.target.from_mesh_file import write_mesh_target

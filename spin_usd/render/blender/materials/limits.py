@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.lookup import extremes
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.material import LIMITS, Material
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.texture import Primvar, Texture

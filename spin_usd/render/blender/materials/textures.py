@@ -13,7 +13,7 @@ import numpy as np
 
 from spin_usd.arrays import digest
 from spin_usd.render.blender.materials.nodes import Nodes, Value
-from spin_usd.scene.lookup import look_up, placed
+from spin_usd.scene.derived.lookup import look_up, placed
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import IDENTITY, Coordinates, Image, Primvar, Texture, Tiles
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from spin_usd.arrays import Float
-from spin_usd.scene.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.scene.material import Material
+from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.stage.author.target.material_network import author_material
 from spin_usd.stage.author.target.texture_files import asset_paths, write_images
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pxr import Gf, Sdf, Usd, UsdShade
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.asset import ImageFile, ImageMap, ModelMaterial, Placement
 from spin_usd.scene.material import TRANSPARENT, Material
+from spin_usd.scene.source.asset import ImageFile, ImageMap, ModelMaterial, Placement
 from spin_usd.scene.texture import Primvar
 
 TYPES = Sdf.ValueTypeNames

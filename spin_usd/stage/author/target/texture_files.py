@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from spin_usd.scene.asset import ImageFile, MeshAsset
+from spin_usd.scene.source.asset import ImageFile, MeshAsset
 from spin_usd.stage.usd.layer_file import writing
 
 FOLDER = "textures"

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.lookup import extremes
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.material import INFINITY, LIMITS, PRESENCE, TRANSPARENT, Limits, Material
 from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.composition.images import Images

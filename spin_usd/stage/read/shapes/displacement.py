@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.lookup import look_up, placed
+from spin_usd.scene.derived.lookup import look_up, placed
 from spin_usd.scene.texture import Primvar, Scalar, Texture
 from spin_usd.stage.read.shapes.tessellate import tessellated, welded
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit

@@ -13,11 +13,11 @@ from spin_usd.render.blender.materials import textures
 from spin_usd.render.blender.materials.nodes import Nodes
 from spin_usd.render.blender.materials.textures import node_value
 from spin_usd.render.skipped.material_needs import Surfaces
+from spin_usd.scene.derived.lookup import values_at
+from spin_usd.scene.derived.surface import visible_surface, weights_at
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.lookup import values_at
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.surface import visible_surface, weights_at
 from spin_usd.scene.texture import IDENTITY, OUTPUTS, WRAPS, Coordinates, Image, Primvar, Texture, Tiles
 
 TEXEL = 1e-4  # of the image's range: float32 coordinates of a ray that misses its pixel's centre by 1e-4 px

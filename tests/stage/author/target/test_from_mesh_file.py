@@ -10,8 +10,8 @@ from PIL import Image
 from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdUtils
 
 from spin_usd.errors import GeometryError
-from spin_usd.scene.asset import RAW, SRGB, ImageFile, ImageMap, MeshAsset, MeshPart, ModelMaterial, Placement
 from spin_usd.scene.material import PRESENCE, Material
+from spin_usd.scene.source.asset import RAW, SRGB, ImageFile, ImageMap, MeshAsset, MeshPart, ModelMaterial, Placement
 from spin_usd.scene.texture import Primvar
 from spin_usd.stage.author.target.from_mesh_file import write_mesh_target
 from spin_usd.stage.check.check_stage import validator_findings

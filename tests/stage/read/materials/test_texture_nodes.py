@@ -7,7 +7,7 @@ import pytest
 from pxr import Sdf, Usd, UsdShade, UsdUtils
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.lookup import values_at
+from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Primvar, Texture
 from spin_usd.stage.author.target.from_usd import copy_usd_target
 from spin_usd.stage.composition.images import Images

@@ -6,7 +6,7 @@ import trimesh
 from PIL import Image as PillowImage
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.lookup import values_at
+from spin_usd.scene.derived.lookup import values_at
 from spin_usd.scene.texture import Coordinates, Image, Texture
 from spin_usd.stage.read.shapes import tessellate
 from spin_usd.stage.read.shapes.displacement import displaced

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.render.raycast.renderer import RaycastRenderer
-from spin_usd.scene.surface import visible_surface
+from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.stage.read.target.assembly import LEAST_SHARED
 
 ONCE_BALL = """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes import target
 
-from spin_usd.scene.lookup import is_there, look_up, material_values, placed, values_at
+from spin_usd.scene.derived.lookup import is_there, look_up, material_values, placed, values_at
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import WRAPS, Coordinates, Image, Primvar, Texture, Tiles
 

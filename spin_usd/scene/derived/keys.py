@@ -12,9 +12,9 @@ from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.scene.content import content, key_of
+from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight
-from spin_usd.scene.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 
 

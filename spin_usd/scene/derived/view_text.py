@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.scene import views
-from spin_usd.scene.views import Some, Views
+from spin_usd.scene.derived import views
+from spin_usd.scene.derived.views import Some, Views
 
 FEW_NAMES = 3  # of pictures in a sentence
 

@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.geometry.ellipsoid import rays_meet
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.eclipse import disc, eclipsed, obscuration
+from spin_usd.scene.derived.eclipse import disc, eclipsed, obscuration
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight
 

@@ -11,12 +11,12 @@ from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.facing import facing_share, few_axes
 from spin_usd.geometry.triangles import normals
 from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.lit_share import lit_shares
+from spin_usd.scene.derived.surface import geometric_normals, visible_surface
+from spin_usd.scene.derived.view_text import sentences, size_text, summary
+from spin_usd.scene.derived.views import BEHIND, CUT_OFF, DARK, FEW_PIXELS, INSIDE, OUTSIDE, UNLIT, ViewCollector, Views
 from spin_usd.scene.light import AreaLight, DistantLight
-from spin_usd.scene.lit_share import lit_shares
-from spin_usd.scene.plausible import is_plausible, likely_units
-from spin_usd.scene.surface import geometric_normals, visible_surface
-from spin_usd.scene.view_text import sentences, size_text, summary
-from spin_usd.scene.views import BEHIND, CUT_OFF, DARK, FEW_PIXELS, INSIDE, OUTSIDE, UNLIT, ViewCollector, Views
+from spin_usd.scene.source.plausible import is_plausible, likely_units
 
 CAMERA = replace(scenes.SMALL, width=160, height=120, fx=140, fy=140, cx=80, cy=60, distortion=(0.0,) * 5)
 SUN = DistantLight(path="/Sun", direction_cam=(0.0, 0.0, 1.0), irradiance=(1361.0,) * 3)  # behind the camera

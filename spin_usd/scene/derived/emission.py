@@ -4,8 +4,8 @@ from math import pi
 
 import numpy as np
 
+from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.light import DistantLight
-from spin_usd.scene.lookup import extremes
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.scene.faces import corners_of
+from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.mesh import Mesh
 
 # Of the target's radius. A renderer's float32 resolves a range of 16 radii, beyond which its rays start at the target,

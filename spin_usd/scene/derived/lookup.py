@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.scene.faces import materials_of, primvar_of
+from spin_usd.scene.derived.faces import materials_of, primvar_of
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.target import Target

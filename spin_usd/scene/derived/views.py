@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framings
-from spin_usd.scene.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
+from spin_usd.scene.derived.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.facing import facing_share
+from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.light import DistantLight, DomeLight
-from spin_usd.scene.light_groups import Groups
 from spin_usd.scene.model import Scene
 
 TINY = np.finfo(np.float64).tiny

@@ -16,7 +16,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
-from spin_usd.scene.faces import corners_of, normals_of, parts_of
+from spin_usd.scene.derived.faces import corners_of, normals_of, parts_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scenes import pose, scene, soup, target
 
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh

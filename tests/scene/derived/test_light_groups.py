@@ -8,11 +8,11 @@ import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
+from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.light_groups import CLASS, Groups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
-from spin_usd.scene.keys import KeyMaker, RenderSettings
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
-from spin_usd.scene.light_groups import CLASS, Groups, in_unit_light
 from spin_usd.scene.material import Material
 
 DOUBLE = 1e-12
