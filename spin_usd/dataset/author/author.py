@@ -19,7 +19,7 @@ from spin_usd.dataset.author.views import Look, look_at
 from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
-from spin_usd.formats.mesh_file import READERS, read_mesh_file
+from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.derived.view_text import sentences

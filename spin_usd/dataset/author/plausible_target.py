@@ -7,7 +7,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh_file import READERS
+from spin_usd.formats.mesh.mesh_file import READERS
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions

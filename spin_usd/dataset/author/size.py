@@ -6,8 +6,8 @@ from pathlib import Path
 from spin_usd.arrays import Float
 from spin_usd.dataset.author.look import look_notes
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh_file import READERS
+from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
+from spin_usd.formats.mesh.mesh_file import READERS
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.author.target.from_usd import TargetAsset

@@ -16,9 +16,9 @@ from plyfile import PlyData, PlyElement
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, SpinError
+from spin_usd.formats.mesh.triangle_strips import strip_triangles
+from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.texture_file import color_space, texture_beside
-from spin_usd.formats.triangle_strips import strip_triangles
-from spin_usd.formats.vertex_colors import linear_colors, with_colors
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import ImageMap, MeshAsset, MeshPart, ModelMaterial
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.formats.gltf_document import Document, at, read_document
-from spin_usd.formats.gltf_draco import DRACO, decompressed
-from spin_usd.formats.gltf_materials import (
+from spin_usd.formats.mesh.gltf_document import Document, at, read_document
+from spin_usd.formats.mesh.gltf_draco import DRACO, decompressed
+from spin_usd.formats.mesh.gltf_materials import (
     DISPLAY_COLOR,
     MATERIAL_EXTENSIONS,
     OPAQUE,
@@ -25,7 +25,7 @@ from spin_usd.formats.gltf_materials import (
     primvar,
     read_material,
 )
-from spin_usd.formats.triangle_strips import strip_triangles
+from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from spin_usd.arrays import Float
-from spin_usd.formats.gltf_document import Document, read_document
+from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.scene.source.source_bounds import SourceBounds
 
 GLTF = (".gltf", ".glb")

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from spin_usd.formats.mesh_file import read_mesh_file
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.texture import Primvar
-from tests.formats.conftest import png
+from tests.formats.mesh.conftest import png
 
 POINTS = "v 0 0 0 1 0 0\nv 1 0 0 0.25 0.5 1\nv 0 1 0 0 0 1\nvt 0 0\n"
 SHOWN = Primvar(name="displayColor")

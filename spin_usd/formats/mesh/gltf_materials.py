@@ -11,7 +11,7 @@ from math import cos, degrees, sin
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.formats.gltf_document import Document, at
+from spin_usd.formats.mesh.gltf_document import Document, at
 from spin_usd.scene.material import PRESENCE, Material
 from spin_usd.scene.source.asset import RAW, SRGB, ImageMap, ModelMaterial, Placement
 from spin_usd.scene.texture import RGBA, Color, Primvar

@@ -13,11 +13,11 @@ from PIL import Image
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh_file import read_mesh_file
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.material import PRESENCE
 from spin_usd.scene.source.asset import ImageMap, MeshAsset, Placement
 from spin_usd.scene.texture import Primvar
-from tests.formats.conftest import COORDINATES, FACES, SQUARE, GltfWriter, png, uri
+from tests.formats.mesh.conftest import COORDINATES, FACES, SQUARE, GltfWriter, png, uri
 
 FLOAT32 = 1e-7  # relative, of numbers near one
 PICTURE = png(np.arange(48).reshape(4, 4, 3) * 5)

@@ -12,8 +12,8 @@ from math import isfinite
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.formats.mtl_maps import MapStatement, image_of, is_map, map_statement
-from spin_usd.formats.mtl_opacity import Statements, opacity, opacity_note, tr_is_opacity
+from spin_usd.formats.mesh.mtl_maps import MapStatement, image_of, is_map, map_statement
+from spin_usd.formats.mesh.mtl_opacity import Statements, opacity, opacity_note, tr_is_opacity
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import ImageMap, ModelMaterial
 from spin_usd.scene.texture import Color

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from spin_usd.arrays import Float
-from spin_usd.formats.mesh_bounds import mesh_bounds
-from spin_usd.formats.mesh_file import read_mesh_file
-from tests.formats.conftest import FACES, SQUARE, GltfWriter
+from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
+from tests.formats.mesh.conftest import FACES, SQUARE, GltfWriter
 
 TWO = [{"mesh": 0, "name": "x", "translation": [50, 0, 0]}, {"mesh": 0, "name": "x", "translation": [0, 7, 0]}]
 

@@ -11,7 +11,7 @@ import DracoPy
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.formats.gltf_document import Document
+from spin_usd.formats.mesh.gltf_document import Document
 
 DRACO = "KHR_draco_mesh_compression"
 

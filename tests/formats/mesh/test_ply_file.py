@@ -9,11 +9,11 @@ import trimesh
 from plyfile import PlyData, PlyElement
 
 from spin_usd.errors import InputError
-from spin_usd.formats.mesh_file import read_mesh_file
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.derived import srgb
 from spin_usd.scene.source.asset import MeshAsset
 from spin_usd.scene.texture import Primvar
-from tests.formats.conftest import png
+from tests.formats.mesh.conftest import png
 
 POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 2, 0)]
 XYZ = [("x", "f4"), ("y", "f4"), ("z", "f4")]

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.formats.gltf_file import read_gltf
-from spin_usd.formats.obj_file import read_obj
-from spin_usd.formats.ply_file import read_ply
-from spin_usd.formats.stl_file import read_stl
+from spin_usd.formats.mesh.gltf_file import read_gltf
+from spin_usd.formats.mesh.obj_file import read_obj
+from spin_usd.formats.mesh.ply_file import read_ply
+from spin_usd.formats.mesh.stl_file import read_stl
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from spin_usd.formats.mesh_file import read_mesh_file
+from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.source.asset import ImageMap, MeshAsset, Placement
-from tests.formats.conftest import png
+from tests.formats.mesh.conftest import png
 
 OBJ = """mtllib model.mtl
 v 0 0 0

@@ -13,9 +13,9 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.obj_materials import read_materials
+from spin_usd.formats.mesh.obj_materials import read_materials
+from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import read_text
-from spin_usd.formats.vertex_colors import linear_colors, with_colors
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
