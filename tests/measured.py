@@ -1,6 +1,6 @@
 """Measurements made by hand."""
 
-from spin_usd.measuring.measurement import Figures, Frame, Measurement, Setting
+from spin_usd.accuracy.measurement import Figures, Frame, Measurement, Setting
 from spin_usd.scene.effort import Effort, parse_effort
 
 NOISE_DN = 1.5

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parent.parent / "spin_usd"
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py") if "data" not in path.relative_to(ROOT).parts)
 
 CORE = {"errors", "arrays", "geometry", "scene"}
-SIBLINGS = {"stage", "render", "sensor", "labels", "formats", "sampling", "measuring"}
+SIBLINGS = {"stage", "render", "sensor", "labels", "formats", "sampling", "accuracy"}
 # What each part of spin_usd may import of spin_usd, besides itself. The siblings meet in scene and in dataset.
 MAY_IMPORT = {
     "__init__": set(),
@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "sensor": CORE,
     "labels": CORE,
     "sampling": CORE,
-    "measuring": CORE,
+    "accuracy": CORE,
     "formats": CORE | {"resources"},
     "stage": CORE | {"resources", "plugin_path"},
     "dataset": CORE | SIBLINGS | {"resources", "plugin_path"},
@@ -74,7 +74,7 @@ PURE = (
     "sensor",
     "labels",
     "sampling",
-    "measuring",
+    "accuracy",
     "render/raycast/renderer.py",
     "render/raycast/lambert.py",
     "render/camera_shader.py",

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:
+    from spin_usd.accuracy.measurement import Setting
     from spin_usd.dataset.plan.effort_choice import Chosen
-    from spin_usd.measuring.measurement import Setting
     from spin_usd.scene.effort import Effort
 
 
@@ -23,9 +23,9 @@ def setting_of(
 ) -> tuple["Setting", "Chosen | None"]:
     """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
     do not go together."""
+    from spin_usd.accuracy.measurement import Setting
     from spin_usd.dataset.plan import effort_choice as choosing
     from spin_usd.dataset.store.measurement_file import measurement_file
-    from spin_usd.measuring.measurement import Setting
     from spin_usd.scene.effort import Effort, parse_effort
 
     ways = {"--samples": samples, "--effort": effort, "--quality": quality, "--error": error}

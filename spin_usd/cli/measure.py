@@ -37,10 +37,10 @@ def measure(
     Run again with another --count, --seeds or the like, it replaces the figures, and renders only what is missing.
     Another stage or variant takes another --out.
     """
+    from spin_usd.accuracy.report import in_short
     from spin_usd.dataset.measure.campaign import MeasureRequest
     from spin_usd.dataset.measure.measure import measure as measured
     from spin_usd.dataset.store.measurement_file import folder_of
-    from spin_usd.measuring.report import in_short
 
     request = MeasureRequest(
         stage=stage,

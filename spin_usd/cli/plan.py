@@ -108,8 +108,8 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
 
 def table(cost: "Matrix") -> str:
     """The matrix in aligned columns: counts are of what no variant above has made; time is of one core."""
+    from spin_usd.accuracy.tables import in_columns
     from spin_usd.dataset.plan.variant_table import in_lines
-    from spin_usd.measuring.tables import in_columns
 
     return in_columns(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 

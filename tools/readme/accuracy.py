@@ -5,13 +5,13 @@ from pathlib import Path
 from readme.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
+from spin_usd.accuracy.front import Criterion, Outcome
+from spin_usd.accuracy.measurement import Measurement, Saving
+from spin_usd.accuracy.report import in_full
+from spin_usd.accuracy.summary import AUTOMATIC, PLAIN, by_name
+from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.store.measurement_file import read_measurement
-from spin_usd.measuring.front import Criterion, Outcome
-from spin_usd.measuring.measurement import Measurement, Saving
-from spin_usd.measuring.report import in_full
-from spin_usd.measuring.summary import AUTOMATIC, PLAIN, by_name
-from spin_usd.measuring.tables import in_markdown, number, percent
 
 
 def measurements(folder: Path) -> dict[str, Measurement]:

@@ -9,7 +9,7 @@ from benchmarks.frames import OURS
 from benchmarks.spread import shown
 from readme.marked import NotMeasuredError, prose
 
-from spin_usd.measuring.tables import in_markdown, number, percent
+from spin_usd.accuracy.tables import in_markdown, number, percent
 
 
 def _figures(folder: Path, name: str) -> dict[str, Any]:

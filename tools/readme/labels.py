@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from spin_usd.measuring.tables import in_markdown, percent
+from spin_usd.accuracy.tables import in_markdown, percent
 
 LABELS = {"depth": "depth, of itself", "body": "body point, of the target's radius", "reprojection": "reprojection, px"}
 SHOWN = ("median", "p99_9", "worst")

@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.accuracy.measurement import FORMULAS, Measurement
+from spin_usd.accuracy.sweep import STEP
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure.renders import Runs
@@ -12,8 +14,6 @@ from spin_usd.dataset.plan.make_plan import Progress
 from spin_usd.dataset.process.child import HANG_S
 from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import FORMULAS, Measurement
-from spin_usd.measuring.walk import STEP
 from spin_usd.scene.effort import MOST_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from spin_usd.accuracy.measurement import Execution, Failure
+from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import Campaign, weight
 from spin_usd.dataset.measure.pool import Job, Kind
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.job import PlannedPicture
-from spin_usd.measuring.measurement import Execution, Failure
-from spin_usd.measuring.walk import base_effort
 
 
 @dataclass(frozen=True, kw_only=True)

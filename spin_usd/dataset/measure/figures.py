@@ -1,4 +1,4 @@
-"""A picture's figures, from the runs that were made of it: the sentences that measuring is the words of."""
+"""A picture's figures, from the runs that were made of it: the sentences that accuracy is the words of."""
 
 import math
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.accuracy.error import LinearError, Reference, linear_error, standard_error
+from spin_usd.accuracy.measurement import Figures, Saving, Setting
+from spin_usd.accuracy.ssim import RADIUS_PX, similarity
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.errors import InputError
-from spin_usd.measuring.error import LinearError, Reference, linear_error, standard_error
-from spin_usd.measuring.measurement import Figures, Saving, Setting
-from spin_usd.measuring.structure import RADIUS_PX, similarity
 from spin_usd.render.background.sky import sky
 from spin_usd.scene.derived.keys import RenderSettings, picture_seed
 from spin_usd.scene.derived.light_groups import in_unit_light

@@ -8,6 +8,8 @@ from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
 
+from spin_usd.accuracy.measurement import Measurement
+from spin_usd.accuracy.sweep import representative
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.picture_task import PictureTask
@@ -26,8 +28,6 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement
 from spin_usd.dataset.store.tree import NodeType, files, type_of
 from spin_usd.errors import InputError, RenderError
-from spin_usd.measuring.measurement import Measurement
-from spin_usd.measuring.walk import representative
 from spin_usd.scene.effort import Effort
 
 RUNS = "runs"

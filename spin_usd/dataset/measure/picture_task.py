@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from spin_usd.accuracy.measurement import Failure, Figures, Frame, LabelFigures, Measurement, Setting
+from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
 from spin_usd.dataset.measure.pool import Kind, Pool
 from spin_usd.dataset.measure.savings import SavingsTask
 from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import Failure, Figures, Frame, LabelFigures, Measurement, Setting
-from spin_usd.measuring.walk import settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
 FIRST_PARTS = 4  # whose spread tells the reference's error well enough to say how many more are needed

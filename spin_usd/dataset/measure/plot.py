@@ -14,9 +14,9 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from spin_usd.measuring.choice import AUTO
-from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
-from spin_usd.measuring.measurement import Measurement, Setting
+from spin_usd.accuracy.choice import AUTO
+from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
+from spin_usd.accuracy.measurement import Measurement, Setting
 from spin_usd.scene.effort import QUALITIES, Effort
 
 SIZE_INCHES = (10.5, 4.2)

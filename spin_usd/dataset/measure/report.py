@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from spin_usd.accuracy.measurement import Measurement
+from spin_usd.accuracy.report import in_full
 from spin_usd.dataset.measure.plot import plot
 from spin_usd.dataset.store.atomic import write_text
-from spin_usd.measuring.measurement import Measurement
-from spin_usd.measuring.report import in_full
 
 TABLES, PLOT = "measure.md", "measure.svg"
 

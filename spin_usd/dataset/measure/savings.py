@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 
+from spin_usd.accuracy.measurement import Failure, Saving
+from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, weight
 from spin_usd.dataset.measure.pool import Job, Pool
 from spin_usd.dataset.render.job import PlannedPicture
-from spin_usd.measuring.measurement import Failure, Saving
-from spin_usd.measuring.walk import base_effort
 
 EVERYTHING = "everything"  # all of the work at once
 RENDERS = 2  # for each that is timed: the one before it warms the process up

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from spin_usd.accuracy.label_agreement import LabelImages, Sight, agreement
+from spin_usd.accuracy.measurement import Setting
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.figures import MeasuredPicture
 from spin_usd.dataset.measure.renders import Cost, Runs
@@ -16,8 +18,6 @@ from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.dataset.render.worker import open_renderer
 from spin_usd.labels.label import LABELS
-from spin_usd.measuring.agreement import LabelImages, Sight, agreement
-from spin_usd.measuring.measurement import Setting
 from spin_usd.render.renderer import Renderer
 from spin_usd.render.skipped.requirements import Requirements
 from spin_usd.scene.derived.keys import RenderSettings

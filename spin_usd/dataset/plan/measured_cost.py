@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from spin_usd.accuracy.measurement import Measurement, Setting
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.make_plan import Plan
@@ -9,7 +10,6 @@ from spin_usd.dataset.plan.work import Making, Method
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.store.measurement_file import FILE, folder_of, measurement_file, read_measurement
 from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import Measurement, Setting
 
 
 def measured_beside(stage: Path, plan: Plan, method: Method) -> tuple[Timings, list[str]]:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from spin_usd.accuracy.measurement import Measurement
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import Measurement
 
 FOLDER = "measured"
 FILE = "measure.json"

@@ -11,6 +11,8 @@ from functools import partial
 import pytest
 from conftest import REPOSITORY, speedplus_camera
 
+from spin_usd.accuracy.measurement import Setting
+from spin_usd.accuracy.sweep import STEP, settings_to_measure
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.measure import measure
@@ -23,8 +25,6 @@ from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError
-from spin_usd.measuring.measurement import Setting
-from spin_usd.measuring.walk import STEP, settings_to_measure
 from spin_usd.scene.effort import QUALITIES, Effort
 
 RAYCAST = Kind(renderer="raycast")

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.measuring.tables import number, percent, within
+from spin_usd.accuracy.tables import number, percent, within
 
 
 @given(st.floats(min_value=1e-4, max_value=1e9))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from spin_usd.measuring.measurement import Figures, Measurement, Setting
+from spin_usd.accuracy.measurement import Figures, Measurement, Setting
 
 
 class Criterion(Enum):

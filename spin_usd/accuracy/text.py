@@ -1,7 +1,7 @@
 """What a setting is expected to do, in words: its worst picture's error with its uncertainty, its light, its cost."""
 
-from spin_usd.measuring.front import Criterion, Outcome
-from spin_usd.measuring.tables import number, percent
+from spin_usd.accuracy.front import Criterion, Outcome
+from spin_usd.accuracy.tables import number, percent
 
 WORTH_SAYING = 0.01  # of the target's light
 

@@ -1,8 +1,8 @@
 """What a measurement knows of a setting that was not chosen from it."""
 
-from spin_usd.measuring.front import Criterion, Outcome, outcomes
-from spin_usd.measuring.measurement import Measurement, Setting
-from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
+from spin_usd.accuracy.front import Criterion, Outcome, outcomes
+from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 
 
 def outcome_of(measurement: Measurement, setting: Setting) -> Outcome | None:

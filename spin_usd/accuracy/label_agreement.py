@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.accuracy.measurement import LabelFigures
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.measuring.measurement import LabelFigures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

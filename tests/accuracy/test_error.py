@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from spin_usd.accuracy.error import FLOOR, Reference, linear_error
 from spin_usd.errors import InputError
-from spin_usd.measuring.error import FLOOR, Reference, linear_error
 
 PIXELS = 20000
 SEEDS, PARTS = 3, 4

@@ -5,9 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.errors import InputError
-from spin_usd.measuring.measurement import (
+from spin_usd.accuracy.measurement import (
     Execution,
     Failure,
     Figures,
@@ -17,6 +15,8 @@ from spin_usd.measuring.measurement import (
     Saving,
     Setting,
 )
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
 
 SETTING = Setting(renderer="blender", effort=Effort(samples=4, denoiser="fast", adaptive=0.03))

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 
+from spin_usd.accuracy.choice import choose
+from spin_usd.accuracy.front import Criterion, Outcome, outcomes
+from spin_usd.accuracy.lookup import outcome_of
+from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.errors import InputError
-from spin_usd.measuring.choice import choose
-from spin_usd.measuring.front import Criterion, Outcome, outcomes
-from spin_usd.measuring.known import outcome_of
-from spin_usd.measuring.measurement import Measurement, Setting
-from spin_usd.measuring.tables import in_markdown, number, percent
 from spin_usd.scene.effort import QUALITIES, Effort
 
 PLAIN = Effort(samples=64)

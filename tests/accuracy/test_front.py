@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measured import NOISE_DN, figures, frame, measurement, setting, usual
 
+from spin_usd.accuracy.choice import AUTO, choose
+from spin_usd.accuracy.front import Criterion, front, outcomes
 from spin_usd.errors import InputError
-from spin_usd.measuring.choice import AUTO, choose
-from spin_usd.measuring.front import Criterion, front, outcomes
 
 FRAMES = ("a", "b")
 SETTINGS = [setting(f"samples={n}", renderer) for n in range(1, 7) for renderer in ("blender", "raycast")]

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from spin_usd.measuring.error import FLOOR
-from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
-from spin_usd.measuring.measurement import Measurement
-from spin_usd.measuring.summary import choices
-from spin_usd.measuring.tables import in_columns, in_markdown, number, percent, within
+from spin_usd.accuracy.error import FLOOR
+from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
+from spin_usd.accuracy.measurement import Measurement
+from spin_usd.accuracy.summary import choices
+from spin_usd.accuracy.tables import in_columns, in_markdown, number, percent, within
 
 SETTINGS = (
     *("setting", "front", "CPU s", "wall s", "memory, MB", "error", "of it bias", "of it noise", "brightness"),

@@ -2,7 +2,7 @@ from collections import Counter
 
 import pytest
 
-from spin_usd.measuring.walk import base_effort, representative, settings_to_measure
+from spin_usd.accuracy.sweep import base_effort, representative, settings_to_measure
 from spin_usd.scene.effort import Effort
 
 

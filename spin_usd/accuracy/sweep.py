@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from spin_usd.measuring.measurement import Setting
+from spin_usd.accuracy.measurement import Setting
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 
 BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a time is changed around them

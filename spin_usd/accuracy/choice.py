@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
 
+from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
+from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.tables import number, percent
+from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 from spin_usd.errors import InputError
-from spin_usd.measuring.front import Criterion, Outcome, front, outcomes
-from spin_usd.measuring.measurement import Measurement, Setting
-from spin_usd.measuring.tables import number, percent
-from spin_usd.measuring.wording import cost_text, error_text, expected, light_text
 
 AUTO = 1.0
 """Of the detector's noise: the two are independent, so the image's total error is at most sqrt(2) times that noise."""

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from measured import NOISE_DN, figures, measurement, setting, usual
 
-from spin_usd.measuring.choice import choose
-from spin_usd.measuring.front import Criterion, front, outcomes
-from spin_usd.measuring.measurement import Execution, Failure, LabelFigures, Saving
-from spin_usd.measuring.report import SETTINGS, in_full, in_short
-from spin_usd.measuring.summary import HEADINGS, choices
+from spin_usd.accuracy.choice import choose
+from spin_usd.accuracy.front import Criterion, front, outcomes
+from spin_usd.accuracy.measurement import Execution, Failure, LabelFigures, Saving
+from spin_usd.accuracy.report import SETTINGS, in_full, in_short
+from spin_usd.accuracy.summary import HEADINGS, choices
 from spin_usd.scene.effort import QUALITIES
 
 

@@ -2,7 +2,7 @@
 
 Errors are of the target's pixels against a converged reference, root mean square. In linear light they are relative: of
 each pixel's deviation over the root of its radiance squared plus the square of FLOOR x the target's mean. FLOOR is 0.4
-(measuring.error).
+(accuracy.error).
 """
 
 from collections.abc import Mapping

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.measuring.structure import K1, K2, RADIUS_PX, SIGMA_PX, similarity
+from spin_usd.accuracy.ssim import K1, K2, RADIUS_PX, SIGMA_PX, similarity
 
 TOP = 255.0
 
