@@ -1,7 +1,7 @@
 """Measure speed against accuracy (`spin-usd measure`) on the three stages of the figures, and put the files in place.
 
-measure.json goes to tools/figures/measure_NAME.json, the plot to .github/measure_NAME.svg. Stages and what was measured
-so far stay in --work: run again, it goes on.
+measure.json goes to tools/figures/measure_NAME.json, the plot to docs/images/measure_NAME.svg. Stages and what was
+measured so far stay in --work: run again, it goes on.
 """
 
 import argparse
@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stages", nargs="+", default=list(three_stages.STAGES), choices=three_stages.STAGES)
     parser.add_argument("--work", type=Path, default=WORK)
     parser.add_argument("--figures", type=Path, default=ROOT / "tools" / "figures")
-    parser.add_argument("--plots", type=Path, default=ROOT / ".github")
+    parser.add_argument("--plots", type=Path, default=ROOT / "docs" / "images")
     for name in PASSED_ON:
         parser.add_argument(f"--{name.replace('_', '-')}", metavar="X", help="as of spin-usd measure")
 

@@ -34,7 +34,7 @@ def qualities(folder: Path) -> str:
         f"for `{AUTOMATIC}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
         "detector's noise in it, digital numbers, beside that one's:"
     )
-    plot = "![Error against CPU seconds on the stage sunlamp](.github/measure_sunlamp.svg)"
+    plot = "![Error against CPU seconds on the stage sunlamp](docs/images/measure_sunlamp.svg)"
     tables = ", ".join(f"[{stage}](tools/figures/measure_{stage}.md)" for stage in named)
     return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{plot}\n\n{prose(f'All settings: {tables}.')}"
 
@@ -74,6 +74,6 @@ def _saved(stage: str, savings: tuple[Saving, ...]) -> list[str]:
 
 def reports(folder: Path) -> dict[str, str]:
     """Of each stage all that was measured, by the name of a file beside its JSON."""
-    plot = "![Error against CPU seconds](../../.github/measure_{0}.svg)\n"
+    plot = "![Error against CPU seconds](../../docs/images/measure_{0}.svg)\n"
     found = measurements(folder).items()
     return {f"measure_{name}.md": f"{in_full(each)}\n{plot.format(name)}" for name, each in found}
