@@ -51,7 +51,7 @@ ONLY_IN = {
     "shutil": ("dataset", "stage"),
 }
 # Alone imports from render/blender, when it opens that renderer: it loads bpy.
-OPENS_BLENDER = "dataset/render/worker.py"
+OPENS_BLENDER = "dataset/process/open_renderer.py"
 # Who may read or write files and folders.
 FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "render/blender")
 # fmt: off

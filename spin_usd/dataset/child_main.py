@@ -102,7 +102,7 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         return make_again(**arguments)
 
     def try_renderer(name: str) -> Any:
-        from spin_usd.dataset.render.worker import open_renderer
+        from spin_usd.dataset.process.open_renderer import open_renderer
 
         renderer = open_renderer(name)
         found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())

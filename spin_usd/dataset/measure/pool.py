@@ -14,7 +14,7 @@ from spin_usd.errors import OutputError, RenderError, SpinError
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A process: its renderer, and how that is opened (see worker.open_renderer)."""
+    """A process: its renderer, and how that is opened (see process.open_renderer)."""
 
     renderer: str
     crop: bool = True

@@ -14,9 +14,9 @@ from spin_usd.dataset.measure.figures import MeasuredPicture
 from spin_usd.dataset.measure.renders import Cost, Runs
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels, render_in
 from spin_usd.dataset.picture.render_file import in_order
+from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
-from spin_usd.dataset.render.worker import open_renderer
 from spin_usd.labels.label import LABELS
 from spin_usd.render.renderer import Renderer
 from spin_usd.render.skipped.requirements import Requirements

@@ -1,6 +1,6 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -23,6 +23,7 @@ from spin_usd.dataset.picture.make_picture import (
 )
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.plan.in_child import stage_provenance
+from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.render.job import Job
@@ -32,10 +33,9 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import remove_file
 from spin_usd.dataset.store.unfinished import recorded_files
-from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.errors import InputError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
-from spin_usd.render.renderer import Renderer
 from spin_usd.scene.derived.keys import KeyMaker, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.derived.sunlight import Sunlight, sunlight
@@ -206,21 +206,6 @@ class _Making:
 def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
     """What writes a file of that `kind`."""
     return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
-
-
-def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
-    """The renderer of that name: `blender` or `raycast`. Without `crop` Blender renders whole frames instead of the
-    target's part of them, to the same bytes; with `keep` it does work that the scene does not need, to the same picture
-    as surely as each rule says (left_out.LeftOut.same)."""
-    if name == "raycast":
-        from spin_usd.render.raycast.renderer import RaycastRenderer
-
-        return RaycastRenderer()
-    if name == "blender":
-        from spin_usd.render.blender.renderer import BlenderRenderer
-
-        return BlenderRenderer(crop=crop, keep=keep)
-    raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
 
 
 def suffix_of(kind: str, image_suffix: str) -> str:
