@@ -23,17 +23,11 @@ from spin_usd.stage.read.target.gprim import PieceReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
+from spin_usd.stage.read.target.renderable import geometry_outside, is_geometry
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import check_chain
-from spin_usd.stage.usd.visibility import (
-    DRAWN_PURPOSES,
-    PROXIES,
-    geometry_outside,
-    is_geometry,
-    is_invisible,
-    own_purpose,
-)
+from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, is_invisible, own_purpose
 
 type Attempt = Callable[[], object]
 

@@ -15,6 +15,7 @@ from pxr import Sdf, Tf
 
 from spin_usd.errors import StageError
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
+from spin_usd.stage.usd.image_tiles import UDIM
 from spin_usd.stage.usd.layer_file import reason
 
 LAYERS = (".usd", ".usda", ".usdc")
@@ -23,7 +24,6 @@ MAX_FILE_BYTES = 2**31
 MAX_FILES = 10_000
 MAX_DEPTH = 256  # USD's text parser recurses: 100,000 nested brackets overflow its stack
 QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
-UDIM = "<UDIM>"
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 
 

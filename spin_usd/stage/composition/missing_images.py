@@ -5,12 +5,14 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
+from spin_usd.stage.usd.image_tiles import is_tiled
+
 TEXTURE = "UsdUVTexture"
 
 
 def lacks_file(shader: UsdShade.Shader, asset: Any) -> bool:
     """Whether `asset`, which `shader` looks up, names a file that is not there, while a fallback is authored."""
-    if not isinstance(asset, Sdf.AssetPath) or not asset.path or asset.resolvedPath or "<UDIM>" in asset.path:
+    if not isinstance(asset, Sdf.AssetPath) or not asset.path or asset.resolvedPath or is_tiled(asset):
         return False
     fallback = shader.GetInput("fallback")
     return bool(fallback) and fallback.GetAttr().HasAuthoredValue()

@@ -25,10 +25,12 @@ from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_shutt
 from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.read.target.renderable import refuse_geometry_outside
 from spin_usd.stage.read.target.target import TargetReader, find_target
+from spin_usd.stage.read.target.time_variation import target_varies
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
-from spin_usd.stage.usd.time_variation import Steady, moves, target_varies, varying
+from spin_usd.stage.usd.time_variation import Steady, moves, varying
 from spin_usd.stage.usd.transforms import (
     UNIT_SCALE_TOLERANCE,
     Placement,
@@ -38,7 +40,7 @@ from spin_usd.stage.usd.transforms import (
     placement,
     placement_below,
 )
-from spin_usd.stage.usd.visibility import PROXIES, refuse_geometry_outside
+from spin_usd.stage.usd.visibility import PROXIES
 
 # What of a camera's attributes, by the beginnings of their names, only one part of a picture depends on.
 SENSOR = ("exposure", "spin:sensor:")

@@ -8,8 +8,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
-from spin_usd.stage.composition.files import UDIM
-
+UDIM = "<UDIM>"
 FIRST, IN_A_ROW = 1001, 10
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Hashable, Iterable
 
 from pxr import Sdf, Usd
 
-from spin_usd.stage.read.target.keypoints import find_keypoints
 from spin_usd.stage.usd.visibility import ancestors
 
 POSE = "xformOp:"
@@ -29,7 +28,7 @@ class Kept:
 
     def __init__(self, prims: Iterable[Usd.Prim]) -> None:
         found = list(prims)
-        self._still = {prim.GetPath() for prim in found if not (_varies(prim) or _hides_or_moves(prim))}
+        self._still = {prim.GetPath() for prim in found if not (any_varies(prim) or _hides_or_moves(prim))}
         self.all_still = len(self._still) == len(found)
         self._values: dict[Sdf.Path, tuple[object, object]] = {}
         self._tuples: dict[Hashable, tuple[object, ...]] = {}
@@ -68,27 +67,13 @@ def moves(prim: Usd.Prim) -> bool:
 
 def _hides_or_moves(prim: Usd.Prim) -> bool:
     """Whether what is above `prim` can hide or move it in time."""
-    return moves(prim) or any(_visibility_varies(above) for above in ancestors(prim))
+    return moves(prim) or any(visibility_varies(above) for above in ancestors(prim))
 
 
-def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
-    """Whether the target's shape can change in time, its own pose apart. read: the prims that it was read from."""
-    if varying(target) or any(_visibility_varies(prim) for prim in ancestors(target)):
-        return True
-    return any(_varies(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
-
-
-def _varies(prim: Usd.Prim) -> bool:
+def any_varies(prim: Usd.Prim) -> bool:
     return any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAuthoredAttributes())
 
 
-def _visibility_varies(prim: Usd.Prim) -> bool:
+def visibility_varies(prim: Usd.Prim) -> bool:
     visibility = prim.GetAttribute("visibility")
     return bool(visibility) and bool(visibility.ValueMightBeTimeVarying())
-
-
-def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:
-    """The prim of the keypoints, and all from there up to the target: their poses move the keypoints."""
-    keypoints = find_keypoints(target)
-    chain = [*ancestors(keypoints), keypoints] if keypoints else []
-    return [prim for prim in chain if prim.GetPath().HasPrefix(target.GetPath())]

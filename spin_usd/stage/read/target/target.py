@@ -18,10 +18,11 @@ from spin_usd.stage.read.target.gprim import Piece, PieceReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
+from spin_usd.stage.read.target.renderable import is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, ancestors, is_geometry, is_invisible, own_purpose
+from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, ancestors, is_invisible, own_purpose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
