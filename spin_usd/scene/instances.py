@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.triangles import affine, unit_vectors
 from spin_usd.scene.shape import Shape
 
+Value = TypeVar("Value", bound=np.generic)
 TURNED = [0, 2, 1]  # a mirrored triangle's corners, so that they go counter-clockwise again
 
 
@@ -91,7 +93,7 @@ class Instances:
         turned = affine(self._normal_matrices[place, None], self.shape.corner_normals[face].astype(np.float64))
         return self.turned(place, unit_vectors(turned)).astype(np.float32)
 
-    def turned[T: np.generic](self, place: NDArray[np.integer], values: NDArray[T]) -> NDArray[T]:
+    def turned(self, place: NDArray[np.integer], values: NDArray[Value]) -> NDArray[Value]:
         """`values` (N, 3, ...) at the corners of faces in their places (N,), in the order of the corners there."""
         if not self.mirrored.any():
             return values

@@ -6,7 +6,7 @@ import pytest
 import scenes
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.derived.vignetting import least_gain
+from spin_usd.scene.photometry.vignetting import least_gain
 from spin_usd.scene.sensor import Optics
 from spin_usd.sensor.vignetting import vignetting_gain
 

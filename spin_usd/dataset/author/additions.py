@@ -10,7 +10,7 @@ import numpy as np
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.parts_file import read_parts_file
-from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import Opinions, open_base, opinions
 from spin_usd.stage.augment.sun_and_planet import body_direction

@@ -12,7 +12,7 @@ from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
-from spin_usd.scene.derived.sky import Sky
+from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import Base
 from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.augment.parameters import parameter_named

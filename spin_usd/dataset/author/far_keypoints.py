@@ -3,7 +3,7 @@
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.source.keypoints import Keypoints
 
 
 def notes_on_far_keypoints(keypoints: Keypoints | None, corners: Float) -> tuple[str, ...]:

@@ -38,9 +38,9 @@ from spin_usd.formats.image_file import write_image
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.derived.keys import KeyMaker, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
-from spin_usd.scene.derived.sunlight import Sunlight, sunlight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
 from spin_usd.scene.source.channels import Channels
 from spin_usd.stage.read.stage_reader import StageReader
 

@@ -6,20 +6,16 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix  # type: ignore[import-not-found]
 
 from spin_usd.arrays import Float
-from spin_usd.errors import RenderError
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.render.blender.lights.light_groups import EMISSION
+from spin_usd.render.blender.cycles.assign import assign, assign_matrix
+from spin_usd.render.blender.cycles.light_groups import EMISSION
 from spin_usd.render.blender.materials.material import FIRST_NUMBER, MaterialLibrary
-from spin_usd.render.blender.settings import assign
 from spin_usd.render.blender.shape import build_mesh
 from spin_usd.render.blender.shared_mesh import shared_meshes
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
-
-FLOAT32 = 2.0**-23  # relative rounding of what Blender stores
 
 
 class TargetObject:
@@ -48,7 +44,7 @@ class TargetObject:
             self._mesh, self._split, self._bare = mesh, split, True
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
-        _move(self.axes, matrix)
+        assign_matrix(self.axes, matrix)
 
     def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, glowing_lights: bool) -> None:
         """Give it the materials that are `needed` of those `authored`; `glowing_lights`: rays look for those that glow.
@@ -84,7 +80,7 @@ class TargetObject:
             for copy in shared.copies:
                 shown = next(spare, None) or self._new(data)
                 shown.data, shown[FIRST_NUMBER] = data, float(copy.first)
-                _move(shown, copy.matrix)
+                assign_matrix(shown, copy.matrix)
                 self._shown.append(shown)
                 self._objects.setdefault(copy.group, []).append(shown)
         for shown in spare:
@@ -98,14 +94,3 @@ class TargetObject:
         assign(shown, {"lightgroup": EMISSION})
         self._scene.collection.objects.link(shown)
         return shown
-
-
-def _move(shown: Any, matrix: Float) -> None:
-    """Put an object there in its parent's axes.
-
-    The matrix goes through the parent's inverse, which keeps each entry to float32's rounding; through a
-    quaternion it was up to 17 times less exact.
-    """
-    shown.matrix_parent_inverse = Matrix(matrix)
-    if not np.allclose(np.array(shown.matrix_parent_inverse), matrix, rtol=FLOAT32, atol=FLOAT32):
-        raise RenderError("Blender changed the target's pose")

@@ -12,22 +12,22 @@ from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
 from spin_usd.render.blender.camera import CameraRig
-from spin_usd.render.blender.denoiser import GUIDES, Denoiser
+from spin_usd.render.blender.cycles.assign import assign
+from spin_usd.render.blender.cycles.denoiser import GUIDES, Denoiser
+from spin_usd.render.blender.cycles.light_groups import group_names, keep_apart, pass_names
+from spin_usd.render.blender.cycles.passes import Readback, face_indices, scratch_folder
+from spin_usd.render.blender.cycles.settings import (
+    LABEL,
+    LABEL_LAYERS,
+    TRANSPARENT_BOUNCES,
+    cycles_effort,
+    cycles_scene,
+)
 from spin_usd.render.blender.lights.light import LightRig
-from spin_usd.render.blender.lights.light_groups import group_names, keep_apart, pass_names
 from spin_usd.render.blender.lights.light_links import needs_groups
 from spin_usd.render.blender.materials.material import black_material, label_material
 from spin_usd.render.blender.mesh import TargetObject
 from spin_usd.render.blender.motion import MotionRig
-from spin_usd.render.blender.passes import Readback, face_indices, scratch_folder
-from spin_usd.render.blender.settings import (
-    LABEL,
-    LABEL_LAYERS,
-    TRANSPARENT_BOUNCES,
-    assign,
-    cycles_effort,
-    cycles_scene,
-)
 from spin_usd.render.blender.world import WorldRig
 from spin_usd.render.camera_shader import View
 from spin_usd.render.crop import label_bands, picture_bands

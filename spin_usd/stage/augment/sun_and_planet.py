@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.derived.sky import Sky
+from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import Base, placed_in_time
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii

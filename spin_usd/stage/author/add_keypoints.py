@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pxr import Sdf, Usd, UsdGeom, Vt
 
-from spin_usd.scene.keypoints import Keypoints
+from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.poses_layer import TARGET
 from spin_usd.stage.usd import schema

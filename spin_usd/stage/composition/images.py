@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd
 
 from spin_usd.errors import SpinError, StageError, UnsupportedError
-from spin_usd.scene.derived import srgb
+from spin_usd.scene.photometry import srgb
 from spin_usd.scene.texture import Image, Tiles
 from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
 

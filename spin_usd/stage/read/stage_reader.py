@@ -10,9 +10,9 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.derived.eclipse import eclipsed
 from spin_usd.scene.finding import Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
+from spin_usd.scene.photometry.eclipse import eclipsed
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_stage, variants

@@ -10,7 +10,7 @@ import pytest
 from mathutils import Matrix
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.render.blender.lights.light_groups import EMISSION
+from spin_usd.render.blender.cycles.light_groups import EMISSION
 from spin_usd.render.blender.materials.textures import forget_render_data
 from spin_usd.render.camera_shader import View
 from spin_usd.scene.effort import Effort

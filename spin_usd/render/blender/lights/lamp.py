@@ -10,11 +10,11 @@ from typing import Any
 import bpy
 import numpy as np
 
+from spin_usd.render.blender.cycles.assign import assign
 from spin_usd.render.blender.lights.lamp_nodes import LampNodes, shaped
+from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.render.blender.materials.nodes import Value
 from spin_usd.render.blender.materials.textures import ImageLibrary
-from spin_usd.render.blender.place import Place
-from spin_usd.render.blender.settings import assign
 from spin_usd.scene.light import AreaLight
 
 KINDS: Mapping[str, str] = {"point": "POINT", "sphere": "POINT", "disk": "AREA", "rect": "AREA"}
@@ -28,7 +28,7 @@ class Lamp:
         self.object = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", kind))
         self._images = images
 
-    def show(self, light: AreaLight, place: Place) -> None:
+    def show(self, light: AreaLight, place: LightPlacement) -> None:
         """Make it `light`, at `place`."""
         data = self.object.data
         brightest = max(light.emission)

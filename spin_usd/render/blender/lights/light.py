@@ -6,14 +6,14 @@ from typing import Any
 
 import bpy
 
+from spin_usd.render.blender.cycles.light_groups import light_name
 from spin_usd.render.blender.lights.lamp import KINDS, Lamp
 from spin_usd.render.blender.lights.light_check import refuse_clamped
-from spin_usd.render.blender.lights.light_groups import light_name
 from spin_usd.render.blender.lights.light_links import LightLinking, chosen
+from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.render.blender.lights.sun import Sun
 from spin_usd.render.blender.lights.tube import Tube
 from spin_usd.render.blender.materials.textures import ImageLibrary
-from spin_usd.render.blender.place import Place
 from spin_usd.render.camera_shader import View
 from spin_usd.scene.content import key_of
 from spin_usd.scene.light import AreaLight, DistantLight, Light
@@ -105,7 +105,7 @@ class LightRig:
             shown.source.show(light)
         else:
             assert not isinstance(shown.source, Sun)
-            shown.source.show(light, Place.of(light.T_cam_light, view, self._parent))
+            shown.source.show(light, LightPlacement.of(light.T_cam_light, view, self._parent))
         shown.links.link(light, groups)
         shown.source.casts_shadows(shadows and light.shadows and chosen(light.shadowed_by, groups) != [])
         shown.key = key

@@ -7,8 +7,8 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_USDCAM_CAM
-from spin_usd.render.blender.place import Place
-from spin_usd.render.blender.settings import assign
+from spin_usd.render.blender.cycles.assign import assign
+from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.scene.light import DistantLight
 
 
@@ -25,7 +25,7 @@ class Sun:
         color = tuple(value / energy for value in light.at_target)
         assign(self.object.data, {"energy": energy, "color": color, "angle": light.angle})
         rotation = shining_along(T_USDCAM_CAM.directions(light.direction_cam))
-        Place(rotation=rotation, location=np.zeros(3), parent=self._parent).move(self.object)
+        LightPlacement(rotation=rotation, location=np.zeros(3), parent=self._parent).move(self.object)
 
     def casts_shadows(self, shadows: bool) -> None:
         assign(self.object.data, {"use_shadow": shadows})

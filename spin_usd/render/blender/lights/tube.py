@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 
 from spin_usd.render.blender.lights.lamp_nodes import shaped
+from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.render.blender.materials.nodes import Nodes
-from spin_usd.render.blender.place import Place
 from spin_usd.scene.light import AreaLight
 
 SIDES = 128
@@ -29,7 +29,7 @@ class Tube:
         self._material: Any = None
         self._blockers: Any = None
 
-    def show(self, light: AreaLight, place: Place) -> None:
+    def show(self, light: AreaLight, place: LightPlacement) -> None:
         """Make it `light`, at `place`."""
         length, radius = light.size
         place.move(self.object, (length, radius, radius))
@@ -74,7 +74,7 @@ def _unit_tube() -> Any:
     return data
 
 
-def _glow(light: AreaLight, place: Place) -> Any:
+def _glow(light: AreaLight, place: LightPlacement) -> Any:
     """Glowing outwards, clear to what passes."""
     nodes = Nodes("tube")
     color = shaped(nodes, light.shaping, place.axis, light.emission)

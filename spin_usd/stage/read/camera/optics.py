@@ -4,7 +4,7 @@ from pxr import Usd
 
 from spin_usd.errors import StageError
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.derived.vignetting import least_gain
+from spin_usd.scene.photometry.vignetting import least_gain
 from spin_usd.scene.sensor import Optics
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.ranges import SHARE, Range, refuse_unapplied, typed_value, value_in

@@ -6,8 +6,8 @@ from pxr import Usd, UsdLux
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.derived.star_field import irradiance, random_stars
 from spin_usd.scene.environment import Stars
+from spin_usd.scene.photometry.star_field import irradiance, random_stars
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.attributes import array
 from spin_usd.stage.usd.ranges import Range, value_in

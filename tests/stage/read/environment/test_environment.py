@@ -12,7 +12,7 @@ from pxr import Usd, UsdValidation
 
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.resources import stages
-from spin_usd.scene.derived.star_field import irradiance, random_stars, star_count
+from spin_usd.scene.photometry.star_field import irradiance, random_stars, star_count
 from spin_usd.stage.read.stage_reader import StageReader
 
 DOUBLE = 1e-12

@@ -12,8 +12,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spin_usd.render.blender.passes import Float32, read_picture, render
-from spin_usd.render.blender.settings import LAYERS, assign
+from spin_usd.render.blender.cycles.assign import assign
+from spin_usd.render.blender.cycles.passes import Float32, read_picture, render
+from spin_usd.render.blender.cycles.settings import LAYERS
 from spin_usd.scene.passes import Radiance
 
 GUIDES = ("Denoising Albedo", "Denoising Normal")

@@ -1,15 +1,11 @@
-"""Blender's settings, all of those that decide a pixel: nothing random, nothing clamped, nothing graded.
-
-Blender clamps silently, so what was set is read back.
-"""
+"""Blender's settings, all of those that decide a pixel: nothing random, nothing clamped, nothing graded."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import bpy
-import numpy as np
 
-from spin_usd.errors import RenderError
+from spin_usd.render.blender.cycles.assign import assign
 from spin_usd.scene.effort import Effort
 
 TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
@@ -17,7 +13,6 @@ TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
 # silhouette's coverage is that of 16 samples, without bias (measured); 0 would be Cycles' own guess, 32 to 64.
 ADAPTIVE_FROM = 1
 LABEL_LAYERS = 1024  # holes that one ray of the labels may pass through: as many as Blender takes
-SINGLE_PRECISION = 1e-6  # relative rounding of a float32 property, with room for its unit conversion
 
 CYCLES: Mapping[str, Any] = {
     "device": "CPU",
@@ -101,18 +96,3 @@ def cycles_effort(effort: Effort) -> dict[str, Any]:
         **adaptive,
         "sample_clamp_indirect": effort.clamp,
     }
-
-
-def assign(owner: Any, values: Mapping[str, Any]) -> None:
-    """Set properties and read them back; RenderError names the first that Blender did not take."""
-    for name, value in values.items():
-        setattr(owner, name, value)
-        got = getattr(owner, name)
-        if not _same(got, value):
-            raise RenderError(f"Blender set {type(owner).__name__}.{name} to {got!r} where {value!r} was wanted")
-
-
-def _same(got: Any, want: Any) -> bool:
-    if isinstance(want, (str, bool, int)):
-        return bool(got == want)
-    return bool(np.allclose(np.asarray(got), np.asarray(want), rtol=SINGLE_PRECISION, atol=1e-30))

@@ -8,7 +8,7 @@ import scenes
 
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
-from spin_usd.render.blender.denoiser import Denoiser
+from spin_usd.render.blender.cycles.denoiser import Denoiser
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import DENOISERS, Effort
 from spin_usd.scene.light import AreaLight, DistantLight

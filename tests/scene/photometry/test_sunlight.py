@@ -5,8 +5,8 @@ import pytest
 from needs import BALL, DOME, SUN
 from scenes import pose
 
-from spin_usd.scene.derived.sunlight import phase_angle, sunlight
 from spin_usd.scene.light import DistantLight
+from spin_usd.scene.photometry.sunlight import phase_angle, sunlight
 
 TURNED = pose((0.5, -0.3, 0.7, 0.2), (1.6, -0.9, 3))
 

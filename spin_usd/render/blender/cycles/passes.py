@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import RenderError
 from spin_usd.geometry.region import Region
-from spin_usd.render.blender.settings import IMAGE, LAYERS, assign
+from spin_usd.render.blender.cycles.assign import assign
+from spin_usd.render.blender.cycles.settings import IMAGE, LAYERS
 
 Float32 = NDArray[np.float32]
 

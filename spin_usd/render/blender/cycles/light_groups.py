@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from spin_usd.render.blender.passes import COMBINED
+from spin_usd.render.blender.cycles.passes import COMBINED
 from spin_usd.scene.derived.light_groups import Groups
 
 SURROUNDINGS, EMISSION = "surroundings", "emission"

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.scene.derived import srgb
+from spin_usd.scene.photometry import srgb
 
 JUMP = 1e-7  # the standard rounds its knees: its two branches miss one another by 3e-8 there
 
