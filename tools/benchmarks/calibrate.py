@@ -27,8 +27,8 @@ from spin_usd.dataset.plan.cost import EVERYWHERE, TRACING, expected_work
 from spin_usd.dataset.plan.make_plan import Question, make_plan
 from spin_usd.dataset.plan.work import Making, Method, amounts
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort
 
@@ -131,8 +131,10 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     width, height = plan.description["camera"]
     method = Method(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
-    job = Job(root=str(out), work=str(out / "work"), stage=str(root), image_suffix=".png", settings=settings)
-    worker = Worker(job=job.as_json())
+    options = WorkerOptions(
+        root=str(out), work=str(out / "work"), stage=str(root), image_suffix=".png", settings=settings
+    )
+    worker = Worker(options=options.as_json())
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)
         taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]

@@ -23,8 +23,8 @@ from benchmarks.spread import shown, spread
 from spin_usd import resources
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import parse_effort
 from spin_usd.stage.read.stage_reader import StageReader
@@ -101,9 +101,11 @@ def start(
 def _ours(
     stage: Path, root: Path, settings: RenderSettings, kinds: tuple[str, ...], stack: ExitStack
 ) -> tuple[Make, int]:
-    job = Job(root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings)
+    options = WorkerOptions(
+        root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings
+    )
     child = stack.enter_context(Child())
-    child.call("open_worker", job=job.as_json())
+    child.call("open_worker", options=options.as_json())
 
     def make(scene: Any) -> None:
         shutil.rmtree(root / "cache", ignore_errors=True)  # of this picture, made before

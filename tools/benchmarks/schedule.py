@@ -26,8 +26,8 @@ from spin_usd.dataset.plan.make_plan import sharing
 from spin_usd.dataset.plan.wall_time import Work
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest, plan
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 
 
@@ -127,14 +127,14 @@ class Maker:
     def __init__(self, child: Child, renderer: str, stage: Path, out: Path, cpus: Sequence[int]) -> None:
         request = RenderRequest(stage=stage, renderer=renderer)
         settings = RenderSettings(renderer=renderer, effort=request.effort, seed=0)
-        job = Job(
+        options = WorkerOptions(
             root=str(out),
             work=str(out / "work"),
             stage=str(stage),
             image_suffix=request.image_suffix,
             settings=settings,
         )
-        child.call("open_worker", job=job.as_json(), cpus=cpus)
+        child.call("open_worker", options=options.as_json(), cpus=cpus)
         self._child, self._out, self._kinds = child, out, request.kinds
 
     def seconds(self, index: int) -> dict[str, float]:

@@ -9,8 +9,8 @@ from spin_usd.accuracy.measurement import Execution, Failure
 from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import Campaign, weight
 from spin_usd.dataset.measure.pool import Job, Kind
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.job import PlannedPicture
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,13 +16,13 @@ from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Kind, Pool
 from spin_usd.dataset.measure.renders import SUBJECT, Runs, is_run, run_name
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan, Progress, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.process.versions import library_versions
-from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement

@@ -10,7 +10,7 @@ from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
 from spin_usd.dataset.measure.pool import Kind, Pool
 from spin_usd.dataset.measure.savings import SavingsTask
-from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort

@@ -7,7 +7,7 @@ from spin_usd.accuracy.measurement import Failure, Saving
 from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, weight
 from spin_usd.dataset.measure.pool import Job, Pool
-from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 
 EVERYTHING = "everything"  # all of the work at once
 RENDERS = 2  # for each that is timed: the one before it warms the process up

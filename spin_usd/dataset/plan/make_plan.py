@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import Spared, spared
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
-from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.errors import SpinError, StageError
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.derived.views import Views, together

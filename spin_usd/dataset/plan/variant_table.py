@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.wall_time import OPEN_S, Work, wall_seconds
 from spin_usd.dataset.plan.work import Making, Method
-from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.dataset.store.cache import MEASURED, RENDERS, held_keys
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.unfinished import Wanted, is_finished
+from spin_usd.dataset.store.unfinished import WantedFiles, is_finished
 
 MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
@@ -87,7 +87,7 @@ def matrix(
     measured = read_measured(store.cache / MEASURED) if store else Timings()
     if renders and not measured.knows(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
-    wanted = Wanted(kinds=method.kinds, image_suffix=image_suffix)
+    wanted = WantedFiles(kinds=method.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
     labelled = set.intersection(*(held.get(kind, set()) for kind in method.labels)) if method.labels else set()
     rendered, exposed = set(held.get(RENDERS, set())), set[str]()

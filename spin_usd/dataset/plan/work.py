@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
-from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.label import LABELS
 from spin_usd.render.crop import BAND_COST_SAMPLES

@@ -13,6 +13,7 @@ import psutil
 
 from spin_usd.dataset.picture.brightness import WORDS, faults
 from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work, write_measured
 from spin_usd.dataset.plan.effort_choice import Chosen, doubts
 from spin_usd.dataset.plan.make_plan import Plan, Progress, Question, make_plan
@@ -22,14 +23,15 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render import same_stage
 from spin_usd.dataset.render.dataset_json import describe
-from spin_usd.dataset.render.job import Job, PlannedPicture
 from spin_usd.dataset.render.orphans import foreign_pictures, refuse, remove
-from spin_usd.dataset.render.supervise import Task, supervise
+from spin_usd.dataset.render.supervise import supervise
+from spin_usd.dataset.render.task_queue import RenderTask
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.store.dataset_folder import STAGE, Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
-from spin_usd.dataset.store.unfinished import Wanted, remaining
+from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.labels.label import LABELS
 from spin_usd.scene.effort import Effort
@@ -174,22 +176,22 @@ def _render(
         _adopt_stage(store, lease.work)
     report = RenderReport(pictures=len(pictures), pruned=removed, doubts=doubts(request.chosen, plan.stages))
     stages = {variant: {"root": root, **stage} for variant, stage in plan.stages.items()}
-    wanted = Wanted(kinds=request.kinds, image_suffix=request.image_suffix, verify=options.verify)
-    counted = partial(
-        remaining,
+    wanted = WantedFiles(kinds=request.kinds, image_suffix=request.image_suffix, verify=options.verify)
+    left = partial(
+        kinds_left,
         store,
         wanted=wanted,
         target=plan.description["target"],
         finished=lambda each: report.add(faults(each)),
         work=lease.work,
     )
-    left = (counted(picture, stage=stages[picture.variant]) for picture in pictures)
-    tasks = [task for task in left if task]
+    kinds = ((picture, left(picture, stage=stages[picture.variant])) for picture in pictures)
+    tasks = [RenderTask(picture=picture, kinds=missing) for picture, missing in kinds if missing]
     report.reused = len(pictures) - len(tasks)
     if tasks:
         if not options.keep_cache:
             _keep_only_shared_renders(tasks)
-        job = Job(
+        for_workers = WorkerOptions(
             root=str(store.root),
             work=str(lease.work),
             stage=root,
@@ -200,7 +202,7 @@ def _render(
         count = min(options.workers or default_workers(), len(tasks))
         alone = partial(one_core, workers=count, cores=len(usable_cpus()))
         listener = _Listener(report, progress, method_of(request, plan), alone)
-        _run(job, tasks, count, lease, listener)
+        _run(for_workers, tasks, count, lease, listener)
         if report.made:
             write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
@@ -217,7 +219,7 @@ def _remove_unwanted(store: Store, plan: Plan, options: _RunOptions) -> int:
     return len(unwanted)
 
 
-def _keep_only_shared_renders(tasks: list[Task]) -> None:
+def _keep_only_shared_renders(tasks: list[RenderTask]) -> None:
     wanted = Counter(task.picture.radiance for task in tasks if task.renders)
     for task in tasks:
         task.keep_render = wanted[task.picture.radiance] > 1
@@ -293,11 +295,11 @@ def _plan(request: RenderRequest, copy_to: Path | None, progress: Progress, *, e
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 
 
-def _run(job: Job, tasks: list[Task], workers: int, lease: Lease, listener: _Listener) -> None:
+def _run(options: WorkerOptions, tasks: list[RenderTask], workers: int, lease: Lease, listener: _Listener) -> None:
     def start(number: int) -> Child:
-        listener.progress(f"starting {job.settings.renderer}: worker", number + 1, workers)
+        listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
         child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
-        child.send("open_worker", job=job.as_json(), cpus=share_of(number, workers))
+        child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 
     memory_limit = max(psutil.virtual_memory().total // 2 // workers, MEMORY_PER_WORKER)

@@ -2,17 +2,15 @@
 
 import selectors
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError, ChildInternalError
-from spin_usd.dataset.render.job import PlannedPicture
+from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError, SpinError
-from spin_usd.labels.label import LABELS
 
 TRIES = 2  # a picture whose worker died is tried once more: the next worker may have more luck
 STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first picture is not a picture's fault
@@ -28,78 +26,20 @@ class Listener(Protocol):
     def failed(self, picture: PlannedPicture, reason: str) -> None: ...
 
 
-@dataclass(kw_only=True)
-class Task:
-    """A picture to make, the kinds of file wanted, whether its render is kept for others, and how often it was
-    tried."""
-
-    picture: PlannedPicture
-    kinds: tuple[str, ...]
-    keep_render: bool = True
-    tries: int = 0
-
-    @property
-    def needs(self) -> set[str]:
-        """The keys of the passes that it needs, which other pictures may need too."""
-        keys = {self.picture.geometry} if set(self.kinds) & set(LABELS) else set()
-        return keys | ({self.picture.radiance} if self.renders else set())
-
-    @property
-    def renders(self) -> bool:
-        return IMAGE in self.kinds or RADIANCE in self.kinds
-
-
 @dataclass(kw_only=True, eq=False)
 class Slot:
     """One worker's place: its child process now, and what that is doing: a task, or waiting for one, else starting."""
 
     number: int
     child: Child
-    task: Task | None = None
+    task: RenderTask | None = None
     waiting: bool = False
     starts: int = 1
     since: float = field(default_factory=time.monotonic)
 
 
-class Queue:
-    """Tasks in order, of which no two that need the same pass are out at once unless it was made: the second waits
-    for the first one's, others go before it."""
-
-    def __init__(self, tasks: Iterable[Task]) -> None:
-        self._tasks = deque(tasks)
-        self._out: list[Task] = []
-        self._made: set[str] = set()
-
-    def __len__(self) -> int:
-        return len(self._tasks)
-
-    def take(self) -> Task | None:
-        """The next task that need not wait; None where all must."""
-        being_made = {key for task in self._out for key in task.needs} - self._made
-        for place, task in enumerate(self._tasks):
-            if not task.needs & being_made:
-                del self._tasks[place]
-                self._out.append(task)
-                return task
-        return None
-
-    def finish(self, task: Task) -> None:
-        """`task` was done: what it needed is there now."""
-        self._out.remove(task)
-        self._made |= task.needs
-
-    def give_up(self, task: Task) -> None:
-        """`task` has failed: others make what it needed."""
-        self._out.remove(task)
-
-    def put_back(self, task: Task) -> None:
-        """`task` was not done, and is next."""
-        self._out.remove(task)
-        self._tasks.appendleft(task)
-
-
 def supervise(
-    tasks: Iterable[Task],
+    tasks: Iterable[RenderTask],
     *,
     workers: int,
     start: Callable[[int], Child],
@@ -112,7 +52,7 @@ def supervise(
     `start(number)` starts a child that was already sent its "open_worker". `memory_limit` in bytes: a worker above it
     is replaced after its picture. Raises OutputError when results cannot be written, RenderError when no worker starts.
     """
-    queue = Queue(tasks)
+    queue = TaskQueue(tasks)
     with selectors.DefaultSelector() as selector:
         slots = []
         try:
@@ -134,7 +74,7 @@ def supervise(
 
 def _advance(
     slot: Slot,
-    queue: Queue,
+    queue: TaskQueue,
     selector: selectors.BaseSelector,
     start: Callable[[int], Child],
     listener: Listener,
@@ -172,7 +112,7 @@ def _advance(
         slot.waiting = True
 
 
-def _occupy(slot: Slot, queue: Queue, selector: selectors.BaseSelector) -> None:
+def _occupy(slot: Slot, queue: TaskQueue, selector: selectors.BaseSelector) -> None:
     """Give a waiting slot the next picture that it can make now, if there is one; end it when there are no more."""
     if not queue:
         _retire(slot, selector)
@@ -185,7 +125,9 @@ def _occupy(slot: Slot, queue: Queue, selector: selectors.BaseSelector) -> None:
             )
 
 
-def _after_death(slot: Slot, task: Task | None, queue: Queue, died: ChildDiedError, listener: Listener) -> None:
+def _after_death(
+    slot: Slot, task: RenderTask | None, queue: TaskQueue, died: ChildDiedError, listener: Listener
+) -> None:
     if task is None:
         if slot.starts >= STARTS_PER_SLOT:
             raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died

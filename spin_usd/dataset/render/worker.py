@@ -26,7 +26,7 @@ from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.dataset.process.versions import library_versions
-from spin_usd.dataset.render.job import Job
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.dataset.store.cache import RENDERS, Cache, Entry
 from spin_usd.dataset.store.dataset_folder import Store
@@ -50,16 +50,16 @@ WRITERS = 2  # files encoded at once: compression is most of their time, and run
 class Worker:
     """Lives in a child process. `cpus`: the processors that it may use."""
 
-    def __init__(self, *, job: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
+    def __init__(self, *, options: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
         if cpus:
             hold_to(cpus)
-        self.job = Job.from_json(job)
-        self.store, self.work = Store(root=Path(self.job.root)), Path(self.job.work)
-        self.renderer = open_renderer(self.job.settings.renderer)
+        self.options = WorkerOptions.from_json(options)
+        self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
+        self.renderer = open_renderer(self.options.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
         self.cache = Cache(root=self.store.cache, versions=self.versions, work=self.work)
         self._reader: StageReader | None = None
-        self._keys = KeyMaker(self.job.settings)
+        self._keys = KeyMaker(self.options.settings)
 
     def picture(self, *, variant: str, index: int, kinds: Sequence[str], keep_render: bool = True) -> dict[str, Any]:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
@@ -76,7 +76,7 @@ class Worker:
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(making, keep_render=keep_render)
         with watch("files"):
-            record = make_record(reader, making, self.job, files, self.versions)
+            record = make_record(reader, making, self.options, files, self.versions)
             write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
@@ -129,7 +129,7 @@ class Worker:
         kept.set_result(None)
         if IMAGE not in making.kinds and RADIANCE not in making.kinds:
             return kept
-        scene, settings, key = making.scene, self.job.settings, making.keys["radiance"]
+        scene, settings, key = making.scene, self.options.settings, making.keys["radiance"]
         light = in_unit_light(scene)
         with making.watch("cache"):
             rendered = self._cached_render(key, scene, groups=len(light.gains))
@@ -168,7 +168,7 @@ class Worker:
         return {"path": self.store.relative(path), "sha256": cached.sha256, **LABELS[kind].channels.described}
 
     def _path(self, scene: Scene, kind: str) -> Path:
-        suffix = suffix_of(kind, self.job.image_suffix)
+        suffix = suffix_of(kind, self.options.image_suffix)
         return self.store.file(kind, scene.frame.variant, scene.frame.name, suffix)
 
     def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
@@ -185,7 +185,7 @@ class Worker:
     def reader(self, variant: str) -> StageReader:
         """The stage in that variant. One is kept: pictures come ordered by variant."""
         if self._reader is None or self._reader.variant != variant:
-            self._reader = StageReader(self.store.root / self.job.stage, variant=variant, after=self._reader)
+            self._reader = StageReader(self.store.root / self.options.stage, variant=variant, after=self._reader)
         return self._reader
 
 
@@ -216,7 +216,7 @@ def suffix_of(kind: str, image_suffix: str) -> str:
 
 
 def make_record(
-    reader: StageReader, making: _Making, job: Job, files: dict[str, Any], versions: dict[str, str]
+    reader: StageReader, making: _Making, options: WorkerOptions, files: dict[str, Any], versions: dict[str, str]
 ) -> dict[str, Any]:
     """The picture's record, by schema record-1."""
     scene = making.scene
@@ -243,19 +243,19 @@ def make_record(
         **({"tones": making.tones} if making.tones else {}),
         "files": files,
         "provenance": {
-            "stage": {"root": job.stage, **stage_provenance(reader)},
+            "stage": {"root": options.stage, **stage_provenance(reader)},
             "keys": making.keys,
             "render": {
-                "renderer": job.settings.renderer,
-                "effort": asdict(job.settings.effort),
+                "renderer": options.settings.renderer,
+                "effort": asdict(options.settings.effort),
                 "region": [region.x0, region.y0, region.x1, region.y1],
-                **({"chosen": job.chosen.recorded} if job.chosen else {}),
+                **({"chosen": options.chosen.recorded} if options.chosen else {}),
             },
             "time_code": scene.frame.time_code,
             "seed": {
-                "dataset": job.settings.seed,
-                "render": render_seed(scene, job.settings),
-                "picture": picture_seed(scene, job.settings),
+                "dataset": options.settings.seed,
+                "render": render_seed(scene, options.settings),
+                "picture": picture_seed(scene, options.settings),
             },
             "versions": versions,
             **making.notes,

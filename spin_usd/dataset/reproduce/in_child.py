@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.worker import Worker
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
@@ -18,7 +18,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
     """Render into `folder` from the dataset's stage with the record's settings, and compare digests."""
     provenance = record["provenance"]
     render, kinds = provenance["render"], tuple(record["files"])
-    job = Job(
+    options = WorkerOptions(
         root=folder,
         work=folder,
         stage=str(file_at(Path(dataset), provenance["stage"]["root"])),
@@ -27,7 +27,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
             renderer=render["renderer"], effort=Effort(**render["effort"]), seed=provenance["seed"]["dataset"]
         ),
     )
-    worker = Worker(job=job.as_json())
+    worker = Worker(options=options.as_json())
     reader = worker.reader(record["variant"])
     if record["index"] >= len(reader.frames) or reader.frames[record["index"]].name != record["frame"]:
         raise InputError(

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANCE
-from spin_usd.dataset.render.job import PlannedPicture
-from spin_usd.dataset.render.supervise import Task
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.atomic import sha256_of, write_json
 from spin_usd.dataset.store.dataset_folder import Store
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wanted:
+class WantedFiles:
     """The kinds of file asked for, the image's file name extension, and whether every byte of files that are there is
     verified before they are used again."""
 
@@ -24,34 +23,34 @@ class Wanted:
     verify: bool = False
 
 
-def remaining(
+def kinds_left(
     store: Store,
     picture: PlannedPicture,
-    wanted: Wanted,
+    wanted: WantedFiles,
     stage: Mapping[str, Any],
     *,
     target: str,
     finished: Callable[[Mapping[str, Any]], None],
     work: Path,
-) -> Task | None:
-    """The task of making the picture, or None when its record has the same keys and all files are there, in the
-    channels that they are written in today.
+) -> tuple[str, ...]:
+    """Return the kinds of file to make of the picture, and bring the record of a finished one up to date.
 
-    A picture made again keeps the kinds of file it had. One that need not be made again, but was made from another
-    state of the stage, has its record say that `stage` (the record's own block) makes it too, and how that calls its
-    `target` and its source; `finished` is told its record. `work` is for temporary files.
+    A picture is finished when its record has the same keys, and all its files are there in the channels that they are
+    written in today; then nothing is left to make, and `finished` is called with the record. A picture made again keeps
+    the kinds of file it had. The record of one that was made from another state of the stage says from now on that
+    `stage` (the record's own block) makes it too, and how that calls its `target` and its source. `work` is for
+    temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
-    kinds = tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
     if not _is_finished(store, record, had, picture, wanted):
-        return Task(picture=picture, kinds=kinds)
+        return tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
     finished(record)
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
         write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, target), work=work)
-    return None
+    return ()
 
 
 def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) -> dict[str, Any]:
@@ -61,15 +60,15 @@ def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) ->
     return rest | source | {"index": picture.index, "target": {**record["target"], "name": target}}
 
 
-def is_finished(store: Store, picture: PlannedPicture, wanted: Wanted) -> bool:
-    """Whether `remaining` would give no task; writes nothing."""
+def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> bool:
+    """Whether nothing is left to make of the picture; writes nothing."""
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     return _is_finished(store, record, had, picture, wanted)
 
 
 def _is_finished(
-    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: Wanted
+    store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
 ) -> bool:
     """Whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
     return (
@@ -116,7 +115,7 @@ def _same_channels(record: Mapping[str, Any]) -> bool:
     return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
 
 
-def _complete(store: Store, had: Mapping[str, str], wanted: Wanted) -> bool:
+def _complete(store: Store, had: Mapping[str, str], wanted: WantedFiles) -> bool:
     if IMAGE in wanted.kinds and not had.get(IMAGE, "").endswith(wanted.image_suffix):
         return False
     # As text: paths as objects take most of the time of a resumed run's 240,000 records.

@@ -20,9 +20,9 @@ from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S, Child
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.effort import QUALITIES, Effort

@@ -5,11 +5,11 @@ import json
 import pytest
 
 from spin_usd.dataset.picture.make_picture import PASSES
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.variant_table import MANY, Row, in_lines, matrix
 from spin_usd.dataset.plan.work import Making, Method
-from spin_usd.dataset.render.job import PlannedPicture
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader

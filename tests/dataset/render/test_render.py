@@ -17,9 +17,9 @@ from conftest import REPOSITORY
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.job import Job
 from spin_usd.dataset.render.render import RenderRequest, render
 from spin_usd.dataset.render.worker import Worker
+from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
@@ -188,8 +188,10 @@ def test_check_finds_labels_that_lie(dataset, spin_usd):
 def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tmp_path, monkeypatch):
     """Its labels are made before its image fails; the pictures beside it keep all that they have."""
     settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
-    job = Job(root=str(dataset), work=str(tmp_path), stage="stage/dataset.usda", image_suffix=".png", settings=settings)
-    worker = Worker(job=job.as_json())
+    options = WorkerOptions(
+        root=str(dataset), work=str(tmp_path), stage="stage/dataset.usda", image_suffix=".png", settings=settings
+    )
+    worker = Worker(options=options.as_json())
 
     def fail(*_, **__):
         raise RenderError("no light")

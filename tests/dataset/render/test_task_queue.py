@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.dataset.render.job import PlannedPicture
-from spin_usd.dataset.render.supervise import Queue, Task
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 
 
 def task(index, geometry="g", radiance="r", kinds=("image", "depth")):
@@ -14,12 +14,12 @@ def task(index, geometry="g", radiance="r", kinds=("image", "depth")):
         target_pixels=1,
         light_groups=1, features=(),
     )  # fmt: skip
-    return Task(picture=picture, kinds=kinds)
+    return RenderTask(picture=picture, kinds=kinds)
 
 
 def test_the_second_of_two_that_need_one_pass_waits_and_others_go_first():
     first, second, third = task(0), task(1), task(2, "h", "s")
-    queue = Queue([first, second, third])
+    queue = TaskQueue([first, second, third])
     assert queue.take() is first
     assert queue.take() is third
     assert queue.take() is None
@@ -29,21 +29,21 @@ def test_the_second_of_two_that_need_one_pass_waits_and_others_go_first():
 
 def test_once_a_pass_was_made_all_that_need_it_go_at_once():
     tasks = [task(i) for i in range(4)]
-    queue = Queue(tasks)
+    queue = TaskQueue(tasks)
     queue.finish(queue.take())
     assert [queue.take() for _ in range(3)] == tasks[1:]
 
 
 def test_a_pass_that_failed_is_made_by_the_next_alone():
     tasks = [task(i) for i in range(3)]
-    queue = Queue(tasks)
+    queue = TaskQueue(tasks)
     queue.give_up(queue.take())
     assert queue.take() is tasks[1]
     assert queue.take() is None
 
 
 def test_labels_alone_do_not_wait_for_a_render():
-    queue = Queue([task(0, kinds=("image",)), task(1, kinds=("depth",))])
+    queue = TaskQueue([task(0, kinds=("image",)), task(1, kinds=("depth",))])
     assert queue.take() is not None
     assert queue.take() is not None
 
@@ -53,7 +53,7 @@ TASKS = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), max_size=12)
 
 @given(needs=TASKS, steps=st.lists(st.tuples(st.integers(0, 4), st.integers(0, 9))), workers=st.integers(1, 4))
 def test_no_pass_is_made_by_two_and_no_task_is_lost(needs, steps, workers):
-    queue = Queue([task(i, f"g{g}", f"r{g}{r}") for i, (g, r) in enumerate(needs)])
+    queue = TaskQueue([task(i, f"g{g}", f"r{g}{r}") for i, (g, r) in enumerate(needs)])
     out, made, ended = [], set(), []
     for what, which in [*steps, *[(0, 0), (4, 0)] * len(needs) * 2]:
         if what < 3 and len(out) < workers and (taken := queue.take()):

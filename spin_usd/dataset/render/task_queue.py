@@ -1,0 +1,67 @@
+"""The pictures that a run still has to make, and the order in which workers take them."""
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.labels.label import LABELS
+
+
+@dataclass(kw_only=True)
+class RenderTask:
+    """A picture to make, the kinds of file wanted, whether its render is kept for others, and how often it was
+    tried."""
+
+    picture: PlannedPicture
+    kinds: tuple[str, ...]
+    keep_render: bool = True
+    tries: int = 0
+
+    @property
+    def needs(self) -> set[str]:
+        """The keys of the passes that it needs, which other pictures may need too."""
+        keys = {self.picture.geometry} if set(self.kinds) & set(LABELS) else set()
+        return keys | ({self.picture.radiance} if self.renders else set())
+
+    @property
+    def renders(self) -> bool:
+        return IMAGE in self.kinds or RADIANCE in self.kinds
+
+
+class TaskQueue:
+    """Tasks in order, of which no two that need the same pass are out at once unless it was made: the second waits
+    for the first one's, others go before it."""
+
+    def __init__(self, tasks: Iterable[RenderTask]) -> None:
+        self._tasks = deque(tasks)
+        self._out: list[RenderTask] = []
+        self._made: set[str] = set()
+
+    def __len__(self) -> int:
+        return len(self._tasks)
+
+    def take(self) -> RenderTask | None:
+        """The next task that need not wait; None where all must."""
+        being_made = {key for task in self._out for key in task.needs} - self._made
+        for place, task in enumerate(self._tasks):
+            if not task.needs & being_made:
+                del self._tasks[place]
+                self._out.append(task)
+                return task
+        return None
+
+    def finish(self, task: RenderTask) -> None:
+        """`task` was done: what it needed is there now."""
+        self._out.remove(task)
+        self._made |= task.needs
+
+    def give_up(self, task: RenderTask) -> None:
+        """`task` has failed: others make what it needed."""
+        self._out.remove(task)
+
+    def put_back(self, task: RenderTask) -> None:
+        """`task` was not done, and is next."""
+        self._out.remove(task)
+        self._tasks.appendleft(task)
