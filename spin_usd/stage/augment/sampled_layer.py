@@ -8,8 +8,7 @@ from spin_usd.errors import InputError
 from spin_usd.stage.augment.sampled_values import Opinions, write_opinions
 from spin_usd.stage.augment.write_augmentations import MOST_IN_TEXT
 from spin_usd.stage.author.added_layer import add_layer
-from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, LIGHTS
-from spin_usd.stage.author.poses_layer import WORLD
+from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS, WORLD
 from spin_usd.stage.usd.layer_file import author_metadata
 
 NAME = "sampled"
@@ -21,7 +20,7 @@ def write_sampled(root: Path, what: Opinions, frames: int) -> None:
     It comes by reference, so a variant on the default prim beats it. Raises InputError for an opinion that is neither
     on the lights nor on the environment, OutputError.
     """
-    places = [WORLD.AppendChild(kind) for kind in (LIGHTS, ENVIRONMENT)]
+    places = (LIGHTS, ENVIRONMENT)
     drawn = [Sdf.Path(opinion.place.prim) for opinion in what.attributes]
     if astray := next((path for path in drawn if not any(map(path.HasPrefix, places))), None):
         raise InputError("is sampled, and is neither of the lights nor of the environment", where=astray)

@@ -6,7 +6,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stage.author.added_layer import add_layer
-from spin_usd.stage.author.poses_layer import TARGET
+from spin_usd.stage.author.paths import TARGET
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import box, vec3d, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing

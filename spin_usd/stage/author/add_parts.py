@@ -10,14 +10,12 @@ from spin_usd.errors import InputError
 from spin_usd.scene.source.part_rule import PartRule, first_match
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.model_surfaces import Surface, model_surfaces
-from spin_usd.stage.author.poses_layer import TARGET
+from spin_usd.stage.author.paths import MODEL, TARGET
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
 
 FILE = "parts.usda"
-NAME = "Model"
-MODEL = TARGET.AppendChild(NAME)
 LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "SemanticsLabelsAPI:class"}
 
 
@@ -34,7 +32,7 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     chosen = [(each, rule) for each in found if (rule := first_match(rules, each.names + each.materials))]
     _refuse_idle(rules, found, {rule.pattern for _, rule in chosen}, where)
     _refuse_mixed(chosen, where)
-    add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(NAME)})
+    add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)})
     made = open_layer(root)
     edited = Usd.Stage.Open(made)
     sizes = Counter(rule.part for _, rule in chosen)
@@ -73,8 +71,8 @@ def _refuse_mixed(chosen: Sequence[tuple[Surface, PartRule]], where: object) -> 
 
 def _layer(chosen: Sequence[tuple[Surface, PartRule]]) -> Sdf.Layer:
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    author_metadata(layer, default_prim=NAME, documentation="The parts' names and classes that were given.")
-    model = Sdf.Path.absoluteRootPath.AppendChild(NAME)
+    author_metadata(layer, default_prim=MODEL.name, documentation="The parts' names and classes that were given.")
+    model = Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)
     Sdf.CreatePrimInLayer(layer, model)
     for surface, rule in chosen:
         for instance in surface.instances:

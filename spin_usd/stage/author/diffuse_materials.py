@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from spin_usd.stage.author.poses_layer import TARGET, WORLD
+from spin_usd.stage.author.paths import MODEL, TARGET, WORLD
 from spin_usd.stage.usd import schema
 
 SURFACE = "UsdPreviewSurface"
@@ -20,7 +20,6 @@ INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
     "inputs:useSpecularWorkflow": (TYPES.Int, 0),
 }
 EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
-MODEL = TARGET.AppendChild("Model")
 DISPLAYED = TARGET.AppendChild("Matt")
 """The material of what has none of its own but a displayColor."""
 

@@ -11,6 +11,7 @@ from pxr import Sdf
 from spin_usd.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.source.poses import PoseList
+from spin_usd.stage.author.paths import TARGET, WORLD
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata
@@ -18,9 +19,6 @@ from spin_usd.stage.usd.layer_file import author_metadata
 T_WORLD_CAM = Transform(
     to="world", of="cam", rotation=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), translation=np.zeros(3)
 )
-
-WORLD = Sdf.Path("/World")
-TARGET = Sdf.Path("/World/Target")
 
 
 def poses_layer(poses: PoseList) -> Sdf.Layer:

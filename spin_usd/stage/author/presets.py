@@ -13,12 +13,10 @@ from pxr import Sdf, Usd
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled
 from spin_usd.stage.author.lights_and_environment import composed, extracted
+from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, TARGET, WORLD
 from spin_usd.stage.usd.layer_file import open_layer
 
-WORLD = Sdf.Path("/World")
-CAMERA, LIGHTS, ENVIRONMENT = (WORLD.AppendChild(name) for name in ("Camera", "Lights", "Environment"))
-MODEL = WORLD.AppendPath("Target/Model")
-EMPTY = (WORLD, MODEL.GetParentPath(), MODEL)  # these hold nothing of their own
+EMPTY = (WORLD, TARGET, MODEL)  # these hold nothing of their own
 PREFIXES = ("spin:sensor:", "spin:optics:", "exposure:", "shutter:")
 NAMES = ("exposure", "fStop", "focusDistance")
 
@@ -36,10 +34,6 @@ class Preset:
         if not self.flat.GetPrimAtPath(prim):
             return None
         return extracted(self.flat, prim, self.flat.documentation)
-
-    def rig(self, kind: str) -> Sdf.Layer | None:
-        """Its lights or its environment, by the kind of rig; None where it has none."""
-        return self.layer(WORLD.AppendChild(kind))
 
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
         """Its selections among the `variants` of a target: those of sets that the target does not have are left out.

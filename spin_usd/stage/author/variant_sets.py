@@ -12,7 +12,8 @@ from pxr import Sdf, Usd
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
 from spin_usd.stage.author.diffuse_materials import Matt, author_matt
-from spin_usd.stage.author.presets import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD, Preset, open_preset
+from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD
+from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export

@@ -15,7 +15,8 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.author.diffuse_materials import find_matt
 from spin_usd.stage.author.lights_and_environment import USUAL, rig_by_name
-from spin_usd.stage.author.poses_layer import T_WORLD_CAM, TARGET, WORLD, poses_layer
+from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
+from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.render_layer import SETTINGS, render_layer
@@ -29,8 +30,6 @@ from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
 
 ROOT = "dataset.usda"
-CAMERA = WORLD.AppendChild("Camera")
-MODEL = TARGET.AppendChild("Model")
 MODEL_LAYER = "layers/model.usda"
 
 

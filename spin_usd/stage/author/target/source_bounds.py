@@ -10,8 +10,8 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.polygons import newell
 from spin_usd.scene.source.source_bounds import SourceBounds
-from spin_usd.stage.read.shapes.triangulate import newell
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.usd.visibility import DRAWN_PURPOSES
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
+from spin_usd.geometry.polygons import newell
 from spin_usd.stage.read.shapes.triangles import Int
 
 MAX_CONCAVE_CORNERS = 2000  # ear clipping takes time with the cube of it
@@ -35,12 +36,6 @@ def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tupl
             source.append(np.full(size - 2, face))
     order = np.argsort(np.concatenate(source), kind="stable")
     return np.concatenate(corners)[order], np.concatenate(source)[order]
-
-
-def newell(polygons: Float) -> Float:
-    """Twice the area vectors (..., 3) of polygons (..., n, 3). Source: M. E. Newell, in Sutherland et al. (1974)."""
-    relative = polygons - polygons[..., :1, :]
-    return np.cross(relative, np.roll(relative, -1, axis=-2)).sum(-2)
 
 
 def _convex(polygons: Float) -> NDArray[np.bool_]:
