@@ -127,7 +127,7 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
     samples_for(others)  # what is wrong in the words is said before anything is read
     background = _background(stage, behind, spec.seed, entry.name, folder)
-    rig = bring_in(stage, background) if background else None
+    environment = bring_in(stage, background) if background else None
     base, frames, _ = open_base(stage)
     what = drawn(
         base,
@@ -138,7 +138,7 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
         constraints=entry.constraints,
         progress=lambda done, total: counted.tell(len(frames), done, total),
     )
-    del rig
+    del environment
     counted.tell(len(frames), 1, 1)
     return Augmentation(name=entry.name, selections=entry.select, what=what, background=background)
 

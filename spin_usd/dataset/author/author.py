@@ -28,7 +28,7 @@ from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import Opinions, over
 from spin_usd.stage.author.camera_layer import lens_of
-from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, LIGHTS, open_rig, rig_by_name
+from spin_usd.stage.author.lights_and_environment import open_surroundings, surroundings_by_name
 from spin_usd.stage.author.presets import Preset, open_preset, preset_by_name
 from spin_usd.stage.author.provenance import Option, Origin
 from spin_usd.stage.author.target.extent import box_corners
@@ -151,10 +151,10 @@ def _author(
     settings = _preset(str(choices.preset)) if choices.preset is not None else None
     if settings:
         files["preset"] = settings.file
-    chosen_rigs = {LIGHTS: choices.lights, ENVIRONMENT: choices.environment}
-    rig_files = {kind: _rig_file(str(given), kind) for kind, given in chosen_rigs.items() if given is not None}
-    files |= {kind.lower(): file for kind, file in rig_files.items()} | dict(choices.additions.files)
-    rigs = {kind: open_rig(file, kind) for kind, file in rig_files.items()}
+    given_layers = {"lights": choices.lights, "environment": choices.environment}
+    layers = {kind: _surroundings_file(str(given), kind) for kind, given in given_layers.items() if given is not None}
+    files |= layers | dict(choices.additions.files)
+    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
     inputs = {role: (file.name, sha256_of(file)) for role, file in files.items()}
     origin = Origin(inputs=inputs, options=_options(choices))
     with new_folder(out) as folder:
@@ -173,7 +173,7 @@ def _author(
             origin=origin,
             seed=choices.seed,
             preset=settings,
-            rigs=rigs,
+            surroundings=surroundings,
         )
         notes += target_notes(folder / ROOT)
         notes += choices.additions.write(folder / ROOT)
@@ -259,9 +259,9 @@ def _preset(given: str) -> Preset:
     return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else preset_by_name(given))
 
 
-def _rig_file(given: str, kind: str) -> Path:
+def _surroundings_file(given: str, kind: str) -> Path:
     """The layer of the lights or the environment of that name, or the file itself."""
-    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else rig_by_name(given, kind)
+    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else surroundings_by_name(given, kind)
 
 
 def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:

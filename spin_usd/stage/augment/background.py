@@ -6,7 +6,8 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, open_rig, rig_by_name
+from spin_usd.stage.author.lights_and_environment import open_surroundings, surroundings_by_name
+from spin_usd.stage.author.paths import ENVIRONMENT
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.usd.layer_file import export
 
@@ -16,7 +17,7 @@ PRIM = "Background"
 
 @dataclass(frozen=True, kw_only=True)
 class Background:
-    """A rig of kind Environment, and what of the stage's own environment goes: the paths of its prims."""
+    """The layer of an environment, and what it replaces of the stage's own environment: the paths of its prims."""
 
     file: Path
     at: str
@@ -25,11 +26,11 @@ class Background:
 
 def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
     """The environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
-    file = folder / given if Path(given).suffix in SUFFIXES else rig_by_name(given, ENVIRONMENT)
+    file = folder / given if Path(given).suffix in SUFFIXES else surroundings_by_name(given, "environment")
     root = stage.GetDefaultPrim()
     if not root:
         raise InputError("the stage has no default prim to put a background on", where="background", do="name one")
-    at = root.GetPath().AppendChild(ENVIRONMENT)
+    at = root.GetPath().AppendChild(ENVIRONMENT.name)
     own = stage.GetPrimAtPath(at)
     gone = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
     return Background(file=file, at=str(at), gone=gone)
@@ -38,17 +39,17 @@ def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
 def bring_in(stage: Usd.Stage, background: Background) -> Sdf.Layer:
     """Compose it into `stage`, in its session layer, so that what is drawn for it finds it; returns the layer, which
     must live as long."""
-    rig = open_rig(background.file, ENVIRONMENT)
-    _write(stage.GetSessionLayer(), background, rig.identifier)
-    return rig
+    layer = open_surroundings(background.file, "environment")
+    _write(stage.GetSessionLayer(), background, layer.identifier)
+    return layer
 
 
 def write_background(layer: Sdf.Layer, background: Background, folder: Path) -> None:
-    """Author it in `layer`, a file to be beside `folder`, into which the rig and its images are copied."""
-    rig = open_rig(background.file, ENVIRONMENT)
+    """Author it in `layer`, a file to be beside `folder`, into which the environment and its images are copied."""
+    environment = open_surroundings(background.file, "environment")
     name = background.file.stem
-    copy_assets(rig, folder / name)
-    export(rig, folder / f"{name}.usda")
+    copy_assets(environment, folder / name)
+    export(environment, folder / f"{name}.usda")
     _write(layer, background, f"./{folder.name}/{name}.usda")
 
 

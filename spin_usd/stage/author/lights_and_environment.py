@@ -1,6 +1,7 @@
-"""Rigs: the lights of a stage, and what lies behind its target, as layers that travel with spin_usd or are given.
+"""Surroundings: layers of a stage's lights, and of what lies behind its target.
 
-A rig is a layer whose default prim is Lights or Environment; `stages/environments` holds both kinds.
+Those that travel with spin_usd lie in `stages/environments`; a user may give others. The default prim of a layer of
+lights is Lights, that of an environment is Environment.
 """
 
 from collections.abc import Mapping
@@ -10,38 +11,42 @@ from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled
+from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
 from spin_usd.stage.usd.layer_file import author_metadata, open_layer, reason
 
-LIGHTS, ENVIRONMENT = "Lights", "Environment"
-KINDS = {LIGHTS: "lights", ENVIRONMENT: "environments"}
-USUAL: Mapping[str, str] = {LIGHTS: "sun", ENVIRONMENT: "deep_space"}
-"""The rig of each kind that a stage has unless another is chosen."""
+KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
+"""The kinds of surroundings, and where an authored stage has them."""
+FOLDERS = {"lights": "lights", "environment": "environments"}
+USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
+"""The layer of each kind that a stage has unless another is chosen."""
 
 
-def rig_names(kind: str) -> tuple[str, ...]:
-    """The rigs of that kind, LIGHTS or ENVIRONMENT, that travel with spin_usd."""
-    return tuple(bundled(KINDS[kind]))
+def surroundings_names(kind: str) -> tuple[str, ...]:
+    """The layers of a kind ("lights" or "environment") that travel with spin_usd."""
+    return tuple(bundled(FOLDERS[kind]))
 
 
-def rig_by_name(name: str, kind: str) -> Path:
-    """The layer of a rig that travels with spin_usd. Raises InputError that lists those there are."""
-    names = rig_names(kind)
+def surroundings_by_name(name: str, kind: str) -> Path:
+    """The layer of a kind that travels with spin_usd. Raises InputError that lists those there are."""
+    names = surroundings_names(kind)
     if name not in names:
-        found = f"there are no {kind.lower()} named {name!r}" if kind == LIGHTS else f"there is no environment {name!r}"
+        found = f"there are no lights named {name!r}" if kind == "lights" else f"there is no environment {name!r}"
         raise InputError(found, do=f"name one of {', '.join(names)}, or a layer")
-    return bundled(KINDS[kind])[name]
+    return bundled(FOLDERS[kind])[name]
 
 
-def open_rig(path: str | Path, kind: str) -> Sdf.Layer:
-    """All that the rig at `path` composes, as one anonymous layer, asset paths absolute.
+def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
+    """All that the layer at `path` composes, as one anonymous layer, asset paths absolute.
 
-    Raises InputError that names the file where it is no rig of that kind.
+    Raises InputError that names the file where it is not of that kind.
     """
     layer = open_layer(Path(path))
     flat = composed(layer, path)
-    if layer.defaultPrim != kind or not flat.GetPrimAtPath(f"/{kind}"):
-        raise InputError(f"is no rig of this kind: its default prim is not {kind}", where=path)
-    return extracted(flat, Sdf.Path(f"/{kind}"), layer.documentation)
+    prim = KINDS[kind].name
+    if layer.defaultPrim != prim or not flat.GetPrimAtPath(f"/{prim}"):
+        what = "layer of lights" if kind == "lights" else "layer of an environment"
+        raise InputError(f"is not a {what}: its default prim is not {prim}", where=path)
+    return extracted(flat, Sdf.Path(f"/{prim}"), layer.documentation)
 
 
 def composed(layer: Sdf.Layer, path: str | Path) -> Sdf.Layer:

@@ -21,8 +21,8 @@ from spin_usd.stage.usd.layer_file import author_metadata, export
 GROUPS = ("camera", "environment", "materials")
 PLAIN, RICH = "plain", "rich"
 LAYER = "groups.usda"
-RIGS = (LIGHTS, ENVIRONMENT)
-PLACES = ("", "Xform", "Scope")  # the types of a rig's root that are nothing themselves
+SURROUNDINGS = (LIGHTS, ENVIRONMENT)
+PLACES = ("", "Xform", "Scope")  # types of the root of surroundings that neither shine nor show anything themselves
 BEHIND = (schema.PLANET_API, schema.STARS_API, schema.BACK_PLATE_API)
 
 DOCUMENTATION = """Three variant sets of /World, each with the variants plain and rich; none is selected here.
@@ -35,13 +35,13 @@ the target is rich as it was modelled: an augmentation that selects it means jus
 
 
 def write_groups(
-    folder: Path, rigs: Mapping[Sdf.Path, Sdf.Layer], looks: Mapping[str, tuple[str, ...]], matt: Matt
+    folder: Path, surroundings: Mapping[Sdf.Path, Sdf.Layer], looks: Mapping[str, tuple[str, ...]], matt: Matt
 ) -> None:
     """Write the layer with the three sets, and what it refers to, into `folder`.
 
-    rigs: the stage's own layers of LIGHTS and ENVIRONMENT · looks: the target's variant sets with their variants ·
-    matt: what makes its materials matt where it has no looks of these names. Raises InputError for a rig that cannot be
-    switched off, OutputError.
+    surroundings: the stage's own layers of LIGHTS and ENVIRONMENT · looks: the target's variant sets with their
+    variants · matt: what makes its materials matt where it has no looks of these names. Raises InputError for
+    surroundings that cannot be switched off, OutputError.
     """
     kinds = {name: open_preset(stages() / "augmentations" / f"{name}.usda") for name in (PLAIN, RICH)}
     has_looks = all(_has(looks, kind.selections) for kind in kinds.values())
@@ -52,10 +52,10 @@ def write_groups(
     for name, kind in kinds.items():
         _write_kind(kind, folder / "groups")
         _bring(_over(world, "camera", name, CAMERA), name)
-        for path in RIGS:
-            rig = _over(world, "environment", name, path)
-            _bring(rig, name)
-            _switch_off(rig, _children(rigs[path], kind, path))
+        for path in SURROUNDINGS:
+            place = _over(world, "environment", name, path)
+            _bring(place, name)
+            _switch_off(place, _children(surroundings[path], kind, path))
         materials = _variant(world, "materials", name)
         if has_looks:
             _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
@@ -103,9 +103,9 @@ def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
         Sdf.CreatePrimInLayer(over.layer, over.path.AppendChild(name)).active = False
 
 
-def _children(rig: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]:
-    """The names of all that the rig holds. Raises InputError where that cannot be switched off by name alone."""
-    stage = Usd.Stage.Open(rig)
+def _children(layer: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]:
+    """The prims' names in a layer of surroundings. Raises InputError where they cannot be switched off by name."""
+    stage = Usd.Stage.Open(layer)
     root = stage.GetDefaultPrim()
     if root.GetTypeName() not in PLACES or any(root.HasAPI(api) for api in BEHIND):
         found = "shines or shows something itself, which no variant of the stage can switch off"

@@ -14,7 +14,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.author.diffuse_materials import find_matt
-from spin_usd.stage.author.lights_and_environment import USUAL, rig_by_name
+from spin_usd.stage.author.lights_and_environment import KINDS, USUAL, surroundings_by_name
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
@@ -42,17 +42,17 @@ def write_stage(
     origin: Origin,
     seed: int,
     preset: Preset | None = None,
-    rigs: Mapping[str, Sdf.Layer] | None = None,
+    surroundings: Mapping[str, Sdf.Layer] | None = None,
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `camera` is a layer as `stage.camera_layer` makes it; it is changed. `rigs`: layers of `stage.rigs` by kind, instead
-    of the preset's and the usual ones. Raises OutputError, InputError for a file that one of them names and that is
-    not there.
+    `camera` is a layer as `author.camera_layer` makes it; it is changed. `surroundings`: layers by their kind,
+    instead of the preset's and the usual ones. Raises OutputError, InputError for a file that one of them names and
+    that is not there.
     """
     if preset:
         preset.set_camera(camera)
-    own = _write_layers(folder / "layers", poses, camera, preset, rigs or {})
+    own = _write_layers(folder / "layers", poses, camera, preset, surroundings or {})
     write_groups(folder / "layers", own, target.variants, find_matt(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
@@ -72,7 +72,7 @@ def write_stage(
 
 
 def _write_layers(
-    folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, rigs: Mapping[str, Sdf.Layer]
+    folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, surroundings: Mapping[str, Sdf.Layer]
 ) -> dict[Sdf.Path, Sdf.Layer]:
     """Write what the root layer refers to; returns the layers of the lights and of what lies behind, by their place."""
     lens = _place_camera(camera)
@@ -80,13 +80,12 @@ def _write_layers(
     export(camera, folder / "camera.usda")
     export(render_layer(lens), folder / "render.usda")
     chosen: dict[Sdf.Path, Sdf.Layer] = {}
-    for kind, usual in USUAL.items():
-        place = WORLD.AppendChild(kind)
-        own = rigs.get(kind) or (preset.layer(place) if preset else None)
+    for kind, place in KINDS.items():
+        own = surroundings.get(kind) or (preset.layer(place) if preset else None)
         if own:
-            copy_assets(own, folder / kind.lower())
-        chosen[place] = own or open_layer(rig_by_name(usual, kind))
-        export(chosen[place], folder / f"{kind.lower()}.usda")
+            copy_assets(own, folder / kind)
+        chosen[place] = own or open_layer(surroundings_by_name(USUAL[kind], kind))
+        export(chosen[place], folder / f"{kind}.usda")
     return chosen
 
 

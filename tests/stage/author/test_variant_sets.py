@@ -21,7 +21,7 @@ from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.texture import Primvar, Texture
-from spin_usd.stage.author.lights_and_environment import ENVIRONMENT, LIGHTS, rig_names
+from spin_usd.stage.author.lights_and_environment import surroundings_names
 from spin_usd.stage.author.presets import preset_names
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
@@ -122,7 +122,7 @@ def test_nothing_is_selected(authored: Path) -> None:
 
 
 @pytest.mark.parametrize("preset", [None, *preset_names()])
-@pytest.mark.parametrize("environment", rig_names(ENVIRONMENT))
+@pytest.mark.parametrize("environment", surroundings_names("environment"))
 def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: str | None, environment: str) -> None:
     """A preset's own effects, and its own environment, are gone where a group is plain."""
     root = author(tmp_path / "stage", preset=preset, environment=environment)
@@ -135,8 +135,8 @@ def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: s
     assert len(scene(root, environment="rich").environment.planets) == 1
 
 
-@pytest.mark.parametrize("lights", rig_names(LIGHTS))
-def test_every_rig_of_lights_is_switched_off(tmp_path: Path, lights: str) -> None:
+@pytest.mark.parametrize("lights", surroundings_names("lights"))
+def test_every_layer_of_lights_is_switched_off(tmp_path: Path, lights: str) -> None:
     root = author(tmp_path / "stage", lights=lights)
     assert check_stage(root) == ()
     assert [light.path for light in scene(root, environment="rich").lights] == ["/World/Lights/RichSun"]
@@ -267,19 +267,19 @@ def test_any_usd_target_is_made_matt_in_its_own_colours(tmp_path: Path, kind: st
 @pytest.mark.parametrize(
     ("text", "kind", "words"),
     [
-        ('def DomeLight "Lights"\n{\n}\n', LIGHTS, ("Lights", "below an Xform")),
-        ('def Xform "Lights"\n{\ndef DistantLight "RichSun"\n{\n}\n}\n', LIGHTS, ("RichSun", "environment=rich")),
+        ('def DomeLight "Lights"\n{\n}\n', "lights", ("Lights", "below an Xform")),
+        ('def Xform "Lights"\n{\ndef DistantLight "RichSun"\n{\n}\n}\n', "lights", ("RichSun", "environment=rich")),
         (
             'def Xform "Environment" (\nprepend apiSchemas = ["SpinStarsAPI"]\n)\n{\n}\n',
-            ENVIRONMENT,
+            "environment",
             ("Environment", "below an Xform"),
         ),
     ],
 )
 def test_what_cannot_be_switched_off_is_refused(tmp_path: Path, text: str, kind: str, words: tuple[str, ...]) -> None:
-    path = tmp_path / "rig.usda"
-    path.write_text(f'#usda 1.0\n(\ndefaultPrim = "{kind}"\nmetersPerUnit = 1\nupAxis = "Z"\n)\n{text}')
+    path = tmp_path / "surroundings.usda"
+    path.write_text(f'#usda 1.0\n(\ndefaultPrim = "{kind.capitalize()}"\nmetersPerUnit = 1\nupAxis = "Z"\n)\n{text}')
     with pytest.raises(InputError) as caught:
-        author(tmp_path / "stage", **{kind.lower(): path})
+        author(tmp_path / "stage", **{kind: path})
     assert all(word in str(caught.value) for word in words), caught.value
     assert not (tmp_path / "stage").exists()
