@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
 from spin_usd.stage.augment.parameters import Parameter
-from spin_usd.stage.usd.ranges import Range
+from spin_usd.stage.usd.values import Range
 
 Check = Callable[[Value], None]
 

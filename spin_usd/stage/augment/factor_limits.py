@@ -9,7 +9,7 @@ from spin_usd.errors import InputError
 from spin_usd.scene.material import LIMITS
 from spin_usd.stage.augment.attribute_change import Base
 from spin_usd.stage.augment.parameters import FIELDS, MATERIAL, parameter_named
-from spin_usd.stage.usd.ranges import Range
+from spin_usd.stage.usd.values import Range
 
 
 def is_material_factor(name: str) -> bool:

@@ -16,7 +16,7 @@ from spin_usd.stage.read.camera.depth_of_field import F_STOPS
 from spin_usd.stage.read.lights.distant import ANGLES
 from spin_usd.stage.read.lights.emission import EMISSIONS, TEMPERATURES
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import ABOVE_0, AT_LEAST_0, FINITE, Range
+from spin_usd.stage.usd.values import ABOVE_0, AT_LEAST_0, FINITE, Range
 
 NUMBER, DIRECTION, ATTITUDE, TRUTH, NAME, ANY = "number", "direction", "attitude", "truth", "name", "any"
 

@@ -4,7 +4,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import ThinLens
-from spin_usd.stage.usd.ranges import ABOVE_0, Range, value_in
+from spin_usd.stage.usd.values import ABOVE_0, Range, value_in
 
 FOCAL_UNITS = 0.1  # scene units in which USD gives a focal length
 F_STOPS = Range(0.1, 1e6, or_0=True)  # from beyond what glass can do (0.5) to pinholes

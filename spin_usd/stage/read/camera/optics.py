@@ -7,7 +7,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.photometry.vignetting import least_gain
 from spin_usd.scene.sensor import Optics
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import SHARE, Range, refuse_unapplied, typed_value, value_in
+from spin_usd.stage.usd.values import SHARE, Range, refuse_unapplied, typed_value, value_in
 
 RANGES = {
     "psf_sigma": Range(0, 100),

@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import AT_LEAST_0, SHARE, Range, refuse_unapplied, typed_value, value_in
+from spin_usd.stage.usd.values import AT_LEAST_0, SHARE, Range, refuse_unapplied, typed_value, value_in
 
 ONE_OF = {"channels": ("mono", "rgb"), "encoding": ("srgb", "linear", "gamma"), "bit_depth": (8, 16)}
 RANGES = {

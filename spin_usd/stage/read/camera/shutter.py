@@ -17,7 +17,7 @@ from spin_usd.geometry.blur import rotation_angle
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.model import Shutter
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import Range, refuse_unapplied, value_in
+from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
 OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
 LEAST_POSES, MOST_POSES = 9, 129

@@ -9,7 +9,7 @@ from spin_usd.scene.environment import BackPlate
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import SHARE, Range, value_in
+from spin_usd.stage.usd.values import SHARE, Range, value_in
 
 ROLLS = Range(-360, 360)  # degrees: a whole turn either way
 

@@ -15,9 +15,9 @@ from spin_usd.stage.read.environment.back_plate import read_back_plate
 from spin_usd.stage.read.environment.planet import read_planet, refuse_hidden_target
 from spin_usd.stage.read.environment.stars import read_stars
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import refuse_unapplied
 from spin_usd.stage.usd.time_variation import Kept
 from spin_usd.stage.usd.transforms import between, check_chain, placement
+from spin_usd.stage.usd.values import refuse_unapplied
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
 APIS = {

@@ -14,7 +14,7 @@ from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.ranges import FINITE, SHARE, Range, typed_value, value_in
+from spin_usd.stage.usd.values import FINITE, SHARE, Range, typed_value, value_in
 
 RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars of some ten times the Sun's radius
 LONGEST = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen

@@ -9,8 +9,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Stars
 from spin_usd.scene.photometry.star_field import irradiance, random_stars
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.attributes import array
-from spin_usd.stage.usd.ranges import Range, value_in
+from spin_usd.stage.usd.values import Range, array, value_in
 
 LIMITS = Range(-30, 10)  # half a million stars; fainter ones are nothing beside a spacecraft
 MAGNITUDES = Range(-30, 40)  # the Sun has -26.8; the faintest that were ever seen have 31

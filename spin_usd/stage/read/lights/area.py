@@ -19,8 +19,8 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import casts_shadows, emission
 from spin_usd.stage.read.lights.light_texture import read_texture
 from spin_usd.stage.read.lights.shaping import read_shaping
-from spin_usd.stage.usd.ranges import AT_LEAST_0, value_in
 from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
+from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
 Extent = tuple[float, ...]
 

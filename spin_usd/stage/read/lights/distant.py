@@ -13,7 +13,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DistantLight
 from spin_usd.stage.read.lights.emission import casts_shadows, emission
 from spin_usd.stage.read.lights.shaping import refuse_shaping
-from spin_usd.stage.usd.ranges import Range, value_in
+from spin_usd.stage.usd.values import Range, value_in
 
 ANGLES = Range(0, 180)  # degrees
 

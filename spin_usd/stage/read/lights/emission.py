@@ -12,8 +12,8 @@ from pxr import Usd, UsdGeom, UsdLux
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.texture import Color
-from spin_usd.stage.usd.ranges import Range, value_in
 from spin_usd.stage.usd.transforms import check_chain
+from spin_usd.stage.usd.values import Range, value_in
 from spin_usd.stage.usd.visibility import ancestors
 
 REMOVED = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}

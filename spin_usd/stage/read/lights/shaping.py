@@ -5,7 +5,7 @@ from pxr import Usd
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.light import Shaping
-from spin_usd.stage.usd.ranges import AT_LEAST_0, Range, value_in
+from spin_usd.stage.usd.values import AT_LEAST_0, Range, value_in
 
 CONE, SOFTNESS = "inputs:shaping:cone:angle", "inputs:shaping:cone:softness"
 FOCUS, TINT = "inputs:shaping:focus", "inputs:shaping:focusTint"

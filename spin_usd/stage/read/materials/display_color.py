@@ -7,8 +7,8 @@ from pxr import Usd
 from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage.read.materials.texture_nodes import Wanted
 from spin_usd.stage.read.shapes.primvars import find_primvar
-from spin_usd.stage.usd.input_limits import refuse_outside
 from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.values import refuse_outside
 
 DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
 

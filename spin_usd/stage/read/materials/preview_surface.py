@@ -20,7 +20,6 @@ from spin_usd.stage.read.materials.binding import SHOWN_INSTEAD, bound_material
 from spin_usd.stage.read.materials.display_color import read_display_color
 from spin_usd.stage.read.materials.texture_nodes import Nodes, Wanted
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
-from spin_usd.stage.usd.input_limits import refuse_outside
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.shader_inputs import (
     Output,
@@ -31,6 +30,7 @@ from spin_usd.stage.usd.shader_inputs import (
     read_numbers,
     read_token,
 )
+from spin_usd.stage.usd.values import refuse_outside
 
 NOT_DRAWN = {
     "occlusion": Limits(name="occlusion"),  # must be sound; a path tracer computes it itself

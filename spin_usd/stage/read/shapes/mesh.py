@@ -12,7 +12,7 @@ from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar
 from spin_usd.stage.read.shapes.subdivision import SCHEMES, subdivided
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.read.shapes.triangulate import triangulate
-from spin_usd.stage.usd.attributes import array, refuse
+from spin_usd.stage.usd.values import array, refuse
 
 
 def read_mesh(

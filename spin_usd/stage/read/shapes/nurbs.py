@@ -15,7 +15,7 @@ from scipy.interpolate import BSpline
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
-from spin_usd.stage.usd.attributes import array
+from spin_usd.stage.usd.values import array
 
 CHORD = 1e-4  # of the patch's extent: how far the middle between two samples may be from the surface
 STEPS = (2, 4, 8, 16, 32, 64)  # between two knots; the fewest that stay within CHORD

@@ -9,8 +9,8 @@ from pxr import Sdf, Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int
-from spin_usd.stage.usd.attributes import refuse
 from spin_usd.stage.usd.shader_inputs import LINEAR
+from spin_usd.stage.usd.values import refuse
 
 DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
 

@@ -14,7 +14,7 @@ from spin_usd.stage.read.shapes.loop import LOOP
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
 from spin_usd.stage.read.shapes.subdivision_primvars import rider
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.usd.attributes import array, refuse
+from spin_usd.stage.usd.values import array, refuse
 
 LEVELS = 2  # 16 quadrangles or triangles for one; their corners lie on the limit surface
 MAX_LEVELS = 4

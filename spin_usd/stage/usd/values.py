@@ -1,4 +1,4 @@
-"""Numbers of prims that must lie in a range."""
+"""Values of attributes as numbers and arrays, and the refusal of those that an attribute must not have."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from pxr import Usd
 
+from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.scene.material import Limits
 
 INFINITY = float("inf")
 
@@ -71,3 +73,26 @@ def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:
     for attribute in prim.GetAuthoredAttributes():
         if attribute.GetName().startswith(prefix):
             raise StageError(f"is authored, but {api} is not applied", where=attribute.GetPath(), do="apply it")
+
+
+def array(attribute: Usd.Attribute, time: Usd.TimeCode, dtype: type) -> Any:
+    """The value at `time`; empty where there is none."""
+    value = attribute.Get(time)
+    return np.zeros(0, dtype) if value is None else np.array(value, dtype)
+
+
+def refuse(bad: Any, name: str, values: Any, why: str, where: Any) -> None:
+    """Raise StageError for the first of `values` (N, ...) that is `bad` (N,)."""
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise StageError(f"{name}[{i}] is {values[i]}, but {why}", where=where, do="fix the mesh")
+
+
+def refuse_outside(values: Float, limits: Limits, where: object, source: str = "") -> None:
+    """Raise StageError where one of `values`, which `source` gives the input, is none that the input can have."""
+    wrong = ~((values >= limits.low) & (values <= limits.high))
+    if not wrong.any():
+        return
+    by = f", by {source}" if source else ""
+    do = f"keep it between {limits.low:g} and {limits.high:g}"
+    raise StageError(f"its {limits.name} is {np.asarray(values)[wrong][0]:g}{by}", where=where, do=do)
