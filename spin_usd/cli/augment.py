@@ -63,7 +63,8 @@ def _in_lines(rows: list[dict[str, Any]]) -> str:
     lines = []
     for row in rows:
         unit, *others = row["units"] or [""]
-        takes = f"{row['takes']} {unit}{f' (or in {", ".join(others)})' if others else ''}".rstrip()
+        also = f" (or in {', '.join(others)})" if others else ""
+        takes = f"{row['takes']} {unit}{also}".rstrip()
         once = "" if row["per_frame"] else ", one value for all pictures"
         lines += [f"{row['name']}: {takes}{once}", f"    {row['description']}"]
     return "\n".join(lines)

@@ -1,8 +1,9 @@
 """What a stand-in is made of: parts of boxes or round solids, each of one material. Metres, body axes."""
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
-type Point = tuple[float, float, float]
+Point: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)

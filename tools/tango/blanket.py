@@ -1,12 +1,13 @@
 """Multi-layer insulation: a box of crumpled foil."""
 
 from collections.abc import Collection, Iterator
+from typing import TypeAlias
 
 import numpy as np
 
 from tango.shape import Array, Face, Point, Shape, surface
 
-type Node = tuple[int, int, int]
+Node: TypeAlias = tuple[int, int, int]
 
 CREASE = 25.0  # degrees; foil bends smoothly, and its fine creases are a texture
 SLIDE = 0.7  # how far a node may wander within its cell

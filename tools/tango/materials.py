@@ -8,10 +8,11 @@ of the flight model and its mock-up.
 """
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from tango import dimensions as d
 
-type Colour = tuple[float, float, float]  # linear, Rec. 709
+Colour: TypeAlias = tuple[float, float, float]  # linear, Rec. 709
 
 
 @dataclass(frozen=True, kw_only=True)

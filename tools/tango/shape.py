@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-type Array = NDArray[np.float64]
-type Face = tuple[int, ...]
-type Point = Sequence[float]
+Array: TypeAlias = NDArray[np.float64]
+Face: TypeAlias = tuple[int, ...]
+Point: TypeAlias = Sequence[float]
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
 

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Iterator
 from itertools import count
+from typing import TypeAlias
 
 from tango import dimensions as d
 from tango.shape import Shape, joined
 from tango.solids import box, strut
 
-type Segments = Iterable[tuple[tuple[float, float], tuple[float, float]]]
+Segments: TypeAlias = Iterable[tuple[tuple[float, float], tuple[float, float]]]
 
 PAINT = "BlackPaint"
 

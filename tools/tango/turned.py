@@ -1,12 +1,13 @@
 """Round solids: profiles turned about an axis; each function returns one closed Shape."""
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from tango.shape import Array, Face, Point, Shape, surface
 
-type Profile = Sequence[tuple[float, float]]
+Profile: TypeAlias = Sequence[tuple[float, float]]
 
 
 def turned(profile: Profile, segments: int, material: str, *, ring: bool = False) -> Shape:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,7 +25,7 @@ ALWAYS = Constraint(
     description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
 
-type Tell = Callable[[int, int], None]
+Tell: TypeAlias = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)

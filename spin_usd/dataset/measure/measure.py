@@ -1,6 +1,7 @@
 """`spin-usd measure`: what settings cost and how far they are off on a few pictures. Run again, it resumes."""
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import partial
@@ -124,8 +125,8 @@ def _prepare(folder: Path) -> None:
 
 def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
     """What is measured, which stays the same when the stage is edited, or moved with the folder."""
-    root = request.stage.resolve().relative_to(folder.resolve(), walk_up=True)
-    return {"stage": root.as_posix(), "variant": request.variant}
+    root = os.path.relpath(request.stage.resolve(), folder.resolve())
+    return {"stage": Path(root).as_posix(), "variant": request.variant}
 
 
 def _refuse_another(runs: Runs, subject: Mapping[str, str], folder: Path) -> None:

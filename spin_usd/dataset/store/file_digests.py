@@ -2,6 +2,7 @@
 is ours. The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
 """
 
+import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -43,6 +44,7 @@ def _files(folder: Path, beside: Iterable[Path]) -> Iterator[Path]:
 
 def _line(folder: Path, file: Path) -> str:
     """The file's, by its name relative to the folder."""
-    name = file.relative_to(folder, walk_up=True).as_posix()
+    name = Path(os.path.relpath(file, folder)).as_posix()
     escaped = name.replace("\\", "\\\\").replace("\n", "\\n")
-    return f"{'\\' if escaped != name else ''}{sha256_of(file)}  {escaped}"
+    mark = "\\" if escaped != name else ""
+    return f"{mark}{sha256_of(file)}  {escaped}"

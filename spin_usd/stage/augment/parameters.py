@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 from spin_usd.errors import InputError
 from spin_usd.scene.material import LIMITS, Limits
@@ -36,7 +36,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """By a parameter's own unit: those that it can be given in, and what one of them is of its own."""
 
-type Maker = Callable[[Base, tuple[str, ...]], Setting]
+Maker: TypeAlias = Callable[[Base, tuple[str, ...]], Setting]
 
 
 @dataclass(frozen=True, kw_only=True)

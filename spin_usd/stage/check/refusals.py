@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -29,7 +30,7 @@ from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, is_invisible, own_purpose
 
-type Attempt = Callable[[], object]
+Attempt: TypeAlias = Callable[[], object]
 
 NOWHERE = Transform(to="world", of="usdcam", rotation=np.eye(3), translation=np.zeros(3))
 """A camera, for reading what does not depend on where it is."""

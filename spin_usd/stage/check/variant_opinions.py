@@ -7,6 +7,7 @@ on a prim the one named first wins; the set `augmentation` is made to override t
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
+from typing import TypeAlias
 
 from pxr import Sdf, Usd
 
@@ -22,7 +23,7 @@ from spin_usd.stage.usd import schema
 
 FIELDS = ("active", "instanceable")  # of a prim; the strongest opinion holds
 
-type Statements = dict[tuple[str, str], Selection]
+Statements: TypeAlias = dict[tuple[str, str], Selection]
 """What a variant set says: (where, what) -> a variant that says it."""
 
 

@@ -1,5 +1,7 @@
 """One difference between two compositions applied to the first alone, in its session layer, to see what it does."""
 
+from typing import TypeAlias
+
 from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import StageError
@@ -15,7 +17,7 @@ from spin_usd.stage.diff.differences import (
 )
 from spin_usd.stage.usd.layer_file import reason
 
-type Stage = Usd.Stage
+Stage: TypeAlias = Usd.Stage
 """For callers outside this package, which do not import pxr."""
 
 

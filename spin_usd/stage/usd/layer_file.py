@@ -4,12 +4,13 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeAlias
 
 from pxr import Sdf, Tf, UsdGeom
 
 from spin_usd.errors import InputError, OutputError
 
-type Layer = Sdf.Layer
+Layer: TypeAlias = Sdf.Layer
 """For callers outside this package, which do not import pxr."""
 
 TIME_CODES_PER_SECOND = 24.0

@@ -1,15 +1,17 @@
 """What of a stage can change in time, so that the rest is read once."""
 
 from collections.abc import Callable, Hashable, Iterable
+from typing import Generic, TypeVar
 
 from pxr import Sdf, Usd
 
 from spin_usd.stage.usd.visibility import ancestors
 
 POSE = "xformOp:"
+T = TypeVar("T")
 
 
-class Steady[T]:
+class Steady(Generic[T]):
     """What `read` gives at a time, read again only where it `varies` and the time is another."""
 
     def __init__(self, varies: bool, read: Callable[[Usd.TimeCode], T]) -> None:
@@ -33,7 +35,7 @@ class Kept:
         self._values: dict[Sdf.Path, tuple[object, object]] = {}
         self._tuples: dict[Hashable, tuple[object, ...]] = {}
 
-    def read[T](self, prim: Usd.Prim, camera: object, read: Callable[[], T]) -> T:
+    def read(self, prim: Usd.Prim, camera: object, read: Callable[[], T]) -> T:
         """What `read` gives of `prim`; the last time's again where the prim does not vary and `camera`, which says
         where the camera stands, is the same object."""
         path = prim.GetPath()
@@ -44,7 +46,7 @@ class Kept:
             last = self._values[path] = camera, read()
         return last[1]  # type: ignore[return-value]
 
-    def together[T](self, name: Hashable, values: tuple[T, ...]) -> tuple[T, ...]:
+    def together(self, name: Hashable, values: tuple[T, ...]) -> tuple[T, ...]:
         """`values`, as the very tuple that was given by this name last where it holds the same objects."""
         last = self._tuples.get(name)
         if last is None or len(last) != len(values) or any(a is not b for a, b in zip(last, values, strict=True)):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pytest
 from pxr import UsdGeom
@@ -10,7 +10,7 @@ from pxr import UsdGeom
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.open_stage import open_stage
 
-type Make = Callable[..., Path]
+Make: TypeAlias = Callable[..., Path]
 
 FORM = {
     "kind-broken": 'def Cube "Box" (\n kind = "component"\n)\n{\n}',

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
 
 from pxr import Usd, UsdGeom
 
@@ -20,6 +21,7 @@ from spin_usd.stage.usd.transforms import between, check_chain, placement
 from spin_usd.stage.usd.values import refuse_unapplied
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
+T = TypeVar("T")
 APIS = {
     schema.PLANET_API: "spin:planet:",
     schema.STARS_API: "spin:stars:",
@@ -67,7 +69,7 @@ class EnvironmentReader:
             found = placement(matrix, frame="prim", metres=metres, where=prim.GetPath())
             return T_CAM_USDCAM @ between(T_world_usdcam, found.transform), found.scale * metres
 
-        def read[T](prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
+        def read(prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
             """Those that are visible; the same tuple again where nothing moved or changed."""
             each = (self._kept.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
             return self._kept.together(one.__name__, tuple(value for value in each if value is not None))
@@ -95,7 +97,7 @@ class EnvironmentReader:
         return self._last
 
 
-def _if_visible[T](prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:
+def _if_visible(prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:
     """What `read` gives of `prim`, or None where it is invisible at `time`."""
     return None if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible else read(prim)
 

@@ -5,6 +5,7 @@ Membership is USD's own answer. Prims that every link treats alike form a group;
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from pxr import Usd, UsdGeom, UsdLux
 
@@ -13,6 +14,7 @@ from spin_usd.scene.light import AreaLight, DistantLight, Links
 
 EVERY_PRIM = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
 LIGHTS, SHADOWED_BY = "lightLink", "shadowLink"
+L = TypeVar("L", bound=AreaLight | DistantLight)
 
 
 class LightLinks:
@@ -29,7 +31,7 @@ class LightLinks:
         """The number of the group that the faces of the gprim or point instancer `prim` belong to."""
         return self._number[self._membership(prim)] if self._queries else 0
 
-    def linked[L: AreaLight | DistantLight](self, light: L, prim: Usd.Prim) -> L:
+    def linked(self, light: L, prim: Usd.Prim) -> L:
         """`light`, read from `prim`, with the groups that it reaches and that cast its shadows."""
         if not self._queries:
             return light
