@@ -4,7 +4,8 @@ import re
 import tomllib
 
 import pytest
-from conftest import REPOSITORY
+
+from tests.conftest import REPOSITORY
 
 YAML = [
     *sorted((REPOSITORY / ".github").rglob("*.yml")),

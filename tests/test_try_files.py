@@ -5,7 +5,8 @@ import subprocess
 
 import pytest
 import trimesh
-from conftest import REPOSITORY
+
+from tests.conftest import REPOSITORY
 
 USD = """#usda 1.0
 (

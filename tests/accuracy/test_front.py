@@ -7,11 +7,11 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from measured import NOISE_DN, figures, frame, measurement, setting, usual
 
 from spin_usd.accuracy.choice import AUTO, choose
 from spin_usd.accuracy.front import Criterion, front, outcomes
 from spin_usd.errors import InputError
+from tests.cases.measurements import NOISE_DN, figures, frame, measurement, setting, usual
 
 FRAMES = ("a", "b")
 SETTINGS = [setting(f"samples={n}", renderer) for n in range(1, 7) for renderer in ("blender", "raycast")]

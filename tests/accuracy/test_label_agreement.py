@@ -1,9 +1,9 @@
 import cv2
 import numpy as np
 import pytest
-from scenes import SPEEDPLUS, pose
 
 from spin_usd.accuracy.label_agreement import LabelImages, Sight, agreement
+from tests.cases.scenes import SPEEDPLUS, pose
 
 SHAPE = (SPEEDPLUS.height, SPEEDPLUS.width)
 POSE = pose((0.9, 0.1, -0.3, 0.2), (0.1, -0.05, 6.0))

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from measured import NOISE_DN, figures, measurement, setting, usual
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion, front, outcomes
@@ -11,6 +10,7 @@ from spin_usd.accuracy.measurement import Execution, Failure, LabelFigures, Savi
 from spin_usd.accuracy.report import SETTINGS, in_full, in_short
 from spin_usd.accuracy.summary import HEADINGS, choices
 from spin_usd.scene.effort import QUALITIES
+from tests.cases.measurements import NOISE_DN, figures, measurement, setting, usual
 
 
 def table(text, headings):

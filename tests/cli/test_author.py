@@ -6,12 +6,12 @@ import shlex
 
 import pytest
 import typer
-from conftest import REPOSITORY
 
 from spin_usd.cli.examples import EXAMPLES
 from spin_usd.cli.main import app
 from spin_usd.resources import BUNDLED, bundled
 from spin_usd.stage.usd.layer_file import open_layer
+from tests.conftest import REPOSITORY
 
 COMMANDS = typer.main.get_command(app).commands
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import trimesh
-from scenes import box, scene, target
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import box, scene, target
 
 WIDTH, HEIGHT = 64, 48
 PITCH = 5e-6  # metres per pixel

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from extremes import exact
 
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
 from spin_usd.render.camera_shader import View
 from spin_usd.scene.derived.surface import visible_surface
+from tests.extremes import exact
 
 U32, U64 = 2.0**-24, 2.0**-53
 # A label's number passes through the rotation's entries (6 roundings), its product with a point (6), the pixel's ray

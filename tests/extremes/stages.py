@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from extremes import exact
+
+from tests.extremes import exact
 
 ASTRONOMICAL_UNIT = 1.5e11  # metres
 CAMERA_AT, TARGET_AT = (0.1, -0.2, 0.3), (1.4, 2.6, -5.1)  # metres

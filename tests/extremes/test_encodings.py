@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from extremes.encodings import ENCODINGS, RANGES, depths, errors
+
+from tests.extremes.encodings import ENCODINGS, RANGES, depths, errors
 
 TIGHT = 4.0  # a bound further from the worst of 20,000 would say little: a power of two may lie just below
 

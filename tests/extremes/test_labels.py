@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 import pytest
 import trimesh
-from conftest import REPOSITORY
-from extremes import exact
-from extremes.cases import CASES, Case, camera
-from extremes.judged import judged
+
+from tests.conftest import REPOSITORY
+from tests.extremes import exact
+from tests.extremes.cases import CASES, Case, camera
+from tests.extremes.judged import judged
 
 REPORT = REPOSITORY / "tools" / "figures" / "extremes.json"
 SEEN = 30  # pixels that a case must show, or it would prove nothing

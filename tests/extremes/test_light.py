@@ -5,8 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from extremes.cases import camera, plate
-from scenes import scene, target
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -17,6 +15,8 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.sensor.develop import develop
 from spin_usd.stage.check.check_stage import check_stage
+from tests.cases.scenes import scene, target
+from tests.extremes.cases import camera, plate
 
 SUN = 1361.0  # W/m2 at the Earth
 IRRADIANCES = (1e-9, 1e-6, 1.0, SUN, 10 * SUN)  # a bright star gives 1e-8
@@ -132,7 +132,7 @@ SPECK = """
 
 @pytest.mark.parametrize(("away", "told"), [(-150.0, 0), (-200.0, 1), (-1e5, 1), (500.0, 0)])
 def test_targets_smaller_than_a_few_pixels_are_told(away, told, tmp_path):
-    from extremes.stages import STAGE
+    from tests.extremes.stages import STAGE
 
     lens = (64, 48, 500.0, 500.0, 32.0, 24.0)  # a cube of 1 m is 1.73 m from corner to corner
     path = tmp_path / "stage.usda"

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from extremes.stages import STAGES, StageCase, angle, angle_bound, place_bound, rounding_of_the_text
 
 from spin_usd.errors import StageError
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.extremes.stages import STAGES, StageCase, angle, angle_bound, place_bound, rounding_of_the_text
 
 
 def written(case, folder):

@@ -4,10 +4,10 @@ import json
 import runpy
 
 import pytest
-from conftest import REPOSITORY
 
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import read_spec_file
+from tests.conftest import REPOSITORY
 
 SHIPPED = sorted((REPOSITORY / "stages" / "augmentations").glob("*.toml"))
 GROUPS = ("camera", "environment", "materials")

@@ -3,12 +3,12 @@
 import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
 
 from spin_usd.geometry.bands import tight_bands
 from spin_usd.geometry.bounds import region_of_interest
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
 
 CORNERS, FACES = box((-0.6, -0.4, -0.3), (0.6, 0.5, 0.2))
 EDGES = np.unique(np.sort(np.concatenate([FACES[:, [0, 1]], FACES[:, [1, 2]], FACES[:, [2, 0]]]), axis=1), axis=0)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import BARREL, PINCUSHION, SPEEDPLUS, unit_quaternions
 
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_reach, rotation_angle
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import turn_between
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import BARREL, PINCUSHION, SPEEDPLUS, unit_quaternions
 
 ROUNDING = 1e-12
 

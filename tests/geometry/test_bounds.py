@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
 from scipy.spatial import ConvexHull
 
 from spin_usd.geometry.bounds import PADDING_PX, convex_hull_2d, outline_of, polygon_area, region_of_interest
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, box, unit_quaternions
 
 STRAIGHT = replace(SPEEDPLUS, distortion=(0.0,) * 5)
 SLACK_PX = 1  # whole pixels, and the bow of edges between their samples

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, unit_quaternions
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import GeometryError
@@ -15,6 +14,7 @@ from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import BARREL, FOLDING, PINCUSHION, SMALL, SPEEDPLUS, unit_quaternions
 
 PRINTED_PX = 5.1e-4  # half a unit of the third decimal that the reference values are printed with
 CAMERAS = [SPEEDPLUS, BARREL, PINCUSHION, SMALL]

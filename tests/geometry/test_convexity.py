@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import scenes
 from scipy.spatial import ConvexHull
 
 from spin_usd.geometry.convexity import is_convex
+from tests.cases import scenes
 
 
 def hull(seed, count=40):

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 from scipy.spatial.transform import Rotation
 
 from spin_usd.geometry.framing import Framing, framings
+from tests.cases import scenes
 
 BODY = np.array([[x, y, z] for x in (-0.3, 0.5) for y in (-0.2, 0.2) for z in (-0.1, 0.4)])
 EDGE_PX = 0.2  # between two of the points that are tried, a body may reach so much further into the picture

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scenes import BARREL, FOLDING, PINCUSHION, SPEEDPLUS
 
 from spin_usd.errors import GeometryError
 from spin_usd.geometry import lens
+from tests.cases.scenes import BARREL, FOLDING, PINCUSHION, SPEEDPLUS
 
 ROUNDING = 1e-14
 NEAR_FOLD = 0.98  # of the invertible radius: nearer, the inverse is ill-conditioned

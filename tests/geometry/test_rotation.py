@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scenes import unit_quaternions
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, turn_between, unit_quaternion
+from tests.cases.scenes import unit_quaternions
 
 ROUNDING = 4e-16 * 4  # a few units in the last place of numbers up to one
 

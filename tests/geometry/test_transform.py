@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import unit_quaternions
 
 from spin_usd.errors import FrameError, GeometryError
 from spin_usd.geometry.frames import T_CAM_USDCAM, T_USDCAM_CAM
 from spin_usd.geometry.transform import Transform
+from tests.cases.scenes import unit_quaternions
 
 ROUNDING = 1e-14  # of the largest number involved
 POINTS = np.array([[0, 0, 0], [1, -2, 3], [-0.5, 0.25, 8.0]])

@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 import pytest
-from scenes import BARREL, SMALL, pose, scene, soup, target
 
 from spin_usd.labels.label import LABELS
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
+from tests.cases.scenes import BARREL, SMALL, pose, scene, soup, target
 
 REPROJECTION_PX = 1e-4  # float32 of a body of a metre at four metres: 1e-5 px; the contract's bound is 1e-3
 DEPTH_RELATIVE = 2e-7  # float32, twice

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import REPOSITORY, speedplus_camera
 
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.label import LABELS
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.conftest import REPOSITORY, speedplus_camera
 
 PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
 SNIPPETS = re.findall(r"^```python\n(.*?)^```", (REPOSITORY / "README.md").read_text(), re.MULTILINE | re.DOTALL)

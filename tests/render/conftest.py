@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.material import Material
@@ -12,6 +11,7 @@ from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId, Scene
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.target import Part, Target
+from tests.cases import scenes
 
 LAMBERT = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow=True)  # no specular at all
 # The SPEED+ camera at a tenth of its resolution.

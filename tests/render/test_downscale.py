@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.dataset.picture.make_picture import Stopwatch, render_in
 from spin_usd.geometry.camera import Camera
@@ -15,6 +14,7 @@ from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import REDUCTIONS, Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.passes import Radiance
+from tests.cases import scenes
 
 BY = REDUCTIONS[1:]
 ROUNDING = 1e-5  # relative, of float32 sums

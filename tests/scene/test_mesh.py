@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import box, soup, target
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.mesh import Mesh
+from tests.cases.scenes import box, soup, target
 
 POINTS, FACES = box()
 GOOD = {

@@ -1,6 +1,6 @@
 """A scene knows where in the picture its target is."""
 
-from scenes import box, scene, target
+from tests.cases.scenes import box, scene, target
 
 
 def test_a_scene_knows_the_pixels_of_its_target():

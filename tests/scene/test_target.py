@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import box, target
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.material import Material
 from spin_usd.scene.target import Part
+from tests.cases.scenes import box, target
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scenes
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.develop import develop
+from tests.cases import scenes
 
 SHAPE = (4, 6)
 REGION = Region(x0=1, y0=2, x1=4, y1=4)

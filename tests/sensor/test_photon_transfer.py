@@ -3,15 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
-import photon_transfer
 import pytest
-import scenes
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import Sensor
 from spin_usd.sensor.develop import develop
+from tests.authorities import photon_transfer
+from tests.cases import scenes
 
 RECOVERED = 0.02  # what the project promises
 SIDE = 300

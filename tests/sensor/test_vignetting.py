@@ -3,12 +3,12 @@
 import cv2
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.scene.photometry.vignetting import least_gain
 from spin_usd.scene.sensor import Optics
 from spin_usd.sensor.vignetting import vignetting_gain
+from tests.cases import scenes
 
 
 @pytest.mark.parametrize("camera", [scenes.BARREL, scenes.PINCUSHION])

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import AutoExposure, Optics, Sensor
 from spin_usd.sensor.develop import develop, developed_without_noise
+from tests.cases import scenes
 
 CAMERA = Camera(width=60, height=40, fx=50, fy=50, cx=30, cy=20)
 REGION = Region(x0=5, y0=5, x1=55, y1=35)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import box, target
 
 from spin_usd.dataset.check.coincident_faces import LEAST_SHARE, face_findings
 from spin_usd.scene.derived.coincidence import GAP
+from tests.cases.scenes import box, target
 
 BOX = box()
 AREA = 6.0  # of the box of side 1

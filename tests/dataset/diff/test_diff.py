@@ -4,11 +4,11 @@ import json
 import shutil
 
 import pytest
-from layers import over_stage
 
 from spin_usd.dataset.diff.in_child import Selection, compare
 from spin_usd.dataset.render.render import RenderRequest, plan
 from spin_usd.errors import InputError
+from tests.cases.root_layers import over_stage
 
 SETS = """
     variantSet "augmentation" = {

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.accuracy.error import FLOOR
 from spin_usd.accuracy.measurement import Setting
@@ -17,6 +16,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import AutoExposure, Sensor
+from tests.cases import scenes
 
 SUN = DistantLight(path="/Sun", direction_cam=(0.36, -0.48, 0.8), irradiance=(1361.0, 1200.0, 900.0))
 SENSOR = Sensor(gain=2.0, read_noise=5.0, auto_exposure=AutoExposure())

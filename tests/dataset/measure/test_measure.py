@@ -9,7 +9,6 @@ import time
 from functools import partial
 
 import pytest
-from conftest import REPOSITORY, speedplus_camera
 
 from spin_usd.accuracy.measurement import Setting
 from spin_usd.accuracy.sweep import STEP, settings_to_measure
@@ -26,6 +25,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError
 from spin_usd.scene.effort import QUALITIES, Effort
+from tests.conftest import REPOSITORY, speedplus_camera
 
 RAYCAST = Kind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes

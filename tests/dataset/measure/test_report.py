@@ -7,14 +7,18 @@ import sys
 from xml.etree import ElementTree
 
 import pytest
-from conftest import REPOSITORY
-from measured import figures, measurement, setting, usual
 
 from spin_usd.dataset.measure.plot import kind_of, plot
 from spin_usd.dataset.measure.report import write_report
+from tests.cases.measurements import figures, measurement, setting, usual
+from tests.conftest import REPOSITORY
 
 SVG = "{http://www.w3.org/2000/svg}"
-ALONE = "from measured import usual; from spin_usd.dataset.measure.plot import plot; print(plot(usual()), end='')"
+ALONE = """
+from spin_usd.dataset.measure.plot import plot
+from tests.cases.measurements import usual
+print(plot(usual()), end="")
+"""
 
 
 def texts(svg):
@@ -25,28 +29,26 @@ def points(svg):
     return len(list(ElementTree.fromstring(svg).iter(f"{SVG}use")))
 
 
-def test_the_plot_is_the_same_to_the_byte_in_another_process_and_small():
-    alone = subprocess.run(
-        [sys.executable, "-c", ALONE], capture_output=True, text=True, check=True, cwd=REPOSITORY / "tests"
-    )
+def test_the_plot_is_the_same_to_the_byte_in_another_process_and_small() -> None:
+    alone = subprocess.run([sys.executable, "-c", ALONE], capture_output=True, text=True, check=True, cwd=REPOSITORY)
     assert alone.stdout == plot(usual())
     assert len(alone.stdout) < 40_000
 
 
-def test_the_plot_is_the_same_whatever_the_users_own_settings_are(tmp_path):
+def test_the_plot_is_the_same_whatever_the_users_own_settings_are(tmp_path) -> None:
     (tmp_path / "matplotlibrc").write_text("lines.linewidth: 5\naxes.facecolor: red\nsvg.fonttype: path\n")
     alone = subprocess.run(
         [sys.executable, "-c", ALONE],
         capture_output=True,
         text=True,
         check=True,
-        cwd=REPOSITORY / "tests",
+        cwd=REPOSITORY,
         env={**os.environ, "MPLCONFIGDIR": str(tmp_path)},
     )
     assert alone.stdout == plot(usual())
 
 
-def test_small_errors_have_ticks_that_can_be_told_apart():
+def test_small_errors_have_ticks_that_can_be_told_apart() -> None:
     """Coordinates are shortened, text is not."""
     cpu_s = {1: 0.001, 4: 0.004, 16: 0.016}
     exact = [figures(setting(f"samples={n}"), cpu_s=s, error=0.004 / n, error_dn=0.006 / n) for n, s in cpu_s.items()]
@@ -55,7 +57,7 @@ def test_small_errors_have_ticks_that_can_be_told_apart():
     assert all(float(tick.removesuffix(" %")) > 0 for tick in ticks)
 
 
-def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white():
+def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white() -> None:
     svg = plot(usual())
     assert "date" not in svg.lower()
     assert "fill: #ffffff" in svg
@@ -66,7 +68,7 @@ def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white():
     assert "shaded: at most the detector's noise, 1.5 DN" in said
 
 
-def test_every_setting_is_a_point_in_each_panel():
+def test_every_setting_is_a_point_in_each_panel() -> None:
     kinds, rings = 5, 4
     assert points(plot(usual())) == 2 * (len({each.setting for each in usual().figures}) + rings) + kinds
 
@@ -81,17 +83,17 @@ def test_every_setting_is_a_point_in_each_panel():
         ("samples=7,light_tree=off", "others"),
     ],
 )
-def test_a_setting_is_of_one_kind(text, kind):
+def test_a_setting_is_of_one_kind(text, kind) -> None:
     assert kind_of(setting(text)) == kind
     assert kind_of(setting(text, "raycast")) == "raycast"
 
 
-def test_a_setting_without_error_cannot_be_shown_on_these_axes_and_spoils_nothing():
+def test_a_setting_without_error_cannot_be_shown_on_these_axes_and_spoils_nothing() -> None:
     exact = [figures(setting("samples=1"), cpu_s=1.0), figures(setting("samples=2"), cpu_s=2.0, error=0.1)]
     assert points(plot(measurement(exact))) == 2 + 1  # the other's in each panel and in the legend
 
 
-def test_the_report_is_written_over_what_was_there(tmp_path):
+def test_the_report_is_written_over_what_was_there(tmp_path) -> None:
     for _ in range(2):
         write_report(tmp_path / "measured", usual(), work=tmp_path)
     assert {path.name for path in (tmp_path / "measured").iterdir()} == {"measure.md", "measure.svg"}

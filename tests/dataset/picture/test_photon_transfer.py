@@ -1,12 +1,12 @@
 """The show: a camera authored in USD, a white plate rendered in the Sun, and the detector recovered from the files."""
 
 import numpy as np
-import photon_transfer
 import pytest
 
 from spin_usd.dataset.render.render import RenderRequest, render
 from spin_usd.formats.image_file import read_image
 from spin_usd.scene.effort import Effort
+from tests.authorities import photon_transfer
 
 RECOVERED = 0.02
 SIDE = 256

@@ -6,7 +6,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from measured import figures, measurement, setting, usual
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
@@ -18,6 +17,7 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.measurement_file import FILE, folder_of, read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
+from tests.cases.measurements import figures, measurement, setting, usual
 
 WAYS = ("samples", "effort", "quality", "error", "renderer", "measured")
 

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from scenes import SPEEDPLUS
 
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.scenes import SPEEDPLUS
 
 USUAL, MOST = 0.02, 0.05  # off, of the pixels that are there, as the module says: sides are 13 degrees apart
 

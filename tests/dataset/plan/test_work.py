@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import measured
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import SPEEDPLUS
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.cost import expected_work
@@ -18,6 +16,8 @@ from spin_usd.dataset.plan.work import Making, Method, amounts
 from spin_usd.render.crop import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases import measurements
+from tests.cases.scenes import SPEEDPLUS
 
 OFF = 0.2  # of the pixels in bands: rows are filled more or less than half up to the outline
 METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)
@@ -47,7 +47,7 @@ def light(picture, effort=METHOD.effort):
 
 
 @pytest.mark.parametrize("samples", [1, 16, 256])
-def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, samples):
+def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, samples) -> None:
     reader, extents = StageReader(small_stage), Extents()
     for frame, picture in zip(reader.frames, pictures, strict=True):
         scene = replace(reader.scene(frame), camera=SPEEDPLUS)
@@ -59,7 +59,7 @@ def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, sa
         assert found["beside"] + found["target"] == pytest.approx(samples * found["pixel"])
 
 
-def test_more_of_anything_costs_more(pictures):
+def test_more_of_anything_costs_more(pictures) -> None:
     def seconds(effort):
         making = Making(picture=pictures[0], label_pass=True, render=True)
         return expected_work(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
@@ -72,7 +72,7 @@ def test_more_of_anything_costs_more(pictures):
     assert seconds(Effort(samples=1024, adaptive=0.1)) < seconds(Effort(samples=1024))
 
 
-def test_an_extent_holds_the_outline_and_that_the_target(small_stage):
+def test_an_extent_holds_the_outline_and_that_the_target(small_stage) -> None:
     reader = StageReader(small_stage)
     for frame in reader.frames:
         x0, y0, x1, y1, outline, target = Extents().of(reader.scene(frame), "")
@@ -92,7 +92,7 @@ def spent(works, workers, cores=1):
 
 
 @given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8))
-def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers, cores):
+def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers, cores) -> None:
     took = spent([Work(passes=0, rest=s) for s in seconds], workers, cores)
     count = min(workers, len(seconds))
     slowest = BESIDE * max(count / cores, 1) * (max(seconds) + sum(seconds) / count)
@@ -100,7 +100,7 @@ def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than
 
 
 @given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8), share=st.floats(0, 1))
-def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, workers, cores, share):
+def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, workers, cores, share) -> None:
     taken = [{BEAUTY_PASS: share * s, "files": (1 - share) * s} for s in seconds]
     count = min(workers, len(taken))
     ends = [0.0] * count
@@ -110,7 +110,7 @@ def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, wor
     assert spent(alone, workers, cores) == pytest.approx(max(ends), abs=1e-6)
 
 
-def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
+def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone() -> None:
     assert wall([], 2) == 0
     passes, rest = (
         wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
@@ -119,7 +119,7 @@ def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone():
 
 
 @pytest.mark.parametrize(("cores", "shares"), [(1, 1), (2, 2), (8, 2)])
-def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(cores, shares):
+def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(cores, shares) -> None:
     def planning(pictures):
         none = [Work(passes=0, rest=0)]
         return wall_seconds(none, planned=pictures, variants=0, images=False, workers=1, cores=cores) - wall(none, 1)
@@ -129,12 +129,15 @@ def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(c
     assert planning(many) == pytest.approx(PLANNED_S * many / shares)
 
 
-def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders_alone(small_stage):
+def test_renders_of_the_stages_measurement_scale_what_is_expected_of_its_renders_alone(small_stage) -> None:
     plan = planned(small_stage, frames="0:3")
     method = replace(METHOD, effort=Effort(samples=64))
-    made = [measured.figures(measured.setting("samples=64"), cpu_s=3, frame=picture.frame) for picture in plan.pictures]
-    other = measured.figures(measured.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
-    found = measured_renders(measured.measurement([*made, other]), plan, method)
+    made = [
+        measurements.figures(measurements.setting("samples=64"), cpu_s=3, frame=picture.frame)
+        for picture in plan.pictures
+    ]
+    other = measurements.figures(measurements.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
+    found = measured_renders(measurements.measurement([*made, other]), plan, method)
     expected = expected_work(Making(picture=plan.pictures[0], label_pass=True, render=True), method)
     assert found.taken == {BEAUTY_PASS: 9}
     scaled = found.scaled(expected)

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-from conftest import REPOSITORY
 
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.plan.wall_time import one_core
@@ -26,6 +25,7 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError, RenderError
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import Effort
+from tests.conftest import REPOSITORY
 
 SAMPLES = 2
 FEW = Effort(samples=SAMPLES)

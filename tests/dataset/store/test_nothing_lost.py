@@ -9,7 +9,6 @@ import sys
 import time
 
 import pytest
-from conftest import REPOSITORY, speedplus_camera
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.check.check import dataset_findings
@@ -17,6 +16,7 @@ from spin_usd.dataset.render.render import RenderRequest, render
 from spin_usd.dataset.store.dataset_folder import OWN
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.effort import Effort
+from tests.conftest import REPOSITORY, speedplus_camera
 
 TOKEN = "0123456789abcdef" * 2
 OVER = """#usda 1.0

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
@@ -18,6 +17,7 @@ from spin_usd.render.background.sky import sky
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.texture import Image
+from tests.cases import scenes
 
 CAMERA = replace(scenes.SPEEDPLUS, width=240, height=150, fx=373.6, fy=373.5, cx=120, cy=75)
 SUN = 1361.0

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DistantLight
 from spin_usd.scene.material import Material
+from tests.cases import scenes
 
 CAMERA = replace(scenes.SMALL, fx=90.0, fy=90.0, cx=32.0, cy=24.0, distortion=(0.0,) * 5)
 MATT = Material(path="/matt", diffuse_color=(0.8, 0.8, 0.8), use_specular_workflow=True)

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
-from placed import expanded, made_out, placed
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.crop import label_bands
@@ -17,6 +15,8 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Primvar
+from tests.cases import scenes
+from tests.cases.instanced import expanded, made_out, placed
 
 CAMERA = Camera(width=160, height=120, fx=150, fy=150, cx=80, cy=60)
 WHITE = Material(path="/white", diffuse_color=(1, 1, 1), use_specular_workflow=True)

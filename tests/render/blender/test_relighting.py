@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast.renderer import RaycastRenderer
@@ -16,6 +15,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter, ThinLens
 from spin_usd.scene.sensor import LUMINANCE
 from spin_usd.scene.texture import Image
+from tests.cases import scenes
 
 WEIGHTS = np.array(LUMINANCE)  # rays are shared out by luminance: a colour of little weight may be noisier
 ROUNDING = 2.0**-24  # of float32, at each sample that is added: Higham, "Accuracy and stability", section 4.2

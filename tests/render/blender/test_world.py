@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.background.latlong import bilinear_latlong, planes
@@ -15,6 +14,7 @@ from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
+from tests.cases import scenes
 
 PRECISION = 0.005  # relative, at SAMPLES
 SAMPLES = 4096

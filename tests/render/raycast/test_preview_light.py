@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, scene, target
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast.preview_light import mean_radiance
@@ -13,6 +12,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Shaping
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Texture
+from tests.cases.scenes import SMALL, scene, target
 
 EXACT = 1e-6  # relative: float32 of the result
 RANGE = 3.0  # metres from the light to the middle of the plate

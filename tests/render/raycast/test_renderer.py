@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
-from scenes import BARREL, SMALL, box, pose, scene, soup, target
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast.renderer import RaycastRenderer
@@ -13,6 +12,7 @@ from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
+from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
 
 EDGE = 2e-6  # of a triangle, in barycentric weights: float32 may take a ray that passes so near an edge for either side
 RADIANCE = 1e-6  # relative: float32 of the result

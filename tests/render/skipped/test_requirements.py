@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
-from needs import BALL, DARK, DOME, EARTH, GLOWING, MATT, METAL, PINHOLE, SUN, TUBE, a_scene, image, textured
 
 from spin_usd.render.skipped.material_needs import surfaces_of
 from spin_usd.render.skipped.requirements import Requirements
@@ -15,6 +13,22 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter, ThinLens
 from spin_usd.scene.texture import Primvar, Texture
+from tests.cases import scenes
+from tests.cases.lit_scenes import (
+    BALL,
+    DARK,
+    DOME,
+    EARTH,
+    GLOWING,
+    MATT,
+    METAL,
+    PINHOLE,
+    SUN,
+    TUBE,
+    a_scene,
+    image,
+    textured,
+)
 
 ALWAYS = {"transmission bounces", "volumes"}
 DEEP_SPACE = {*ALWAYS, "glossy bounces", "transparent layers", "light tree", "world", "light groups"}

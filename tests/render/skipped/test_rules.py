@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 import pytest
-import scenes
-from needs import BALL, DARK, DOME, GLOWING, MATT, METAL, PINHOLE, SUN, a_scene, textured
 
 from spin_usd.errors import InputError
 from spin_usd.render.blender.materials.textures import forget_render_data
@@ -14,6 +12,8 @@ from spin_usd.render.skipped.requirements import Requirements
 from spin_usd.render.skipped.rules import BITS, MEASURED, ROUNDING, RULES
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Shutter, ThinLens
+from tests.cases import scenes
+from tests.cases.lit_scenes import BALL, DARK, DOME, GLOWING, MATT, METAL, PINHOLE, SUN, a_scene, textured
 
 SAMPLES = 16
 ROUNDED = 2 * SAMPLES * 2.0**-24 + 1e-6  # relative: of float32, at each sample that is added and in each look-up

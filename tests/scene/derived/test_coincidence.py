@@ -7,11 +7,11 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import box, soup, target, unit_quaternions
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.derived.coincidence import GAP, MOST_MIDDLES, coincident_faces, evenly_spread
+from tests.cases.scenes import box, soup, target, unit_quaternions
 
 SECONDS = 20.0  # for 200,000 faces; measured 1
 

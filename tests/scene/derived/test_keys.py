@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import pose, scene, soup, target
 
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.effort import Effort
@@ -13,6 +12,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.target import Part
+from tests.cases.scenes import pose, scene, soup, target
 
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)
 METAL = Material(path="/m", metallic=0.1)

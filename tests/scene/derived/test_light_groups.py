@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
@@ -14,6 +13,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
 from spin_usd.scene.material import Material
+from tests.cases import scenes
 
 DOUBLE = 1e-12
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)

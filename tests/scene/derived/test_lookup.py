@@ -5,11 +5,11 @@ import itertools
 import cv2
 import numpy as np
 import pytest
-from scenes import target
 
 from spin_usd.scene.derived.lookup import is_there, look_up, material_values, placed, values_at
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import WRAPS, Coordinates, Image, Primvar, Texture, Tiles
+from tests.cases.scenes import target
 
 REMAP = 1 / 32  # OpenCV looks up at 1/32 of a texel: the largest step of a value between neighbours, times that
 EXACT = 1e-12

@@ -5,12 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import trimesh
-from scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface
 from spin_usd.scene.passes import Visibility
+from tests.cases.scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
 
 RANGES = [1.0, 1e3, 1e5, 1e7]  # metres
 EPSILON = np.finfo(float).eps

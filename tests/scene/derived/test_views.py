@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 from scipy.spatial.transform import Rotation
 
 from spin_usd.geometry.directions import sphere
@@ -17,6 +16,7 @@ from spin_usd.scene.derived.view_text import sentences, size_text, summary
 from spin_usd.scene.derived.views import BEHIND, CUT_OFF, DARK, FEW_PIXELS, INSIDE, OUTSIDE, UNLIT, ViewCollector, Views
 from spin_usd.scene.light import AreaLight, DistantLight
 from spin_usd.scene.source.plausible import is_plausible, likely_units
+from tests.cases import scenes
 
 CAMERA = replace(scenes.SMALL, width=160, height=120, fx=140, fy=140, cx=80, cy=60, distortion=(0.0,) * 5)
 SUN = DistantLight(path="/Sun", direction_cam=(0.0, 0.0, 1.0), irradiance=(1361.0,) * 3)  # behind the camera

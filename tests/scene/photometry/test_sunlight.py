@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from needs import BALL, DOME, SUN
-from scenes import pose
 
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.photometry.sunlight import phase_angle, sunlight
+from tests.cases.lit_scenes import BALL, DOME, SUN
+from tests.cases.scenes import pose
 
 TURNED = pose((0.5, -0.3, 0.7, 0.2), (1.6, -0.9, 3))
 

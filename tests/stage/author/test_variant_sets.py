@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from layers import over_stage
 from PIL import Image
 from pxr import Usd
 
@@ -25,6 +24,7 @@ from spin_usd.stage.author.lights_and_environment import surroundings_names
 from spin_usd.stage.author.presets import preset_names
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.root_layers import over_stage
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 GROUPS = ("camera", "environment", "materials")

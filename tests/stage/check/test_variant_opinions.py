@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from layers import over_stage
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.resources import stages
 from spin_usd.stage.check.check_stage import check_stage
+from tests.cases.root_layers import over_stage
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 FRAMES = 3

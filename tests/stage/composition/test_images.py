@@ -14,7 +14,7 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.photometry import srgb
 from spin_usd.stage.composition import images
 from spin_usd.stage.composition.images import Images
-from tests.stage.pictures import gamma_chunk, png
+from tests.cases.png import gamma_chunk, png
 
 FLOAT32 = 1e-6
 JPEG_LOSS = 3 / 255  # a smooth picture at quality 95

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scenes
 
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
@@ -14,6 +13,7 @@ from spin_usd.scene.effort import DENOISERS, Effort
 from spin_usd.scene.light import AreaLight, DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.passes import Radiance
+from tests.cases import scenes
 
 QUALITIES = DENOISERS[1:]
 SAMPLES, CONVERGED = 4, 512

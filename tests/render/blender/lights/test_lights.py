@@ -6,7 +6,6 @@ looking along -z. The point that is measured lies 4 m before the camera on a pla
 
 from dataclasses import replace
 
-import irradiance as by
 import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdLux
@@ -22,6 +21,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.area import LEAST_SIZE_M, MOST_M
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.read.lights.lights import LightReader
+from tests.authorities import irradiance as by
 
 SAMPLES = 4096
 RADIOMETRY = 0.005  # relative: what is promised of a light at SAMPLES

@@ -13,7 +13,7 @@ from spin_usd.stage.author.target.from_usd import copy_usd_target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd.shader_inputs import read_constant
-from tests.stage.pictures import png
+from tests.cases.png import png
 
 FLOAT32 = 1e-6
 # 2 x 2, the top row first: red, green / blue, white.

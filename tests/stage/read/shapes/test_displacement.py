@@ -13,7 +13,7 @@ from spin_usd.stage.read.shapes.displacement import displaced
 from spin_usd.stage.read.shapes.primitives import revolve
 from spin_usd.stage.read.shapes.tessellate import tessellated, welded
 from spin_usd.stage.read.shapes.triangles import Triangles, face_normals
-from tests.stage.pictures import png
+from tests.cases.png import png
 
 FLOAT32 = 1e-6
 CHORD = 1e-4  # a sphere of 224 corners, relative to its radius (see gprims)

@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-import scenes
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Texture
+from tests.cases import scenes
 
 PINHOLE = replace(scenes.SMALL, distortion=(0.0,) * 5)
 MATT = Material(path="/matt", diffuse_color=(0.7, 0.6, 0.5), ior=1.0, roughness=0.9)

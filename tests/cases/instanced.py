@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
-from scenes import box, target
 
 from spin_usd.scene.instances import Instances
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Part, Target
+from tests.cases.scenes import box, target
 
 
 def shape():
