@@ -117,7 +117,7 @@ def dotted(node):
 
 
 @pytest.mark.parametrize("module", MODULES, ids=str)
-def test_imports_go_one_way(module):
+def test_imports_go_one_way(module) -> None:
     own = part(module)
     assert own in MAY_IMPORT, f"{own} has no place in the table: add it with what it may import"
     used = {name.split(".")[1] for name in imports(module) if name.startswith("spin_usd.")}
@@ -125,18 +125,18 @@ def test_imports_go_one_way(module):
 
 
 @pytest.mark.parametrize("module", MODULES, ids=str)
-def test_libraries_stay_in_their_place(module):
+def test_libraries_stay_in_their_place(module) -> None:
     tops = {name.split(".")[0] for name in imports(module)}
     assert not [name for name in tops if name in ONLY_IN and not within(module, ONLY_IN[name])]
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if not within(m, ("render/blender", OPENS_BLENDER))], ids=str)
-def test_all_else_works_without_blender(module):
+def test_all_else_works_without_blender(module) -> None:
     assert not [name for name in imports(module) if f"{name}.".startswith("spin_usd.render.blender.")]
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if not within(m, FILES_IN)], ids=str)
-def test_only_some_parts_touch_files(module):
+def test_only_some_parts_touch_files(module) -> None:
     found = []
     for node in ast.walk(tree(module)):
         if isinstance(node, ast.Call):
@@ -147,7 +147,7 @@ def test_only_some_parts_touch_files(module):
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if within(m, PURE)], ids=str)
-def test_formulas_read_no_clock_no_chance_no_environment(module):
+def test_formulas_read_no_clock_no_chance_no_environment(module) -> None:
     assert not {name.split(".")[0] for name in imports(module)} & IMPURE_MODULES
     chance = [
         n for n in ast.walk(tree(module)) if isinstance(n, ast.Call) and dotted(n.func) == "np.random.default_rng"
@@ -156,7 +156,7 @@ def test_formulas_read_no_clock_no_chance_no_environment(module):
 
 
 @pytest.mark.parametrize("module", MODULES, ids=str)
-def test_no_module_is_a_drawer(module):
+def test_no_module_is_a_drawer(module) -> None:
     assert not {"util", "utils", "helper", "helpers", "manager", "common", "misc"} & set(module.with_suffix("").parts)
 
 
@@ -167,7 +167,7 @@ REPORT = (
 
 
 @pytest.mark.parametrize("code", ["import spin_usd", "import spin_usd.cli.main", HELP])
-def test_starting_loads_neither_pxr_nor_bpy(code):
+def test_starting_loads_neither_pxr_nor_bpy(code) -> None:
     """In a fresh process, also when the program ends by itself."""
     done = subprocess.run([sys.executable, "-c", f"{REPORT}\n{code}"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

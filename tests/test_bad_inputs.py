@@ -89,13 +89,13 @@ def refused(spin_usd, arguments, word, *, code=2):
     return done.stderr
 
 
-def test_the_inputs_are_otherwise_good(inputs, spin_usd):
+def test_the_inputs_are_otherwise_good(inputs, spin_usd) -> None:
     spin_usd(*author(inputs))
     spin_usd("render", inputs / "stage" / "dataset.usda", "--out", inputs / "data", "--renderer", "raycast")
 
 
 @pytest.mark.parametrize("name", BAD_FILES)
-def test_author_refuses_bad_files(inputs, spin_usd, name):
+def test_author_refuses_bad_files(inputs, spin_usd, name) -> None:
     file, content, word = BAD_FILES[name]
     (inputs / file).write_text(content)
     sentence = refused(spin_usd, author(inputs), word)
@@ -120,7 +120,7 @@ BAD_OPTIONS = {
 
 
 @pytest.mark.parametrize("name", BAD_OPTIONS)
-def test_author_refuses_bad_options(inputs, spin_usd, name):
+def test_author_refuses_bad_options(inputs, spin_usd, name) -> None:
     changes, word = BAD_OPTIONS[name]
     if str(changes.get("out", "")).startswith("mesh.obj"):
         changes = {"out": inputs / changes["out"]}
@@ -128,7 +128,7 @@ def test_author_refuses_bad_options(inputs, spin_usd, name):
     assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
 
 
-def test_author_does_not_overwrite(inputs, spin_usd):
+def test_author_does_not_overwrite(inputs, spin_usd) -> None:
     (inputs / "stage").mkdir()
     (inputs / "stage" / "thesis.tex").write_text("precious")
     refused(spin_usd, author(inputs), "not empty")
@@ -254,7 +254,7 @@ BAD_STAGES = {
 
 
 @pytest.mark.parametrize("name", BAD_STAGES)
-def test_render_refuses_bad_stages(tmp_path, spin_usd, name):
+def test_render_refuses_bad_stages(tmp_path, spin_usd, name) -> None:
     content, word = BAD_STAGES[name]
     (tmp_path / "stage.usda").write_text(content)
     refused(spin_usd, ["render", tmp_path / "stage.usda", "--out", tmp_path / "data", "--renderer", "raycast"], word)
@@ -262,7 +262,7 @@ def test_render_refuses_bad_stages(tmp_path, spin_usd, name):
 
 
 @pytest.mark.slow
-def test_a_stage_that_multiplies_without_end_is_given_up(tmp_path, spin_usd):
+def test_a_stage_that_multiplies_without_end_is_given_up(tmp_path, spin_usd) -> None:
     """2.3 kB of doubling references: 2**32 prims."""
     doubling = "".join(
         f'def "D{i}"\n{{\n  def "A" (references = </D{i + 1}>)\n  {{\n  }}\n'
@@ -291,7 +291,7 @@ BAD_RENDERS = {
 
 
 @pytest.mark.parametrize("name", BAD_RENDERS)
-def test_render_refuses_bad_options(good_stage, tmp_path, spin_usd, name):
+def test_render_refuses_bad_options(good_stage, tmp_path, spin_usd, name) -> None:
     options, word = BAD_RENDERS[name]
     refused(spin_usd, ["render", good_stage, "--out", tmp_path / "data", *options], word)
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
@@ -302,7 +302,7 @@ SIXTEEN_BITS = CAMERA.replace('["SpinLensAPI"]', '["SpinLensAPI", "SpinSensorAPI
 )
 
 
-def test_images_that_their_format_cannot_hold_are_refused_before_anything_is_made(tmp_path, spin_usd):
+def test_images_that_their_format_cannot_hold_are_refused_before_anything_is_made(tmp_path, spin_usd) -> None:
     (tmp_path / "stage.usda").write_text(stage(SIXTEEN_BITS, TARGET))
     for command in (["render", "--out", tmp_path / "data"], ["plan"]):
         options = ["--renderer", "raycast", "--image-format", "jpg"]
@@ -313,12 +313,12 @@ def test_images_that_their_format_cannot_hold_are_refused_before_anything_is_mad
 
 
 @pytest.mark.parametrize("twice", [["--samples", "2", "--samples", "3"], ["--seed=1", "--seed", "1"]])
-def test_an_option_given_twice_is_wrong_usage(good_stage, spin_usd, twice):
+def test_an_option_given_twice_is_wrong_usage(good_stage, spin_usd, twice) -> None:
     assert f"'{twice[0][:6]}" in spin_usd("plan", good_stage, *twice, code=2).stderr
     spin_usd("plan", good_stage, *twice[-2:], "--json", "--json")
 
 
-def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_usd):
+def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_usd) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "thesis.tex").write_text("precious")
     refused(spin_usd, ["render", good_stage, "--out", tmp_path / "data"], "dataset.json")
@@ -326,7 +326,7 @@ def test_render_refuses_a_folder_of_something_else(good_stage, tmp_path, spin_us
 
 
 @pytest.mark.parametrize("out", ["stage.usda/data", "/proc/spin_usd"])
-def test_render_refuses_where_it_cannot_write(good_stage, tmp_path, spin_usd, out):
+def test_render_refuses_where_it_cannot_write(good_stage, tmp_path, spin_usd, out) -> None:
     refused(spin_usd, ["render", good_stage, "--out", tmp_path / out], "written")
 
 
@@ -339,12 +339,12 @@ def test_render_refuses_where_it_cannot_write(good_stage, tmp_path, spin_usd, ou
         (["reproduce", "gone", "img000001"], "gone"),
     ],
 )
-def test_what_does_not_exist_is_named(tmp_path, spin_usd, arguments, word):
+def test_what_does_not_exist_is_named(tmp_path, spin_usd, arguments, word) -> None:
     done = spin_usd(*arguments, code=2, cwd=tmp_path)
     assert word in done.stderr
     assert not list(tmp_path.iterdir())
 
 
-def test_wrong_usage_has_the_same_exit_code(spin_usd):
+def test_wrong_usage_has_the_same_exit_code(spin_usd) -> None:
     assert "--out" in spin_usd("render", "stage.usda", code=2).stderr
     assert "levitate" in spin_usd("levitate", code=2).stderr

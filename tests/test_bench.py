@@ -24,7 +24,7 @@ def bench(name, *arguments):
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # four benchmarks, which other tests slow down
-def test_the_quick_run_puts_all_figures_into_one_file(tmp_path):
+def test_the_quick_run_puts_all_figures_into_one_file(tmp_path) -> None:
     file = tmp_path / "bench.json"
     for name in ("frames", "growth", "plan", "predict"):
         assert "|" in bench(name, "--json", file)

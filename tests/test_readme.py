@@ -18,14 +18,14 @@ FILES = re.findall(r"as `([\w/]+\.toml)`[^`]*?^```toml\n(.*?)^```", README, re.M
 COMMANDS = [line.partition("#")[0].strip() for block in BLOCKS for line in block.splitlines() if line.strip()]
 
 
-def test_all_commands_are_ours():
+def test_all_commands_are_ours() -> None:
     assert COMMANDS
     assert [path for path, _ in FILES] == ["my_stage/noisy.toml"]
     assert {shlex.split(c)[0] for c in COMMANDS} <= {"cp", "spin-usd", "tools/demo", "tools/test"}
 
 
 @pytest.mark.slow
-def test_the_commands_work_in_their_order(tmp_path, spin_usd):
+def test_the_commands_work_in_their_order(tmp_path, spin_usd) -> None:
     for command in COMMANDS:
         name, *arguments = shlex.split(command)
         if name == "cp":
@@ -42,7 +42,7 @@ def test_the_commands_work_in_their_order(tmp_path, spin_usd):
 
 
 @pytest.mark.slow
-def test_the_demo_ends_with_a_contact_sheet(tmp_path):
+def test_the_demo_ends_with_a_contact_sheet(tmp_path) -> None:
     done = subprocess.run(
         [REPOSITORY / "tools" / "demo", "--out", tmp_path / "demo"], capture_output=True, text=True, cwd=tmp_path
     )
@@ -51,25 +51,25 @@ def test_the_demo_ends_with_a_contact_sheet(tmp_path):
     assert len(list((tmp_path / "demo" / "dataset" / "image" / "nominal").glob("*.png"))) == 8
 
 
-def test_the_files_named_in_the_readme_exist():
+def test_the_files_named_in_the_readme_exist() -> None:
     for path in re.findall(r"\]\((\.?[\w./-]+)\)|\((schemas/[\w.-]+)\)", README):
         assert (REPOSITORY / "".join(path)).exists(), path
 
 
-def test_the_cameras_named_in_the_readme_are_those_there_are():
+def test_the_cameras_named_in_the_readme_are_those_there_are() -> None:
     listed = re.search(r"\*\*Cameras\*\*: a name\s+\(([^)]*)\)", README)
     assert listed
     there = {path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")}
     assert set(re.findall(r"`(\w+)`", listed[1])) == there
 
 
-def test_the_presets_lights_and_environments_that_travel_along_are_named_in_the_readme():
+def test_the_presets_lights_and_environments_that_travel_along_are_named_in_the_readme() -> None:
     folders = (REPOSITORY / "stages" / "presets", REPOSITORY / "stages" / "environments")
     for path in (path for folder in folders for path in folder.glob("*.usda")):
         assert f"`{path.stem}`" in README, path.stem
 
 
-def test_the_readme_has_every_block_of_figures_once(monkeypatch):
+def test_the_readme_has_every_block_of_figures_once(monkeypatch) -> None:
     monkeypatch.syspath_prepend(REPOSITORY / "tools")
     blocks = runpy.run_path(str(REPOSITORY / "tools" / "build_readme"))["BLOCKS"]
     assert re.findall(r"^<!-- generated: (\w+) -->$", README, re.MULTILINE) == list(blocks)
@@ -80,12 +80,12 @@ def build_readme(*arguments):
     return subprocess.run(command, capture_output=True, text=True)
 
 
-def test_the_figures_of_the_readme_are_those_measured():
+def test_the_figures_of_the_readme_are_those_measured() -> None:
     done = build_readme("--check")
     assert done.returncode == 0, done.stderr
 
 
-def test_a_block_that_is_not_what_its_figures_make_is_named_and_mended(tmp_path):
+def test_a_block_that_is_not_what_its_figures_make_is_named_and_mended(tmp_path) -> None:
     spread = {"median": 2.0, "least": 1.0, "most": 4.0}
     case = {"stage": "matt", "effort": "samples=4", "predicted_s": 2.2, "taken_s": spread, "predicted_over_taken": 1.1}
     (tmp_path / "bench.json").write_text(json.dumps({"predict": {"cases": [case]}}))
@@ -103,7 +103,7 @@ def test_a_block_that_is_not_what_its_figures_make_is_named_and_mended(tmp_path)
     assert readme.read_text().endswith("after\n")
 
 
-def test_a_block_without_figures_is_empty_and_told(tmp_path):
+def test_a_block_without_figures_is_empty_and_told(tmp_path) -> None:
     readme = tmp_path / "README.md"
     readme.write_text("<!-- generated: predicted -->\nold\n<!-- end -->\n")
     done = build_readme("--figures", tmp_path, "--readme", readme)

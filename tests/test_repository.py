@@ -35,13 +35,13 @@ def keys(text):
 
 
 @pytest.mark.parametrize("path", YAML, ids=lambda path: path.name)
-def test_yaml_is_plain_and_names_no_key_twice(path):
+def test_yaml_is_plain_and_names_no_key_twice(path) -> None:
     tops = [key for indent, key in keys(path.read_text()) if indent == 0]
     assert tops
     assert len(tops) == len(set(tops))
 
 
-def test_the_workflow_runs_what_ci_runs_with_pinned_actions():
+def test_the_workflow_runs_what_ci_runs_with_pinned_actions() -> None:
     text = (REPOSITORY / ".github" / "workflows" / "ci.yml").read_text()
     assert "run: bash .ci/run" in text
     assert (REPOSITORY / ".ci" / "run").is_file()
@@ -50,13 +50,13 @@ def test_the_workflow_runs_what_ci_runs_with_pinned_actions():
     assert all(re.fullmatch(r"[\w.-]+/[\w.-]+@[0-9a-f]{40}", action) for action in actions)
 
 
-def test_pre_commit_runs_what_tools_test_runs():
+def test_pre_commit_runs_what_tools_test_runs() -> None:
     hooks = re.findall(r"entry: \.venv/bin/(.+)", (REPOSITORY / ".pre-commit-config.yaml").read_text())
     checks = re.findall(r"\.venv/bin/((?:ruff|mypy)[^&\n]*)", (REPOSITORY / "tools" / "test").read_text())
     assert [hook.replace(" --force-exclude", "") for hook in hooks] == [check.strip(" .") for check in checks]
 
 
-def test_the_citation_has_the_required_fields_and_the_version_of_the_package():
+def test_the_citation_has_the_required_fields_and_the_version_of_the_package() -> None:
     """Required by the Citation File Format 1.2: cff-version, message, title, authors."""
     fields = dict(re.findall(r"^([\w-]+): *(.*)$", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE))
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]

@@ -37,7 +37,7 @@ def try_files(models, out, *more):
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_sizes_by_three_readers_agree_and_the_silhouettes_too(tmp_path):
+def test_sizes_by_three_readers_agree_and_the_silhouettes_too(tmp_path) -> None:
     models = tmp_path / "models"
     models.mkdir()
     trimesh.creation.box((0.3, 0.2, 0.5)).export(models / "box.obj")

@@ -21,7 +21,7 @@ def installed(tmp_path_factory):
     return folder / "site"
 
 
-def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path):
+def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path) -> None:
     """In this environment, but with the wheel's package before the checkout's."""
     code = (
         "import sys, pathlib; sys.path.insert(0, sys.argv[1]); import spin_usd\n"
@@ -40,7 +40,7 @@ def test_the_wheel_authors_and_renders_elsewhere(installed, tmp_path):
     assert (tmp_path / "stage" / "dataset.usda").is_file()
 
 
-def test_the_command_line_starts_without_blender_or_usd(installed):
+def test_the_command_line_starts_without_blender_or_usd(installed) -> None:
     code = (
         "import sys; sys.path.insert(0, sys.argv[1]); import spin_usd.cli.main\n"
         "print(sorted({'bpy', 'pxr'} & set(sys.modules)))"

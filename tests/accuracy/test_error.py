@@ -41,7 +41,7 @@ def standard_error(sigma, count):
     return sigma**2 * np.sqrt(2 / count)
 
 
-def test_variance_and_bias_are_told_apart():
+def test_variance_and_bias_are_told_apart() -> None:
     value, sigma, bias = truth(), 0.2, 0.1
     found = linear_error(noisy((1 + bias) * value, sigma / (1 + bias), SEEDS, 2), known_reference(value))
     chance = CHANCE * standard_error(sigma, 3 * PIXELS)
@@ -53,7 +53,7 @@ def test_variance_and_bias_are_told_apart():
     assert found.squared == found.variance + found.bias_squared
 
 
-def test_no_bias_is_found_where_there_is_none_whatever_the_references_noise():
+def test_no_bias_is_found_where_there_is_none_whatever_the_references_noise() -> None:
     """The reference is as noisy as what is compared with it."""
     value, sigma = truth(), 0.3
     reference = Reference.of(noisy(value, sigma, PARTS, 3))
@@ -64,7 +64,7 @@ def test_no_bias_is_found_where_there_is_none_whatever_the_references_noise():
     assert found.squared == pytest.approx(found.variance, rel=0.02)
 
 
-def test_the_uncertainty_is_the_scatter_of_the_mean_square_from_trial_to_trial():
+def test_the_uncertainty_is_the_scatter_of_the_mean_square_from_trial_to_trial() -> None:
     """Which differ in their seeds: each of these is off by a brightness of its own, of known scatter."""
     value, sigma, seeds, trials = truth()[:50], 0.1, 4, 400
     brightness = 1 + sigma * rng(9).standard_normal((trials, seeds, 1, 1))
@@ -75,7 +75,7 @@ def test_the_uncertainty_is_the_scatter_of_the_mean_square_from_trial_to_trial()
     assert mean == pytest.approx(sigma**2 * lit(value), abs=CHANCE * scatter / np.sqrt(trials))
 
 
-def test_seeds_that_differ_more_in_how_far_they_are_off_are_less_sure():
+def test_seeds_that_differ_more_in_how_far_they_are_off_are_less_sure() -> None:
     value = truth()
     few, many = (
         linear_error(noisy(each, 0.2, SEEDS, 10), known_reference(each)) for each in (value[: PIXELS // 1000], value)
@@ -85,7 +85,7 @@ def test_seeds_that_differ_more_in_how_far_they_are_off_are_less_sure():
     assert linear_error(value * (1 + 0.1 * signs), known_reference(value)).uncertainty < 1e-12
 
 
-def test_the_reference_knows_its_own_error():
+def test_the_reference_knows_its_own_error() -> None:
     value, sigma = truth(), 0.05
     reference = Reference.of(noisy(value, sigma, PARTS, 5))
     chance = CHANCE * standard_error(sigma, 3 * PIXELS * (PARTS - 1)) / PARTS
@@ -96,18 +96,18 @@ def test_the_reference_knows_its_own_error():
     assert reference.parts == PARTS
 
 
-def test_more_parts_make_the_reference_better_in_proportion():
+def test_more_parts_make_the_reference_better_in_proportion() -> None:
     value = truth()
     few, many = (Reference.of(noisy(value, 0.1, parts, 6)).error_squared for parts in (4, 16))
     assert few / many == pytest.approx(4, rel=0.1)
 
 
-def test_parts_alike_have_no_error():
+def test_parts_alike_have_no_error() -> None:
     value = truth()
     assert Reference.of([value, value, value]).error_squared == 0
 
 
-def test_errors_do_not_depend_on_the_light():
+def test_errors_do_not_depend_on_the_light() -> None:
     """Nor on the unit that it is in."""
     value = truth()
     renders, parts = noisy(value, 0.2, SEEDS, 7), noisy(value, 0.1, PARTS, 8)
@@ -116,7 +116,7 @@ def test_errors_do_not_depend_on_the_light():
     assert one.bias_squared == pytest.approx(other.bias_squared, rel=1e-6)
 
 
-def test_what_is_nearly_black_counts_by_the_floor():
+def test_what_is_nearly_black_counts_by_the_floor() -> None:
     value = np.ones((100, 3))
     value[:50] = 0
     floor = FLOOR * value.mean()
@@ -124,7 +124,7 @@ def test_what_is_nearly_black_counts_by_the_floor():
     assert known_reference(value).weight[-1] == pytest.approx(1 / (1 + floor**2))
 
 
-def test_a_black_target_has_no_error():
+def test_a_black_target_has_no_error() -> None:
     dark = np.zeros((2, 10, 3))
     found = linear_error(dark, Reference.of(dark))
     assert (found.variance, found.bias_squared, found.brightness) == (0, 0, 0)
@@ -133,6 +133,6 @@ def test_a_black_target_has_no_error():
 @pytest.mark.parametrize(
     "make", [lambda one: Reference.of(one), lambda one: linear_error(one, known_reference(one[0]))]
 )
-def test_one_render_tells_no_variance(make):
+def test_one_render_tells_no_variance(make) -> None:
     with pytest.raises(InputError, match="at least 2"):
         make(np.ones((1, 10, 3)))

@@ -37,7 +37,7 @@ def no_worse(a, b, criterion):
 
 
 @given(measurements(), criteria)
-def test_the_front_is_what_no_setting_beats_and_beats_or_equals_all_others(found, criterion):
+def test_the_front_is_what_no_setting_beats_and_beats_or_equals_all_others(found, criterion) -> None:
     all_of_them = outcomes(found)
     best = front(all_of_them, criterion)
     for a in best:
@@ -46,7 +46,7 @@ def test_the_front_is_what_no_setting_beats_and_beats_or_equals_all_others(found
 
 
 @given(measurements(), criteria)
-def test_the_front_gets_dearer_and_more_exact(found, criterion):
+def test_the_front_gets_dearer_and_more_exact(found, criterion) -> None:
     best = front(outcomes(found), criterion)
     assert best
     for a, b in pairwise(best):
@@ -55,7 +55,7 @@ def test_the_front_gets_dearer_and_more_exact(found, criterion):
 
 
 @given(measurements())
-def test_only_settings_measured_on_all_pictures_count_and_their_worst_does(found):
+def test_only_settings_measured_on_all_pictures_count_and_their_worst_does(found) -> None:
     counted = {each.setting: each for each in outcomes(found)}
     for one in {each.setting for each in found.figures}:
         of_it = [each for each in found.figures if each.setting == one]
@@ -75,13 +75,13 @@ def chosen(found, **asked):
 
 
 @given(measurements(), errors, errors)
-def test_a_looser_bound_never_costs_more(found, a, b):
+def test_a_looser_bound_never_costs_more(found, a, b) -> None:
     tight, loose = (chosen(found, error=bound) for bound in sorted((a, b)))
     assert tight is None or (loose is not None and loose.outcome.cpu_s <= tight.outcome.cpu_s)
 
 
 @given(measurements(), st.none() | errors | few, st.sampled_from(["blender", "raycast"]))
-def test_the_choice_is_the_cheapest_within_the_bound_on_every_picture(found, error, renderer):
+def test_the_choice_is_the_cheapest_within_the_bound_on_every_picture(found, error, renderer) -> None:
     def well(outcome):
         pairs = zip(outcome.figures, outcome.noise_dn, strict=True)
         if error is None:
@@ -102,7 +102,7 @@ def test_the_choice_is_the_cheapest_within_the_bound_on_every_picture(found, err
 
 
 @given(measurements())
-def test_what_is_advised_where_none_is_good_enough_is_good_enough(found):
+def test_what_is_advised_where_none_is_good_enough_is_good_enough(found) -> None:
     renderer = outcomes(found)[0].setting.renderer
     with pytest.raises(InputError, match="no setting measured has an error of at most") as refused:
         choose(found, error=1e-9, renderer=renderer)
@@ -110,12 +110,12 @@ def test_what_is_advised_where_none_is_good_enough_is_good_enough(found):
     assert choose(found, error=float(advised[1]), renderer=renderer)
 
 
-def test_another_look_is_chosen_only_where_it_is_asked_for():
+def test_another_look_is_chosen_only_where_it_is_asked_for() -> None:
     assert choose(usual(), error=0.9).setting.renderer == "blender"
     assert choose(usual(), error=0.9, renderer="raycast").setting == setting("samples=1", "raycast")
 
 
-def test_a_setting_that_is_within_the_bound_by_chance_is_not_chosen():
+def test_a_setting_that_is_within_the_bound_by_chance_is_not_chosen() -> None:
     """Its error, squared 0.0081 ± 0.002, may be above 10 %."""
     lucky = figures(setting("samples=1"), cpu_s=1.0, error=0.09, uncertainty=0.002)
     sure = figures(setting("samples=2"), cpu_s=2.0, error=0.08, uncertainty=0.0001)
@@ -130,17 +130,17 @@ def test_a_setting_that_is_within_the_bound_by_chance_is_not_chosen():
     ("brightness", "said"),
     [(-0.03, "8 %, the target 3 % darker, for"), (0.02, "8 %, the target 2 % brighter, for"), (0.005, "8 %, for")],
 )
-def test_the_reason_says_how_the_light_is_off(brightness, said):
+def test_the_reason_says_how_the_light_is_off(brightness, said) -> None:
     odd = replace(figures(setting("samples=2"), cpu_s=2.0, error=0.08), brightness=brightness)
     assert said in choose(measurement([odd]), error=0.1).reason
 
 
-def test_the_image_of_auto_is_worse_by_what_is_promised():
+def test_the_image_of_auto_is_worse_by_what_is_promised() -> None:
     choice = choose(usual(), auto=True)
     assert all((each.error_dn**2 + NOISE_DN**2) ** 0.5 <= 2**0.5 * NOISE_DN for each in choice.outcome.figures)
 
 
-def test_the_reason_says_what_is_expected_and_what_the_next_cheaper_had():
+def test_the_reason_says_what_is_expected_and_what_the_next_cheaper_had() -> None:
     choice = choose(usual(), error=0.1)
     assert choice.reason == (
         "blender samples=8,denoiser=fast is the cheapest setting with an error of at most 10 % in each of the "
@@ -150,7 +150,7 @@ def test_the_reason_says_what_is_expected_and_what_the_next_cheaper_had():
     assert choose(usual(), error=1.0).reason.endswith("; none is cheaper")
 
 
-def test_auto_says_what_it_is_held_against():
+def test_auto_says_what_it_is_held_against() -> None:
     reason = choose(usual(), auto=True).reason
     assert "an error after the detector of at most the detector's own noise" in reason
     assert " times the noise, for " in reason
@@ -168,7 +168,7 @@ def test_auto_says_what_it_is_held_against():
         ({"error": 0.5, "renderer": "other"}, "no setting of the renderer other was measured on all pictures"),
     ],
 )
-def test_what_cannot_be_chosen_is_refused(asked, names):
+def test_what_cannot_be_chosen_is_refused(asked, names) -> None:
     with pytest.raises(InputError, match=names):
         choose(usual(), **asked)
 
@@ -176,12 +176,12 @@ def test_what_cannot_be_chosen_is_refused(asked, names):
 HALF_A_STEP = [figures(setting("samples=1"), cpu_s=1.0, error_dn=0.5)]
 
 
-def test_auto_that_nothing_reaches_is_refused():
+def test_auto_that_nothing_reaches_is_refused() -> None:
     with pytest.raises(InputError, match=r"at most the detector's own noise in every picture: the least"):
         choose(measurement(HALF_A_STEP, [frame(noise_dn=0.31)]), auto=True)
 
 
-def test_a_detector_without_noise_has_nothing_to_hold_an_error_against():
+def test_a_detector_without_noise_has_nothing_to_hold_an_error_against() -> None:
     with pytest.raises(
         InputError,
         match=r"^the detector has no noise but its rounding \(0\.289 DN\); author read noise, or use --error X$",
@@ -189,12 +189,12 @@ def test_a_detector_without_noise_has_nothing_to_hold_an_error_against():
         choose(measurement(HALF_A_STEP, [frame(noise_dn=12**-0.5)]), auto=True)
 
 
-def test_without_noise_only_a_perfect_setting_is_within_it():
+def test_without_noise_only_a_perfect_setting_is_within_it() -> None:
     found = [figures(setting("samples=1"), cpu_s=1.0, error=0.1), figures(setting("samples=2"), cpu_s=2.0)]
     assert choose(measurement(found, [frame(noise_dn=0.0)]), auto=True).setting == setting("samples=2")
 
 
-def test_great_numbers_are_written_out():
+def test_great_numbers_are_written_out() -> None:
     """Of a picture that takes half an hour, with an error of many times the light."""
     found = [figures(setting("samples=1"), cpu_s=1800.4, error=123.4)]
     assert choose(measurement(found), error=200.0).reason.endswith("12340 %, for 1800 CPU s a picture; none is cheaper")

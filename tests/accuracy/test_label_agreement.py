@@ -27,13 +27,13 @@ def compared(ours, theirs):
     return agreement(ours, theirs, sight, frame="f", renderer="blender", against="raycast")
 
 
-def test_equal_labels_agree():
+def test_equal_labels_agree() -> None:
     found = compared(labels(), labels())
     assert (found.iou, found.depth_m, found.part_pixels) == (1, 0, 0)
     assert found.reprojection_px < 1e-3  # float32 of the label
 
 
-def test_a_shift_of_body_points_is_found_in_pixels_as_opencv_projects_them():
+def test_a_shift_of_body_points_is_found_in_pixels_as_opencv_projects_them() -> None:
     ours = labels(shift=0.25)
     found = compared(ours, labels())
     seen = ours.part > 0
@@ -46,7 +46,7 @@ def test_a_shift_of_body_points_is_found_in_pixels_as_opencv_projects_them():
     assert found.reprojection_px == pytest.approx(0.25, abs=1e-3)
 
 
-def test_depth_parts_and_silhouette_are_counted_where_both_see():
+def test_depth_parts_and_silhouette_are_counted_where_both_see() -> None:
     theirs = labels(near=0.125)
     theirs.part[500:560, 950:1000] = 0  # half of the silhouette
     theirs.part[500, 900:910] = 9
@@ -55,7 +55,7 @@ def test_depth_parts_and_silhouette_are_counted_where_both_see():
     assert found.depth_m == pytest.approx(0.125, rel=1e-6)
 
 
-def test_two_empty_silhouettes_are_one():
+def test_two_empty_silhouettes_are_one() -> None:
     nothing = LabelImages(
         depth=np.zeros(SHAPE, np.float32), part=np.zeros(SHAPE, np.uint16), body=np.zeros((*SHAPE, 3), np.float32)
     )

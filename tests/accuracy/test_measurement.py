@@ -81,26 +81,26 @@ MEASUREMENT = Measurement(
 )
 
 
-def test_it_survives_its_file(tmp_path):
+def test_it_survives_its_file(tmp_path) -> None:
     path = tmp_path / "measure.json"
     path.write_text(json.dumps(MEASUREMENT.as_json()))
     assert Measurement.from_json(read_json(path, "measure-1")) == MEASUREMENT
 
 
 @pytest.mark.parametrize("spoil", [{"seeds": 1}, {"cpu_s": -1.0}, {"frame": "../x"}, {"memory_bytes": 0.5}])
-def test_the_schema_refuses_what_cannot_be(tmp_path, spoil):
+def test_the_schema_refuses_what_cannot_be(tmp_path, spoil) -> None:
     path = tmp_path / "measure.json"
     path.write_text(json.dumps(replace(MEASUREMENT, figures=(replace(FIGURES, **spoil),)).as_json()))
     with pytest.raises(InputError, match="measure-1"):
         read_json(path, "measure-1")
 
 
-def test_a_bias_below_zero_is_no_error():
+def test_a_bias_below_zero_is_no_error() -> None:
     assert FIGURES.error == pytest.approx(0.1)
     assert replace(FIGURES, bias_squared=0.03).error == pytest.approx(0.2)
 
 
-def test_what_an_error_is_at_most_is_of_its_square():
+def test_what_an_error_is_at_most_is_of_its_square() -> None:
     """So that it is more than nothing where the error is none by chance."""
     assert FIGURES.error_at_most**2 == pytest.approx(FIGURES.error**2 + 0.002)
     assert replace(FIGURES, uncertainty=0.0).error_at_most == FIGURES.error

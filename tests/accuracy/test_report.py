@@ -31,7 +31,7 @@ def error_of(row):
     return value + " %"
 
 
-def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_worst_picture():
+def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_worst_picture() -> None:
     rows = {row["setting"]: row for row in table(in_full(usual()), SETTINGS)}
     found = outcomes(usual())
     assert list(rows) == [each.setting.text for each in sorted(found, key=lambda each: each.cpu_s)]
@@ -44,7 +44,7 @@ def test_the_settings_table_has_each_setting_with_its_cost_and_the_error_of_its_
         )
 
 
-def test_a_figure_stands_with_its_uncertainty_and_a_bias_within_that_is_none():
+def test_a_figure_stands_with_its_uncertainty_and_a_bias_within_that_is_none() -> None:
     """An error of 12 %, whose square is 0.0144, and 15 % where that is 0.0081 more."""
     known = figures(setting("samples=2"), cpu_s=1.0, error=0.12, bias=0.05, error_dn=4.0)
     unsure = replace(known, uncertainty=0.0081, error_dn_uncertainty=0.5)
@@ -55,20 +55,20 @@ def test_a_figure_stands_with_its_uncertainty_and_a_bias_within_that_is_none():
     assert "12 ± 3 %" in in_short(measurement([unsure]))
 
 
-def test_rows_on_a_front_are_marked():
+def test_rows_on_a_front_are_marked() -> None:
     rows = table(in_full(usual()), SETTINGS)
     for criterion in Criterion:
         best = front(outcomes(usual()), criterion)
         assert [row["setting"] for row in rows if criterion.value in row["front"]] == [b.setting.text for b in best]
 
 
-def test_a_bias_that_is_less_than_none_by_chance_is_none():
+def test_a_bias_that_is_less_than_none_by_chance_is_none() -> None:
     odd = replace(figures(setting("samples=2"), cpu_s=1.0, error=0.1), bias_squared=-1e-4)
     (row,) = table(in_full(measurement([odd])), SETTINGS)
     assert row["of it bias"] == "0 %"
 
 
-def test_the_rest_of_a_measurement_is_there_where_it_was_measured():
+def test_the_rest_of_a_measurement_is_there_where_it_was_measured() -> None:
     full = replace(
         usual(),
         labels=(
@@ -96,13 +96,13 @@ def test_the_rest_of_a_measurement_is_there_where_it_was_measured():
     assert "## Execution" not in in_full(usual())
 
 
-def test_the_short_table_is_aligned():
+def test_the_short_table_is_aligned() -> None:
     lines = in_short(usual()).splitlines()
     assert len({len(line) for line in lines}) == 1
     assert len(lines) == 1 + len(outcomes(usual()))
 
 
-def test_the_summary_says_what_names_come_to():
+def test_the_summary_says_what_names_come_to() -> None:
     rows = table(choices(usual()), HEADINGS)
     assert len(rows) == len(QUALITIES) + 2
     for row in rows[: len(QUALITIES)]:
@@ -117,6 +117,6 @@ def test_the_summary_says_what_names_come_to():
     assert never["setting"] == "never reached"
 
 
-def test_a_quality_that_was_not_measured_has_no_figures():
+def test_a_quality_that_was_not_measured_has_no_figures() -> None:
     text = choices(measurement([figures(setting("samples=64"), cpu_s=1.0, error=0.01)]))
     assert text.count("not measured") == len(QUALITIES)

@@ -27,24 +27,24 @@ def by_definition(a, b, row, column):
     return luminance * (2 * covariance + c2) / (var_x + var_y + c2)
 
 
-def test_it_is_what_its_definition_says():
+def test_it_is_what_its_definition_says() -> None:
     a, b = image(0), image(1) * 0.3 + image(0) * 0.7
     found = similarity(a, b, top=TOP)
     for row, column in ((5, 5), (12, 20), (18, 25)):
         assert found[row, column] == pytest.approx(by_definition(a, b, row, column), rel=1e-9)
 
 
-def test_an_image_is_like_itself():
+def test_an_image_is_like_itself() -> None:
     assert similarity(image(2), image(2), top=TOP) == pytest.approx(1)
 
 
-def test_it_is_symmetric_and_at_most_one():
+def test_it_is_symmetric_and_at_most_one() -> None:
     a, b = image(3), image(4)
     assert similarity(a, b, top=TOP) == pytest.approx(similarity(b, a, top=TOP))
     assert similarity(a, b, top=TOP).max() < 1
 
 
-def test_what_is_far_away_does_not_matter():
+def test_what_is_far_away_does_not_matter() -> None:
     a, b = image(5), image(5)
     b[0, 0] += 100
     found = similarity(a, b, top=TOP)
@@ -52,18 +52,18 @@ def test_what_is_far_away_does_not_matter():
     assert found[0, 0] < 1
 
 
-def test_it_does_not_depend_on_the_unit():
+def test_it_does_not_depend_on_the_unit() -> None:
     a, b = image(6), image(7)
     assert similarity(a, b, top=TOP) == pytest.approx(similarity(257 * a, 257 * b, top=257 * TOP))
 
 
-def test_more_noise_is_less_alike():
+def test_more_noise_is_less_alike() -> None:
     a, noise = image(8), image(9) - TOP / 2
     alike = [similarity(a, a + k * noise, top=TOP).mean() for k in (0.1, 0.3, 1.0)]
     assert alike == sorted(alike, reverse=True)
 
 
-def test_channels_are_averaged():
+def test_channels_are_averaged() -> None:
     a, b = image(10, (20, 20, 3)), image(11, (20, 20, 3))
     each = [similarity(a[..., i], b[..., i], top=TOP) for i in range(3)]
     assert similarity(a, b, top=TOP) == pytest.approx(np.mean(each, 0))

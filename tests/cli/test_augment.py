@@ -5,7 +5,7 @@ import json
 from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
 
 
-def test_every_parameter_is_listed_with_its_units_and_range(spin_usd):
+def test_every_parameter_is_listed_with_its_units_and_range(spin_usd) -> None:
     rows = {row["name"]: row for row in json.loads(spin_usd("augment", "--list", "--json").stdout)}
     assert set(PARAMETERS) <= set(rows)
     assert {name for name in set(rows) - set(PARAMETERS) if not name.startswith(("material.", "/"))} == {"background"}
@@ -17,5 +17,5 @@ def test_every_parameter_is_listed_with_its_units_and_range(spin_usd):
     assert "exposure.stops: numbers from -60 to 60 stops" in lines
 
 
-def test_without_a_stage_it_says_what_it_needs(spin_usd):
+def test_without_a_stage_it_says_what_it_needs(spin_usd) -> None:
     assert "needs a stage and --spec" in spin_usd("augment", code=2).stderr

@@ -16,14 +16,14 @@ from tests.conftest import REPOSITORY
 COMMANDS = typer.main.get_command(app).commands
 
 
-def test_the_help_names_all_that_travels_along(spin_usd):
+def test_the_help_names_all_that_travels_along(spin_usd) -> None:
     said = set(re.findall(r"[\w]+", spin_usd("author", "--help").stdout))
     for kind in BUNDLED:
         assert bundled(kind)
         assert set(bundled(kind)) <= said
 
 
-def test_lights_and_environments_are_told_apart_as_usd_reads_them():
+def test_lights_and_environments_are_told_apart_as_usd_reads_them() -> None:
     for kind, prim in (("lights", "Lights"), ("environments", "Environment")):
         assert {open_layer(file).defaultPrim for file in bundled(kind).values()} == {prim}
     files = {file.stem for file in (REPOSITORY / "stages" / "environments").glob("*.usda")}
@@ -31,7 +31,7 @@ def test_lights_and_environments_are_told_apart_as_usd_reads_them():
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, command):
+def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, command) -> None:
     known = {option for param in COMMANDS[command].params for option in param.opts}
     for example in EXAMPLES.get(command, ()):
         name, _, *words = shlex.split(example)
@@ -40,12 +40,12 @@ def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, co
     assert "<bool>" not in spin_usd(command, "--help").stdout
 
 
-def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path):
+def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--target", "tango", "--camera", "speedplus", "--out", tmp_path / "x", code=2).stderr
     assert "give a pose list with --poses, or let the sampler draw poses with --example" in said
 
 
-def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path):
+def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path) -> None:
     root = json.loads(spin_usd("author", "--minimal", "--json", "--out", tmp_path / "page").stdout)["root"]
     assert [path.name for path in (tmp_path / "page").iterdir()] == ["dataset.usda"]
     assert spin_usd("check", root).stdout.endswith("0 errors, 0 warnings\n")
@@ -57,7 +57,7 @@ def test_the_stage_of_one_page_has_no_findings_and_renders(spin_usd, tmp_path):
     assert [record["camera"][name] for name in ("fx", "fy", "cx", "cy")] == [800, 800, 320, 240]
 
 
-def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path):
+def test_the_stage_of_one_page_takes_nothing_else(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--minimal", "--target", "tango", "--seed", 3, "--out", tmp_path / "page", code=2).stderr
     assert "--target and --seed is given with --minimal" in said or "--seed and --target" in said
     assert not (tmp_path / "page").exists()

@@ -33,7 +33,7 @@ class Case:
         dressed = {"materials": self.materials} if self.materials else {}
         return scene(target(*self.mesh, **dressed), camera=self.camera, T_cam_body=T_cam_body)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.group}: {self.name}"
 
 

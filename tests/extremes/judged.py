@@ -64,7 +64,7 @@ def truth(case):
 
 
 class _Judge:
-    def __init__(self, case, s, true, face):
+    def __init__(self, case, s, true, face) -> None:
         self.case, self.scene, self.true, self.face = case, s, true, face
         self.mesh = s.target.mesh
         self.R, self.t = exact.rotation(case.q), np.asarray(case.t, exact.Long)

@@ -93,11 +93,11 @@ class StageCase:
     def _units(self, metres):
         return tuple(float(x) / self.unit for x in metres)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return self.name
 
 
-def _pose(place, turn=(1.0, 0.0, 0.0, 0.0)):
+def _pose(place, turn=(1.0, 0.0, 0.0, 0.0)) -> str:
     numbers = [", ".join(repr(float(x)) for x in row) for row in (place, turn)]
     return (
         f"double3 xformOp:translate = ({numbers[0]})\n        quatd xformOp:orient = ({numbers[1]})\n"

@@ -10,7 +10,7 @@ TIGHT = 4.0  # a bound further from the worst of 20,000 would say little: a powe
 
 @pytest.mark.parametrize("away", RANGES)
 @pytest.mark.parametrize("encoding", ENCODINGS, ids=lambda encoding: encoding.name)
-def test_each_loses_half_a_step(encoding, away):
+def test_each_loses_half_a_step(encoding, away) -> None:
     off, bound = errors(encoding, away)
     assert (off <= bound).all()
     if np.isinf(bound):

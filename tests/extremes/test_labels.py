@@ -20,7 +20,7 @@ OPENCV_PX = 1e-9  # OpenCV's doubles
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_labels_are_within_what_arithmetic_allows(case, renderer):
+def test_labels_are_within_what_arithmetic_allows(case, renderer) -> None:
     found = judged(case, renderer)
     assert found.seen >= SEEN
     assert found.unexcused == 0
@@ -30,7 +30,7 @@ def test_labels_are_within_what_arithmetic_allows(case, renderer):
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.group == "lens"], ids=str)
-def test_the_truth_sees_through_lenses_as_opencv_does(case):
+def test_the_truth_sees_through_lenses_as_opencv_does(case) -> None:
     camera = case.camera
     rays = np.concatenate([exact.pixel_rays(camera), np.ones((camera.width * camera.height, 1))], 1).astype(float)
     uv = cv2.projectPoints(rays[:, None], np.zeros(3), np.zeros(3), camera.matrix, np.array(camera.distortion))[0]
@@ -38,7 +38,7 @@ def test_the_truth_sees_through_lenses_as_opencv_does(case):
     np.testing.assert_allclose(uv[:, 0], np.stack([u, v], -1).reshape(-1, 2), rtol=0, atol=OPENCV_PX)
 
 
-def test_the_report_is_of_these_cases():
+def test_the_report_is_of_these_cases() -> None:
     """tools/report_extremes was run since the last of them came, and every row keeps its bound."""
     rows = [row for row in json.loads(REPORT.read_text()) if "extreme" in row]
     told = {(row["extreme"], row["case"], row["renderer"]) for row in rows}
@@ -47,7 +47,7 @@ def test_the_report_is_of_these_cases():
     assert all(row["wrong"] <= row["within_float32"] for row in rows)
 
 
-def test_the_truth_is_finer_than_what_it_judges():
+def test_the_truth_is_finer_than_what_it_judges() -> None:
     if exact.HALF_ULP > 2.0**-60:
         pytest.skip("this machine's longdouble is a double")
     assert exact.HALF_ULP <= 2.0**-64
@@ -55,7 +55,7 @@ def test_the_truth_is_finer_than_what_it_judges():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("away", "focal"), [(5.0, 4e-4), (1e5, 8.0)])
-def test_a_real_mesh(shared, renderer, away, focal):
+def test_a_real_mesh(shared, renderer, away, focal) -> None:
     """23,360 faces of a model as it was built, needles and shared surfaces among them."""
     case = tango(shared / "data" / "tango" / "tango.obj", away, focal)
     found = judged(case, renderer)

@@ -49,7 +49,7 @@ def in_its_light(renderer, s, samples=1):
 
 
 @pytest.mark.parametrize("pixels", [0.05, 0.2, 0.7, 1.0, 3.0])
-def test_flux_of_a_target_smaller_than_a_pixel(renderer, pixels):
+def test_flux_of_a_target_smaller_than_a_pixel(renderer, pixels) -> None:
     """What samples find of it, spread at random over their pixels or more evenly, has no more than chance's spread."""
     samples = max(64, int(HITS / pixels**2))
     phases = np.random.default_rng(5).uniform(-0.5, 0.5, (3, 2))
@@ -63,7 +63,7 @@ def test_flux_of_a_target_smaller_than_a_pixel(renderer, pixels):
     assert abs(flux.sum() - np.sum(expected)) <= SIGMAS * spread + ROUNDINGS
 
 
-def test_radiance_is_proportional_to_irradiance_from_starlight_to_ten_suns(renderer):
+def test_radiance_is_proportional_to_irradiance_from_starlight_to_ten_suns(renderer) -> None:
     for irradiance in IRRADIANCES:
         rgba = in_its_light(renderer, lit(8.0, sun(irradiance))).rgba
         inside = rgba[..., 3] == 1
@@ -71,7 +71,7 @@ def test_radiance_is_proportional_to_irradiance_from_starlight_to_ten_suns(rende
         np.testing.assert_allclose(rgba[inside, :3], ALBEDO * irradiance / np.pi, rtol=ROUNDINGS)
 
 
-def test_starlight_is_seen_where_the_sun_does_not_shine(renderer):
+def test_starlight_is_seen_where_the_sun_does_not_shine(renderer) -> None:
     """A million millionth of the light, on the side that the Sun leaves dark."""
     s = lit(8.0, sun(SUN, (0.0, 0.0, -1.0)), sun(1e-9, (0.6, 0.0, 0.8), "star"))
     rgba = in_its_light(renderer, s, samples=16).rgba
@@ -93,7 +93,7 @@ def pictured(irradiance, stops, sensor, optics=None):
 
 
 @pytest.mark.parametrize("irradiance", IRRADIANCES)
-def test_thirty_stops_of_exposure_are_linear_until_they_saturate(irradiance):
+def test_thirty_stops_of_exposure_are_linear_until_they_saturate(irradiance) -> None:
     for stops in STOPS:
         image = pictured(irradiance, stops, IDEAL)
         signal = ALBEDO * irradiance / np.pi * 2.0**stops
@@ -102,7 +102,7 @@ def test_thirty_stops_of_exposure_are_linear_until_they_saturate(irradiance):
 
 
 @pytest.mark.parametrize("irradiance", IRRADIANCES)
-def test_a_detector_saturates_cleanly(irradiance):
+def test_a_detector_saturates_cleanly(irradiance) -> None:
     """No warning of arithmetic, more light is never darker, and what is above every limit is the limit."""
     images = [pictured(irradiance, stops, NOISY) for stops in STOPS]
     means = [float(image[0].mean()) for image in images]
@@ -115,7 +115,7 @@ def test_a_detector_saturates_cleanly(irradiance):
     assert scattered[0].mean() >= scattered[-1].mean()
 
 
-def test_coincident_faces_lose_their_light_in_blender(blender):
+def test_coincident_faces_lose_their_light_in_blender(blender) -> None:
     """What the finding on coincident faces says of the picture, and why it is one."""
     single = lit(8.0, sun(SUN))
     points, faces = plate(half=float(np.abs(single.target.mesh.points).max()))
@@ -131,7 +131,7 @@ SPECK = """
 
 
 @pytest.mark.parametrize(("away", "told"), [(-150.0, 0), (-200.0, 1), (-1e5, 1), (500.0, 0)])
-def test_targets_smaller_than_a_few_pixels_are_told(away, told, tmp_path):
+def test_targets_smaller_than_a_few_pixels_are_told(away, told, tmp_path) -> None:
     from tests.extremes.stages import STAGE
 
     lens = (64, 48, 500.0, 500.0, 32.0, 24.0)  # a cube of 1 m is 1.73 m from corner to corner

@@ -31,7 +31,7 @@ def kinds():
 
 
 @given(kinds(), st.data())
-def test_every_bit_comes_back(tmp_path_factory, kind, data):
+def test_every_bit_comes_back(tmp_path_factory, kind, data) -> None:
     suffix, dtype, channels = kind
     shape = data.draw(hnp.array_shapes(min_dims=2, max_dims=2, max_side=9)) + (() if len(channels) == 1 else (3,))
     array = data.draw(hnp.arrays(dtype, shape))
@@ -44,7 +44,7 @@ def test_every_bit_comes_back(tmp_path_factory, kind, data):
     assert found.tobytes() == array.tobytes()
 
 
-def test_numbers_that_others_lose_come_back(tmp_path):
+def test_numbers_that_others_lose_come_back(tmp_path) -> None:
     """Part ids that half floats round, and floats that a conversion would change."""
     ids = np.array([[60001, 2049, 65535]], np.uint16)
     write_image(tmp_path / "a.png", ids, channels=GREY)
@@ -55,7 +55,7 @@ def test_numbers_that_others_lose_come_back(tmp_path):
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
-def test_other_programs_read_the_same_png(tmp_path, dtype):
+def test_other_programs_read_the_same_png(tmp_path, dtype) -> None:
     grey = np.random.default_rng(0).integers(0, np.iinfo(dtype).max, (30, 41), dtype, endpoint=True)
     write_image(tmp_path / "a.png", grey, channels=GREY)
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED), grey)
@@ -65,7 +65,7 @@ def test_other_programs_read_the_same_png(tmp_path, dtype):
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED)[..., ::-1], rgb)
 
 
-def test_exr_is_what_its_header_says(tmp_path):
+def test_exr_is_what_its_header_says(tmp_path) -> None:
     array = np.random.default_rng(0).normal(size=(17, 23, 3)).astype(np.float32)
     write_image(tmp_path / "a.exr", array, channels=XYZ)
     spec = oiio.ImageInput.open(str(tmp_path / "a.exr")).spec()
@@ -76,7 +76,7 @@ def test_exr_is_what_its_header_says(tmp_path):
     assert spec.get_string_attribute("compression") == "zip"
 
 
-def test_the_header_of_an_exr_says_what_its_numbers_are(tmp_path):
+def test_the_header_of_an_exr_says_what_its_numbers_are(tmp_path) -> None:
     channels = LABELS["dense_pose"].channels
     array = np.random.default_rng(0).normal(size=(5, 4, 3)).astype(np.float32)
     write_image(tmp_path / "a.exr", array, channels=channels.names, header=channels.header("dense_pose"))
@@ -86,7 +86,7 @@ def test_the_header_of_an_exr_says_what_its_numbers_are(tmp_path):
     assert {name: spec.get_string_attribute(name) for name in said} == said
 
 
-def test_channels_keep_their_names_in_any_order(tmp_path):
+def test_channels_keep_their_names_in_any_order(tmp_path) -> None:
     array = np.random.default_rng(0).normal(size=(5, 4, 3)).astype(np.float32)
     write_image(tmp_path / "a.exr", array, channels=("Z", "X", "Y"))
     found, names = read_image(tmp_path / "a.exr")
@@ -97,7 +97,7 @@ def test_channels_keep_their_names_in_any_order(tmp_path):
 @pytest.mark.parametrize(
     ("suffix", "dtype", "channels"), [(".exr", np.float32, Z), (".png", np.uint16, GREY), (".jpg", np.uint8, GREY)]
 )
-def test_equal_images_are_equal_bytes(tmp_path, suffix, dtype, channels):
+def test_equal_images_are_equal_bytes(tmp_path, suffix, dtype, channels) -> None:
     """Whenever and wherever they are written."""
     array = (np.arange(600).reshape(20, 30) % 251).astype(dtype)
     (tmp_path / "elsewhere").mkdir()
@@ -108,7 +108,7 @@ def test_equal_images_are_equal_bytes(tmp_path, suffix, dtype, channels):
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-def test_jpeg_shows_the_picture(tmp_path):
+def test_jpeg_shows_the_picture(tmp_path) -> None:
     y, x = np.mgrid[0:120, 0:160]
     grey = (127 + 100 * np.sin(x / 13) * np.cos(y / 9)).astype(np.uint8)
     write_image(tmp_path / "a.jpg", grey, channels=GREY)
@@ -131,19 +131,19 @@ def test_jpeg_shows_the_picture(tmp_path):
         ("a", np.uint8, GREY),
     ],
 )
-def test_what_a_file_cannot_hold_is_refused(tmp_path, name, dtype, channels):
+def test_what_a_file_cannot_hold_is_refused(tmp_path, name, dtype, channels) -> None:
     with pytest.raises(UnsupportedError, match=name):
         write_image(tmp_path / name, np.zeros((2, 2, len(channels)), dtype), channels=channels)
     assert not any(tmp_path.iterdir())
 
 
-def test_channels_must_fit_the_array(tmp_path):
+def test_channels_must_fit_the_array(tmp_path) -> None:
     with pytest.raises(UnsupportedError, match="does not have the channels"):
         write_image(tmp_path / "a.exr", np.zeros((2, 2), np.float32), channels=XYZ)
 
 
 @pytest.mark.parametrize("name", ["a.exr", "a.png", "a.jpg"])
-def test_a_missing_folder_is_said(tmp_path, name):
+def test_a_missing_folder_is_said(tmp_path, name) -> None:
     dtype = np.float32 if name.endswith("exr") else np.uint8
     with pytest.raises(OutputError, match=r"missing.*cannot be written"):
         write_image(tmp_path / "missing" / name, np.zeros((2, 2), dtype), channels=GREY)
@@ -151,7 +151,7 @@ def test_a_missing_folder_is_said(tmp_path, name):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 @pytest.mark.parametrize("name", ["a.exr", "a.png", "a.jpg"])
-def test_a_full_disk_is_said(tmp_path, name):
+def test_a_full_disk_is_said(tmp_path, name) -> None:
     """OpenImageIO's own calls report success here."""
     (tmp_path / name).symlink_to("/dev/full")
     noise = np.random.default_rng(0).integers(0, 256, (64, 64)).astype(np.float32 if name.endswith("exr") else np.uint8)
@@ -159,7 +159,7 @@ def test_a_full_disk_is_said(tmp_path, name):
         write_image(tmp_path / name, noise, channels=GREY)
 
 
-def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path):
+def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path) -> None:
     """A limit on the size of a file stands for the disk."""
     code = (
         "import pathlib, resource, signal, numpy as np; from spin_usd.errors import OutputError;"
@@ -176,7 +176,7 @@ def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path):
 
 @pytest.mark.parametrize("name", ["a.exr", "a.png"])
 @pytest.mark.parametrize("kept", [0.0, 0.02, 0.5, 0.9, 0.99])
-def test_a_cut_file_is_refused(tmp_path, name, kept):
+def test_a_cut_file_is_refused(tmp_path, name, kept) -> None:
     noise = np.random.default_rng(0).integers(0, 2**16, (64, 64))
     path = tmp_path / name
     write_image(path, noise.astype(np.float32 if name == "a.exr" else np.uint16), channels=GREY)
@@ -187,13 +187,13 @@ def test_a_cut_file_is_refused(tmp_path, name, kept):
 
 
 @pytest.mark.parametrize("content", [b"", b"not an image", bytes(1000)])
-def test_what_is_no_image_is_refused(tmp_path, content):
+def test_what_is_no_image_is_refused(tmp_path, content) -> None:
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.png"):
         read_image(tmp_path / "a.png")
 
 
-def test_what_is_no_file_is_refused(tmp_path):
+def test_what_is_no_file_is_refused(tmp_path) -> None:
     for path in (tmp_path, tmp_path / "missing.png"):
         with pytest.raises(InputError, match="is no file"):
             read_image(path)

@@ -23,12 +23,12 @@ def read(tmp_path, text):
     return read_spec_file(tmp_path / "spec.toml")
 
 
-def test_the_schema_is_what_the_registry_says():
+def test_the_schema_is_what_the_registry_says() -> None:
     built = runpy.run_path(str(REPOSITORY / "tools" / "build_spec_schema"))["text"]()
     assert built == (REPOSITORY / "schemas" / "augment-1.schema.json").read_text()
 
 
-def test_every_parameter_has_a_description_and_its_units_there():
+def test_every_parameter_has_a_description_and_its_units_there() -> None:
     sample = json.loads((REPOSITORY / "schemas" / "augment-1.schema.json").read_text())["$defs"]["sample"]
     assert all(len(each["description"]) > 10 for each in sample["properties"].values())
     assert sample["properties"]["sun.irradiance"]["properties"]["unit"]["enum"] == ["W/m2", "kW/m2"]
@@ -36,7 +36,7 @@ def test_every_parameter_has_a_description_and_its_units_there():
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_those_that_travel_along_are_valid_and_name_their_schema(path):
+def test_those_that_travel_along_are_valid_and_name_their_schema(path) -> None:
     specification = read_spec_file(path)
     assert specification.name == path.stem
     first = path.read_text().splitlines()[0]
@@ -44,7 +44,7 @@ def test_those_that_travel_along_are_valid_and_name_their_schema(path):
     assert (path.parent / first.removeprefix("#:schema ")).is_file()
 
 
-def test_the_ablation_has_its_eight_cells():
+def test_the_ablation_has_its_eight_cells() -> None:
     cells = [read_spec_file(path).augmentations for path in SHIPPED if path.stem.startswith("ablation")]
     assert len({tuple(one.select[group] for group in GROUPS) for (one,) in cells}) == 8
     for (one,) in cells:
@@ -52,12 +52,12 @@ def test_the_ablation_has_its_eight_cells():
         assert one.name == "ablation_" + ("_".join(rich) or "none")
 
 
-def test_a_count_numbers_the_names(tmp_path):
+def test_a_count_numbers_the_names(tmp_path) -> None:
     assert [a.name for a in read(tmp_path, GOOD + "count = 3").augmentations] == ["a_1", "a_2", "a_3"]
     assert [a.name for a in read(tmp_path, GOOD).augmentations] == ["a"]
 
 
-def test_words_unit_and_per_are_told_apart(tmp_path):
+def test_words_unit_and_per_are_told_apart(tmp_path) -> None:
     text = '[augmentation.sample]\n"sun.factor" = { distribution = "uniform", low = 1, high = 2, per = "frame" }'
     ((entry,),) = (a.sample for a in read(tmp_path, GOOD + text).augmentations)
     assert (entry.parameter, entry.per_frame, entry.unit) == ("sun.factor", True, None)
@@ -100,13 +100,13 @@ def test_words_unit_and_per_are_told_apart(tmp_path):
         ),
     ],
 )
-def test_what_is_wrong_is_named_by_its_key(tmp_path, text, sentence):
+def test_what_is_wrong_is_named_by_its_key(tmp_path, text, sentence) -> None:
     with pytest.raises(InputError, match=sentence) as caught:
         read(tmp_path, text)
     assert len(str(caught.value)) < 600
 
 
-def test_what_is_taken_in_turn_is_another_for_each(tmp_path):
+def test_what_is_taken_in_turn_is_another_for_each(tmp_path) -> None:
     text = """
 count = 3
 select = { camera = ["plain", "rich"], materials = "rich" }
@@ -118,13 +118,13 @@ select = { camera = ["plain", "rich"], materials = "rich" }
     assert [one.sample[0].words for one in made] == [{"distribution": "fixed", "value": v} for v in (0.01, 0.02, 0.01)]
 
 
-def test_pictures_take_nothing_in_turn(tmp_path):
+def test_pictures_take_nothing_in_turn(tmp_path) -> None:
     text = '[augmentation.sample]\n"optics.glare" = { distribution = "in_turn", values = [0.01], per = "frame" }'
     with pytest.raises(InputError, match=r"sample\.optics\.glare\.per: 'augmentation' was expected"):
         read(tmp_path, GOOD + text)
 
 
-def test_the_published_augmentation_differs_in_materials_and_background(tmp_path):
+def test_the_published_augmentation_differs_in_materials_and_background(tmp_path) -> None:
     made = read_spec_file(REPOSITORY / "stages" / "augmentations" / "isda.toml").augmentations
     assert len(made) == 3
     assert {one.select["materials"] for one in made} == {"plain", "rich"}

@@ -30,7 +30,7 @@ def written(folder, name, text):
 
 
 @pytest.mark.parametrize("name", POINTS)
-def test_keypoints_are_the_same_in_every_form_to_the_last_bit(tmp_path, name):
+def test_keypoints_are_the_same_in_every_form_to_the_last_bit(tmp_path, name) -> None:
     found = read_keypoints_file(written(tmp_path, name, POINTS[name]))
     assert found.names == ("tip", "nose")
     assert found.points.tolist() == [[0.1234567890123, 0, 0.001], [1, 2, 3]]
@@ -38,7 +38,7 @@ def test_keypoints_are_the_same_in_every_form_to_the_last_bit(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", PARTS)
-def test_rules_are_the_same_in_every_form(tmp_path, name):
+def test_rules_are_the_same_in_every_form(tmp_path, name) -> None:
     panel = PartRule(pattern="cells*", part="panel", class_name="solar")
     assert read_parts_file(written(tmp_path, name, PARTS[name])) == (panel, PartRule(pattern="foil", part="bus"))
 
@@ -72,7 +72,7 @@ def test_rules_are_the_same_in_every_form(tmp_path, name):
         ("a.csv", "name\tx\ty\tz\ntip\t0\t0\t1\n", r"a.csv: has '\\t' between its columns"),
     ],
 )
-def test_what_is_wrong_with_keypoints_is_said_with_where(tmp_path, name, text, sentence):
+def test_what_is_wrong_with_keypoints_is_said_with_where(tmp_path, name, text, sentence) -> None:
     with pytest.raises(InputError, match=sentence) as caught:
         read_keypoints_file(written(tmp_path, name, text))
     assert str(tmp_path / name) in str(caught.value)
@@ -87,17 +87,17 @@ def test_what_is_wrong_with_keypoints_is_said_with_where(tmp_path, name, text, s
         (f"pattern,part\na,{'x' * 256}\n", "give printable text of up to 255"),
     ],
 )
-def test_what_is_wrong_with_rules_is_said_with_where(tmp_path, text, sentence):
+def test_what_is_wrong_with_rules_is_said_with_where(tmp_path, text, sentence) -> None:
     with pytest.raises(InputError, match=sentence):
         read_parts_file(written(tmp_path, "parts.csv", text))
 
 
-def test_all_rows_of_a_part_have_the_class_that_one_gives(tmp_path):
+def test_all_rows_of_a_part_have_the_class_that_one_gives(tmp_path) -> None:
     rules = read_parts_file(written(tmp_path, "parts.csv", "pattern,part,class\na,bus,\nb,bus,body\n"))
     assert [rule.class_name for rule in rules] == ["body", "body"]
 
 
-def test_the_first_rule_that_matches_counts_and_capitals_do():
+def test_the_first_rule_that_matches_counts_and_capitals_do() -> None:
     rules = [PartRule(pattern="Panel_?", part="one"), PartRule(pattern="*", part="rest")]
     assert [first_match(rules, names).part for names in (["x", "Panel_1"], ["panel_1"])] == ["one", "rest"]
     assert first_match(rules[:1], ["panel_1"]) is None

@@ -34,7 +34,7 @@ def bands_of(camera, points, cost=100.0):
     st.sampled_from([0.0, 100.0, 1e9]),
 )
 @example(SMALL, np.array([1.0, 0, 0, 0]), (0.0, 0.0, 0.35), 0.0)  # faces wider than the frame
-def test_every_surface_point_lies_in_just_one_band(camera, q, t, cost):
+def test_every_surface_point_lies_in_just_one_band(camera, q, t, cost) -> None:
     T_cam_body = Transform.from_quaternion(to="cam", of="body", q=q, t=t)
     region, bands = bands_of(camera, T_cam_body.points(CORNERS), cost)
     times = np.zeros((camera.height, camera.width), int)
@@ -49,7 +49,7 @@ def test_every_surface_point_lies_in_just_one_band(camera, q, t, cost):
 
 @settings(max_examples=100)
 @given(st.sampled_from([SPEEDPLUS, BARREL, SMALL]), unit_quaternions(), st.floats(0, 40), st.floats(0, 2 * np.pi))
-def test_every_smeared_point_lies_in_a_band(camera, q, smear, turn):
+def test_every_smeared_point_lies_in_a_band(camera, q, smear, turn) -> None:
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0.3, 0, 5)).points(CORNERS)
     region = region_of_interest(camera, points, reach=np.full(8, smear / 50))
     bands = tight_bands(camera, points, EDGES, region, band_cost_px=50.0, reach_px=smear)
@@ -62,7 +62,7 @@ def test_every_smeared_point_lies_in_a_band(camera, q, smear, turn):
     assert inside[uv[:, 1], uv[:, 0]].all()
 
 
-def test_bands_of_a_slanted_box_leave_out_what_is_empty():
+def test_bands_of_a_slanted_box_leave_out_what_is_empty() -> None:
     q = np.array([np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8)])  # 45 degrees about the optical axis
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, 5)).points(CORNERS)
     region, bands = bands_of(SPEEDPLUS, points)
@@ -70,12 +70,12 @@ def test_bands_of_a_slanted_box_leave_out_what_is_empty():
     assert sum(band.width * band.height for band in bands) < 0.6 * region.width * region.height
 
 
-def test_a_band_that_costs_more_than_it_saves_is_not_cut():
+def test_a_band_that_costs_more_than_it_saves_is_not_cut() -> None:
     points = Transform.from_quaternion(to="cam", of="body", q=(1, 0, 0, 0), t=(0, 0, 5)).points(CORNERS)
     _, bands = bands_of(SPEEDPLUS, points, cost=1e9)
     assert len(bands) == 1
 
 
-def test_an_empty_region_has_no_bands():
+def test_an_empty_region_has_no_bands() -> None:
     nothing = Region(x0=0, y0=0, x1=0, y1=0)
     assert tight_bands(SMALL, CORNERS + np.array([0, 0, 5]), EDGES, nothing, band_cost_px=1.0) == []

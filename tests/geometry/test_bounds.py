@@ -43,7 +43,7 @@ def covered(camera, points):
 @example(FOLDING, np.array([1.0, 0, 0, 0]), (0.9, 0.7, 1.2))  # a corner of the frame, where the lens nearly folds
 @example(PINCUSHION, np.array([1.0, 0, 0, 0]), (0.0, 0.0, 0.7))  # fills the frame
 @example(BARREL, np.array([1.0, 0, 0, 0]), (0.0, 0.0, 0.1))  # around the camera
-def test_holds_every_surface_point(camera, q, aside):
+def test_holds_every_surface_point(camera, q, aside) -> None:
     """In front, partly out of the frame, around the camera, behind it; also through lenses that nearly fold."""
     x, y, z = aside
     pose = Transform.from_quaternion(to="cam", of="body", q=q, t=(x * abs(z) / 2, y * abs(z) / 2, z))
@@ -54,7 +54,7 @@ def test_holds_every_surface_point(camera, q, aside):
 
 
 @given(st.sampled_from([SPEEDPLUS, BARREL, PINCUSHION]), unit_quaternions(), st.floats(8, 1e7))
-def test_is_no_larger_than_needed(camera, q, z):
+def test_is_no_larger_than_needed(camera, q, z) -> None:
     """Wholly inside the frame, the box ends at the padding around the outermost points."""
     pose = Transform.from_quaternion(to="cam", of="body", q=q, t=(0, 0, z))
     region = region_of_interest(camera, pose.points(CORNERS))
@@ -67,7 +67,7 @@ def test_is_no_larger_than_needed(camera, q, z):
 
 
 @given(st.sampled_from([STRAIGHT, BARREL, FOLDING]), unit_quaternions(), st.floats(-0.4, 0.4), st.floats(0, 0.1))
-def test_holds_every_point_smeared_and_no_more(camera, q, aside, most):
+def test_holds_every_point_smeared_and_no_more(camera, q, aside, most) -> None:
     """Each corner by a reach of its own, in normalised coordinates."""
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(4 * aside, 3 * aside, 8)).points(CORNERS)
     reach = most * np.arange(1, 9) / 8
@@ -81,21 +81,21 @@ def test_holds_every_point_smeared_and_no_more(camera, q, aside, most):
         assert np.abs(uv.max(0) - (region.x1, region.y1)).max() <= PADDING_PX + SLACK_PX + 1
 
 
-def test_an_unbounded_smear_is_seen_everywhere():
+def test_an_unbounded_smear_is_seen_everywhere() -> None:
     assert region_of_interest(SPEEDPLUS, CORNERS + np.array([0, 0, 5]), reach=np.full(8, np.inf)) == SPEEDPLUS.frame
 
 
 @pytest.mark.parametrize("t", [(0, 0, -3), (40, 0, 5), (0, -40, 5), (3e6, 0, 1e6)])
-def test_out_of_view_is_empty(t):
+def test_out_of_view_is_empty(t) -> None:
     assert region_of_interest(SPEEDPLUS, CORNERS + t).empty
 
 
-def test_a_camera_inside_the_body_sees_it_everywhere():
+def test_a_camera_inside_the_body_sees_it_everywhere() -> None:
     assert region_of_interest(SPEEDPLUS, CORNERS) == SPEEDPLUS.frame
 
 
 @pytest.mark.parametrize("points", [CORNERS[:1], CORNERS[:2], np.repeat(CORNERS[:1], 5, axis=0)])
-def test_flat_bodies_have_a_region(points):
+def test_flat_bodies_have_a_region(points) -> None:
     """A point, a line, the same point many times."""
     points = np.add(points, (0, 0, 5))
     region = region_of_interest(SPEEDPLUS, points)
@@ -105,7 +105,7 @@ def test_flat_bodies_have_a_region(points):
 
 
 @given(st.integers(0, 2**31), st.integers(3, 60))
-def test_convex_hull_is_qhulls(seed, count):
+def test_convex_hull_is_qhulls(seed, count) -> None:
     points = np.random.default_rng(seed).normal(size=(count, 2))
     expected = points[ConvexHull(points).vertices]  # counter-clockwise, too
     found = convex_hull_2d(points)
@@ -114,13 +114,13 @@ def test_convex_hull_is_qhulls(seed, count):
 
 
 @given(seed=st.integers(0, 2**32 - 1), far=st.floats(0, 1e6))
-def test_polygon_area_is_qhulls(seed, far):
+def test_polygon_area_is_qhulls(seed, far) -> None:
     points = np.random.default_rng(seed).normal(size=(12, 2)) + far
     assert polygon_area(convex_hull_2d(points)) == pytest.approx(ConvexHull(points - far).volume, rel=1e-6)
 
 
 @pytest.mark.parametrize("camera", [SPEEDPLUS, BARREL, PINCUSHION])
-def test_the_outline_of_a_body_in_view_is_the_area_it_covers(camera):
+def test_the_outline_of_a_body_in_view_is_the_area_it_covers(camera) -> None:
     """A body's silhouette within the frame: as many pixel centres as its outline's area, but for those of its rim."""
     corners = box()[0] * 0.4 + np.array([0.1, 0.05, 4])
     outline = outline_of(camera, corners)

@@ -75,7 +75,7 @@ def published_pixels(label, camera):
     return camera.project(pose.points(KEYPOINTS)), pose.points(KEYPOINTS)[:, 2]
 
 
-def test_keypoints_of_a_synthetic_speedplus_picture():
+def test_keypoints_of_a_synthetic_speedplus_picture() -> None:
     pinhole = dataclasses.replace(SPEEDPLUS, distortion=(0,) * 5)
     uv, z = published_pixels(SYNTHETIC, SPEEDPLUS)
     np.testing.assert_allclose(published_pixels(SYNTHETIC, pinhole)[0], SYNTHETIC_UV[:, :2], rtol=0, atol=PRINTED_PX)
@@ -83,7 +83,7 @@ def test_keypoints_of_a_synthetic_speedplus_picture():
     np.testing.assert_allclose(z, SYNTHETIC_UV[:, 4], rtol=0, atol=PRINTED_PX)
 
 
-def test_keypoints_of_a_lightbox_speedplus_picture():
+def test_keypoints_of_a_lightbox_speedplus_picture() -> None:
     pinhole = dataclasses.replace(SPEEDPLUS, distortion=(0,) * 5)
     rows = [i - 1 for i in LIGHTBOX_UV]
     both = np.concatenate([published_pixels(LIGHTBOX, c)[0][rows] for c in (pinhole, SPEEDPLUS)], 1)
@@ -91,7 +91,7 @@ def test_keypoints_of_a_lightbox_speedplus_picture():
 
 
 @given(unit_quaternions(), st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(3, 50)))
-def test_project_is_opencvs(q, t):
+def test_project_is_opencvs(q, t) -> None:
     pose = Transform.from_quaternion(to="cam", of="body", q=q, t=t)
     rotation = Rotation.from_quat(q, scalar_first=True).as_rotvec()  # cv2.Rodrigues drops angles below 1e-5
     distortion = np.array(SPEEDPLUS.distortion)
@@ -100,7 +100,7 @@ def test_project_is_opencvs(q, t):
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_rays_are_opencvs(camera):
+def test_rays_are_opencvs(camera) -> None:
     uv = rim(camera)
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 500, 1e-16)
     theirs = cv2.undistortPoints(uv[:, None], camera.matrix, np.array(camera.distortion), criteria=stop)[:, 0]
@@ -108,47 +108,47 @@ def test_rays_are_opencvs(camera):
 
 
 @pytest.mark.parametrize("camera", [*CAMERAS, FOLDING])
-def test_a_ray_projects_to_its_pixel_at_any_range(camera):
+def test_a_ray_projects_to_its_pixel_at_any_range(camera) -> None:
     uv = rim(camera)
     for z in (1e-3, 1, 1e7):
         np.testing.assert_allclose(camera.project(z * camera.rays(uv)), uv, rtol=0, atol=1e-9)
 
 
-def test_the_first_pixels_centre_is_a_half():
+def test_the_first_pixels_centre_is_a_half() -> None:
     camera = Camera(width=2, height=2, fx=1, fy=1, cx=1, cy=1)
     np.testing.assert_array_equal(camera.centres(camera.frame)[0, 0], [-0.5, -0.5])
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
 @pytest.mark.parametrize("box", [(0, 0, 7, 5), (11, 3, 60, 40), (60, 44, 64, 48), (5, 5, 5, 9)])
-def test_kept_centres_are_those_of_the_pixels(camera, box):
+def test_kept_centres_are_those_of_the_pixels(camera, box) -> None:
     x0, y0, x1, y1 = box
     u, v = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
     region = Region(x0=x0, y0=y0, x1=x1, y1=y1)
     np.testing.assert_allclose(camera.centres(region), camera.normalised(np.stack([u, v], -1)), rtol=0, atol=1e-15)
 
 
-def test_centres_outside_the_frame_are_not_those_of_the_other_side():
+def test_centres_outside_the_frame_are_not_those_of_the_other_side() -> None:
     region = Region(x0=-2, y0=-1, x1=3, y1=2)
     back = SMALL.pixels(SMALL.centres(region))
     np.testing.assert_allclose(back[0, 0], [-1.5, -0.5], rtol=0, atol=1e-9)
 
 
-def test_what_no_pixel_sees_has_no_pixel():
+def test_what_no_pixel_sees_has_no_pixel() -> None:
     """Behind the camera; in its plane; beyond the radius at which the lens model folds back into the frame."""
     beyond = 1.05 * lens.invertible_radius(SPEEDPLUS.distortion)
     assert np.isnan(SPEEDPLUS.project([[0, 0, -1], [1, 0, 0], [beyond, 0, 1]])).all()
     assert np.isfinite(SPEEDPLUS.project([[0, 0, 1e-300], [0.9 * beyond, 0, 1]])).all()
 
 
-def test_a_lens_that_folds_inside_the_frame_is_found():
+def test_a_lens_that_folds_inside_the_frame_is_found() -> None:
     BARREL.check_invertible()
     with pytest.raises(GeometryError, match="cannot be inverted"):
         dataclasses.replace(BARREL, distortion=(-0.8, 0, 0, 0, 0)).check_invertible()
 
 
 @pytest.mark.parametrize("focal", [30.0, 3e3, 3e6])
-def test_the_sentence_on_a_fold_says_where(focal):
+def test_the_sentence_on_a_fold_says_where(focal) -> None:
     """For k1 alone the image ends at two thirds of the radius at which it folds, 1 / sqrt(-3 k1)."""
     fits, folds = (
         Camera(width=80, height=60, fx=focal, fy=focal, cx=40, cy=30, distortion=(k1, 0, 0, 0, 0))
@@ -178,12 +178,12 @@ def test_the_sentence_on_a_fold_says_where(focal):
         {"distortion": (0, 0, 0, 0, np.nan)},
     ],
 )
-def test_bad_cameras_are_refused(change):
+def test_bad_cameras_are_refused(change) -> None:
     with pytest.raises(GeometryError, match="camera"):
         dataclasses.replace(SMALL, **change)
 
 
-def test_key_is_that_of_the_numbers():
+def test_key_is_that_of_the_numbers() -> None:
     whole = Camera(width=8, height=6, fx=3, fy=4, cx=1, cy=2, distortion=(0, 0, 0, 0, 0))
     assert whole.key == Camera(width=8, height=6, fx=3.0, fy=4.0, cx=1.0, cy=2.0).key
     changed = [dataclasses.replace(SMALL, **{f.name: np.add(getattr(SMALL, f.name), 1).tolist()}) for f in dataclasses.fields(Camera) if f.name != "distortion"]  # fmt: skip  # noqa: E501

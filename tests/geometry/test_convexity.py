@@ -23,7 +23,7 @@ def subdivided(points, faces):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_hulls_are_convex_however_they_are_turned_split_scaled_and_placed(seed):
+def test_hulls_are_convex_however_they_are_turned_split_scaled_and_placed(seed) -> None:
     points, faces = hull(seed)
     assert is_convex(points, faces)
     assert is_convex(points, faces[:, ::-1])
@@ -32,7 +32,7 @@ def test_hulls_are_convex_however_they_are_turned_split_scaled_and_placed(seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_hull_with_a_dent_a_hole_a_lump_or_a_skin_is_not(seed):
+def test_a_hull_with_a_dent_a_hole_a_lump_or_a_skin_is_not(seed) -> None:
     points, faces = hull(seed)
     used = np.unique(faces)
     dented = points.copy()
@@ -46,7 +46,7 @@ def test_a_hull_with_a_dent_a_hole_a_lump_or_a_skin_is_not(seed):
     assert not is_convex(np.concatenate([points, points + 9]), np.concatenate([faces, faces + len(points)]))
 
 
-def test_boxes_are_and_what_is_open_or_flat_is_not():
+def test_boxes_are_and_what_is_open_or_flat_is_not() -> None:
     points, faces = scenes.box()
     assert is_convex(points, faces)
     assert not is_convex(points, faces[:10])
@@ -54,6 +54,6 @@ def test_boxes_are_and_what_is_open_or_flat_is_not():
     assert not is_convex(points, np.concatenate([faces[:2], faces[:2, ::-1]]))  # a sheet of two sides
 
 
-def test_two_boxes_that_touch_are_not():
+def test_two_boxes_that_touch_are_not() -> None:
     (a, faces), (b, _) = scenes.box(), scenes.box((0.5, -0.5, -0.5), (1.5, 0.5, 0.5))
     assert not is_convex(np.concatenate([a, b]), np.concatenate([faces, faces + 8]))

@@ -18,7 +18,7 @@ def farthest(directions, count):
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_a_sphere_looks_all_around_evenly(count):
+def test_a_sphere_looks_all_around_evenly(count) -> None:
     ways = sphere(count)
     assert np.linalg.norm(ways, axis=1) == pytest.approx(1)
     assert ways.mean(0) == pytest.approx(0, abs=1 / count)
@@ -27,7 +27,7 @@ def test_a_sphere_looks_all_around_evenly(count):
 
 
 @pytest.mark.parametrize("count", COUNTS)
-def test_a_half_sphere_and_its_opposite_look_all_around_evenly(count):
+def test_a_half_sphere_and_its_opposite_look_all_around_evenly(count) -> None:
     ways = half_sphere(count)
     assert np.linalg.norm(ways, axis=1) == pytest.approx(1)
     assert (ways[:, 2] > 0).all()

@@ -10,7 +10,7 @@ EARTH = np.array([6378137, 6378137, 6356752.3142])
 ROUNDING = 1e-9  # metres: of coordinates of 6.4e6 m in double precision
 
 
-def test_rays_graze_a_sphere_at_its_angular_radius():
+def test_rays_graze_a_sphere_at_its_angular_radius() -> None:
     """From a metre above Earth's radius to as far as the Sun; behind the start there is nothing."""
     for away in (1 + 1e-7, 1.1, 60, 23000):
         start, edge = np.array([0, 0, away * 7.0]), np.arcsin(1 / away)
@@ -20,7 +20,7 @@ def test_rays_graze_a_sphere_at_its_angular_radius():
         assert not rays_meet(np.full(3, 7.0), start, -rays).any()
 
 
-def test_distance_is_the_height_from_which_a_point_was_made():
+def test_distance_is_the_height_from_which_a_point_was_made() -> None:
     """Points raised along the normals of Earth, of a needle and of a disc."""
     rng = np.random.default_rng(0)
     for radii, heights in ((EARTH, (1e-3, 5, 4e5, 4e8)), (np.array([1, 1, 9.0]), (1e-3, 1, 1e6)), (np.array([5, 9, 0.1]), (1e-3, 3e6))):  # fmt: skip  # noqa: E501
@@ -34,12 +34,12 @@ def test_distance_is_the_height_from_which_a_point_was_made():
         assert not distance(radii, 0.999 * radii * unit).any()
 
 
-def test_distance_at_the_centre_and_far_out():
+def test_distance_at_the_centre_and_far_out() -> None:
     assert distance(EARTH, np.zeros((1, 3)))[0] == 0
     assert distance(np.full(3, 1e-3), np.array([[0, 0, 1e15]]))[0] == pytest.approx(1e15)
 
 
-def test_a_cone_meets_a_sphere_where_their_outlines_do():
+def test_a_cone_meets_a_sphere_where_their_outlines_do() -> None:
     """Where the sphere's centre is as far from the cone's side as its radius, and from the ball behind the cone."""
     sine, radius = 0.3, 2.0
     cosine, ball = np.sqrt(1 - sine**2), 10 * sine
@@ -54,7 +54,7 @@ def test_a_cone_meets_a_sphere_where_their_outlines_do():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_cone_meets_an_ellipsoid_where_a_search_finds_them_to(seed):
+def test_a_cone_meets_an_ellipsoid_where_a_search_finds_them_to(seed) -> None:
     """The least gap over the cone's axis and the ellipsoid's surface at once, by another method."""
     rng = np.random.default_rng(seed)
     radii, apex = rng.uniform(0.5, 4, 3), rng.uniform((-1, -1, 8), (1, 1, 10))

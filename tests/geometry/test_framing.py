@@ -46,7 +46,7 @@ def by_projection(camera, rotation, place):
 
 
 @pytest.mark.parametrize("camera", [scenes.SMALL, scenes.BARREL, scenes.PINCUSHION], ids=["small", "barrel", "pincushion"])  # fmt: skip  # noqa: E501
-def test_framings_are_those_of_points_all_over_the_body(camera):
+def test_framings_are_those_of_points_all_over_the_body(camera) -> None:
     rotations, places = poses(500)
     found = framings(camera, BODY, rotations, places)
     told = [by_projection(camera, r, t) for r, t in zip(rotations, places, strict=True)]
@@ -56,18 +56,18 @@ def test_framings_are_those_of_points_all_over_the_body(camera):
     assert [Framing(found[i]) for i in sure] == [told[i] for i in sure]
 
 
-def test_a_plate_larger_than_the_frame_is_cut_off_though_no_corner_of_it_is_seen():
+def test_a_plate_larger_than_the_frame_is_cut_off_though_no_corner_of_it_is_seen() -> None:
     plate = np.array([[x, y, 0.0] for x in (-9, 9) for y in (-9, 9)])
     found = framings(scenes.SMALL, plate, np.eye(3)[None], np.array([[0, 0, 4.0]]))
     assert found.tolist() == [Framing.CUT_OFF]
 
 
-def test_a_body_beside_the_camera_reaches_behind_it_and_is_outside():
+def test_a_body_beside_the_camera_reaches_behind_it_and_is_outside() -> None:
     found = framings(scenes.SMALL, BODY, np.eye(3)[None].repeat(2, 0), np.array([[8, 0, 0.0], [0.6, 0, 0.1]]))
     assert found.tolist() == [Framing.OUTSIDE, Framing.OUTSIDE]
 
 
-def test_the_principal_point_may_lie_outside_the_frame():
+def test_the_principal_point_may_lie_outside_the_frame() -> None:
     camera = replace(scenes.SMALL, cx=200.0, distortion=(0.0,) * 5)
     left = (30 - 200) / camera.fx * 4
     found = framings(camera, BODY / 10, np.eye(3)[None].repeat(2, 0), np.array([[0, 0, 4.0], [left, 0, 4.0]]))

@@ -33,7 +33,7 @@ def disc(radius, count=200):
 
 
 @given(coefficients)
-def test_distort_is_opencvs(k):
+def test_distort_is_opencvs(k) -> None:
     xy = disc(1.5)
     rays = np.concatenate([xy, np.ones((len(xy), 1))], 1)
     theirs = cv2.projectPoints(rays[:, None], np.zeros(3), np.zeros(3), np.eye(3), np.array(k))[0][:, 0]
@@ -41,7 +41,7 @@ def test_distort_is_opencvs(k):
 
 
 @given(coefficients)
-def test_jacobian_is_the_slope(k):
+def test_jacobian_is_the_slope(k) -> None:
     xy, step = disc(1.2, 50), 1e-6
     for axis in (0, 1):
         aside = step * np.eye(2)[axis]
@@ -51,7 +51,7 @@ def test_jacobian_is_the_slope(k):
 
 @settings(max_examples=80)
 @given(coefficients)
-def test_undistort_is_the_inverse(k):
+def test_undistort_is_the_inverse(k) -> None:
     """On the whole disc where there is one, however strong the lens."""
     xy = disc(NEAR_FOLD * min(lens.invertible_radius(k), 3))
     back = lens.undistort(lens.distort(xy, k), k)
@@ -61,14 +61,14 @@ def test_undistort_is_the_inverse(k):
 
 
 @pytest.mark.parametrize("camera", [SPEEDPLUS, BARREL, PINCUSHION])
-def test_undistort_is_opencvs(camera):
+def test_undistort_is_opencvs(camera) -> None:
     xy = disc(0.35)
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 500, 1e-16)
     theirs = cv2.undistortPoints(xy[:, None], np.eye(3), np.array(camera.distortion), criteria=stop)[:, 0]
     np.testing.assert_allclose(lens.undistort(xy, camera.distortion), theirs, rtol=0, atol=1e-12)
 
 
-def test_a_lens_without_distortion_changes_nothing():
+def test_a_lens_without_distortion_changes_nothing() -> None:
     xy = disc(3)
     np.testing.assert_array_equal(lens.undistort(xy, np.zeros(5)), xy)
     np.testing.assert_array_equal(lens.distort(xy, np.zeros(5)), xy)
@@ -76,7 +76,7 @@ def test_a_lens_without_distortion_changes_nothing():
 
 @settings(max_examples=80)
 @given(radial_coefficients)
-def test_invertible_radius_is_the_fold(k):
+def test_invertible_radius_is_the_fold(k) -> None:
     """Without tangential terms the map folds at the least radius where r (1 + k1 r2 + k2 r4 + k3 r6) has no slope."""
     k1, k2, k3 = k
     roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1])  # in r squared
@@ -94,7 +94,7 @@ def in_unit(k, unit):
 
 @settings(max_examples=40)
 @given(coefficients)
-def test_the_fold_scales_with_the_focal_length(k):
+def test_the_fold_scales_with_the_focal_length(k) -> None:
     radius = lens.invertible_radius(k)
     for unit in SCALES:
         assert lens.invertible_radius(in_unit(k, unit)) == pytest.approx(unit * radius, rel=ROOT)
@@ -102,7 +102,7 @@ def test_the_fold_scales_with_the_focal_length(k):
 
 @settings(max_examples=40)
 @given(coefficients, st.sampled_from(SCALES), st.sampled_from([1.0, 5.0]))
-def test_next_to_the_fold_the_inverse_is_found(k, unit, strength):
+def test_next_to_the_fold_the_inverse_is_found(k, unit, strength) -> None:
     """At any focal length, however strong the lens: the point found is distorted to the one that was asked for."""
     strong = in_unit(tuple(strength * c for c in k), unit)
     xy = disc(NEXT_TO_THE_FOLD * min(lens.invertible_radius(strong), 3 * unit))
@@ -113,7 +113,7 @@ def test_next_to_the_fold_the_inverse_is_found(k, unit, strength):
     assert np.abs(lens.distort(found, strong) - wanted).max() <= 10 * ROUNDING * np.abs(wanted).max()
 
 
-def test_a_strong_lens_of_a_long_focal_length_folds():
+def test_a_strong_lens_of_a_long_focal_length_folds() -> None:
     """A fold far within a thousandth of the focal length, which a search in steps of a thousandth would step over."""
     k = (-1e7, 0, 0, 0, 0)
     fold = np.sqrt(1 / 3e7)
@@ -123,7 +123,7 @@ def test_a_strong_lens_of_a_long_focal_length_folds():
 
 
 @pytest.mark.parametrize("camera", [SPEEDPLUS, BARREL, FOLDING])
-def test_a_point_without_inverse_is_refused(camera):
+def test_a_point_without_inverse_is_refused(camera) -> None:
     """Just beyond the largest distorted radius that the lens's own branch reaches."""
     limit = lens.invertible_radius(camera.distortion)
     assert np.isfinite(limit)
@@ -132,6 +132,6 @@ def test_a_point_without_inverse_is_refused(camera):
         lens.undistort(edge * 1.01, camera.distortion)
 
 
-def test_nan_is_refused():
+def test_nan_is_refused() -> None:
     with pytest.raises(GeometryError):
         lens.undistort([np.nan, 0.1], BARREL.distortion)

@@ -19,12 +19,12 @@ def pixels(region):
 
 
 @given(regions, regions)
-def test_intersection_is_that_of_the_pixels(a, b):
+def test_intersection_is_that_of_the_pixels(a, b) -> None:
     np.testing.assert_array_equal(pixels(a & b), pixels(a) & pixels(b))
 
 
 @given(regions)
-def test_shape_counts_the_pixels(region):
+def test_shape_counts_the_pixels(region) -> None:
     mask = pixels(region)
     assert mask.sum() == region.width * region.height
     assert region.empty == (not mask.any())
@@ -32,11 +32,11 @@ def test_shape_counts_the_pixels(region):
 
 
 @given(st.builds(Region, x0=st.integers(0, 9), y0=st.integers(0, 9), x1=st.integers(0, 30000), y1=st.integers(0, 40)))
-def test_bands_cover_every_row_once(region):
+def test_bands_cover_every_row_once(region) -> None:
     rows = [row for band in region.bands() for row in range(band.y0, band.y1)]
     assert rows == list(range(region.y0, region.y1))
     assert all((band.x0, band.x1) == (region.x0, region.x1) for band in region.bands())
 
 
-def test_padding_grows_each_side():
+def test_padding_grows_each_side() -> None:
     assert Region(x0=3, y0=4, x1=5, y1=6).padded(2) == Region(x0=1, y0=2, x1=7, y1=8)

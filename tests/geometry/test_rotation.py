@@ -18,12 +18,12 @@ def scipy(q):
 
 
 @given(unit_quaternions())
-def test_matrix_is_scipys(q):
+def test_matrix_is_scipys(q) -> None:
     np.testing.assert_allclose(matrix_from_quaternion(q), scipy(q).as_matrix(), rtol=0, atol=ROUNDING)
 
 
 @given(unit_quaternions(), unit_quaternions(), st.floats(-0.1, 1.1))
-def test_turn_between_is_scipys_rotation_vector_shortened(q, r, share):
+def test_turn_between_is_scipys_rotation_vector_shortened(q, r, share) -> None:
     way = scipy(q).inv() * scipy(r)
     assume(way.magnitude() < np.pi - 1e-6)  # half a turn has two ways
     wanted = scipy(q) * Rotation.from_rotvec(share * way.as_rotvec())
@@ -32,7 +32,7 @@ def test_turn_between_is_scipys_rotation_vector_shortened(q, r, share):
 
 
 @given(unit_quaternions())
-def test_quaternion_comes_back(q):
+def test_quaternion_comes_back(q) -> None:
     """Up to its sign, at every angle, half turns included."""
     back = quaternion_from_matrix(matrix_from_quaternion(q))
     assert back[0] >= 0
@@ -40,19 +40,19 @@ def test_quaternion_comes_back(q):
 
 
 @given(unit_quaternions())
-def test_labels_of_six_decimals_are_accepted(q):
+def test_labels_of_six_decimals_are_accepted(q) -> None:
     """SPEED+'s synthetic labels are rounded to six decimals, which moves the norm by up to 1e-6."""
     np.testing.assert_allclose(unit_quaternion(np.round(q, 6)), q, rtol=0, atol=2e-6)
 
 
 @pytest.mark.parametrize("q", [[1, 1, 0, 0], [1.00002, 0, 0, 0], [0.99998, 0, 0, 0], [1e20, 0, 0, 0], [1e-20, 0, 0, 0]])
-def test_other_norms_are_refused(q):
+def test_other_norms_are_refused(q) -> None:
     with pytest.raises(GeometryError, match="norm"):
         unit_quaternion(q)
 
 
 @pytest.mark.parametrize("q", [[0, 0, 0, 0], [np.nan, 0, 0, 1], [np.inf, 0, 0, 0], [1, 0, 0], [[1, 0, 0, 0]]])
-def test_what_is_no_quaternion_is_refused(q):
+def test_what_is_no_quaternion_is_refused(q) -> None:
     with pytest.raises(GeometryError):
         unit_quaternion(q)
 
@@ -68,6 +68,6 @@ def test_what_is_no_quaternion_is_refused(q):
         np.eye(4),
     ],
 )
-def test_what_is_no_rotation_is_refused(matrix):
+def test_what_is_no_rotation_is_refused(matrix) -> None:
     with pytest.raises(GeometryError):
         quaternion_from_matrix(matrix)

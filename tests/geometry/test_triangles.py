@@ -8,25 +8,25 @@ from spin_usd.geometry.triangles import areas, normals, unit_normals
 CORNERS = np.random.default_rng(0).standard_normal((4, 25, 3, 3))
 
 
-def test_normals_are_square_to_the_edges_and_as_long_as_twice_the_area():
+def test_normals_are_square_to_the_edges_and_as_long_as_twice_the_area() -> None:
     found = normals(CORNERS)
     edges = np.roll(CORNERS, -1, axis=-2) - CORNERS
     assert np.einsum("...j,...ij->...i", found, edges) == pytest.approx(0, abs=1e-12)
     assert np.linalg.norm(found, axis=-1) == pytest.approx(2 * areas(CORNERS))
 
 
-def test_corners_go_counter_clockwise_around_the_normal():
+def test_corners_go_counter_clockwise_around_the_normal() -> None:
     assert normals(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])) == pytest.approx([0, 0, 1])
     assert normals(CORNERS[..., ::-1, :]) == pytest.approx(-normals(CORNERS))
 
 
-def test_areas_are_those_of_herons_formula():
+def test_areas_are_those_of_herons_formula() -> None:
     a, b, c = np.moveaxis(np.linalg.norm(np.roll(CORNERS, -1, axis=-2) - CORNERS, axis=-1), -1, 0)
     s = (a + b + c) / 2
     assert areas(CORNERS) == pytest.approx(np.sqrt(s * (s - a) * (s - b) * (s - c)))
 
 
-def test_unit_normals_have_length_1_and_none_where_there_is_no_area():
+def test_unit_normals_have_length_1_and_none_where_there_is_no_area() -> None:
     assert np.linalg.norm(unit_normals(CORNERS), axis=-1) == pytest.approx(1)
     assert np.cross(unit_normals(CORNERS), normals(CORNERS)) == pytest.approx(0, abs=1e-12)
     assert not unit_normals(np.ones((2, 3, 3))).any()

@@ -25,7 +25,7 @@ def labelled(request):
     return s, surface, {name: label.make(surface, camera.frame.shape) for name, label in LABELS.items()}
 
 
-def test_shapes_and_types_are_the_contracts(labelled):
+def test_shapes_and_types_are_the_contracts(labelled) -> None:
     s, _, labels = labelled
     kinds = {"depth": np.float32, "segmentation": np.uint16, "dense_pose": np.float32}
     for name, label in LABELS.items():
@@ -34,7 +34,7 @@ def test_shapes_and_types_are_the_contracts(labelled):
         assert labels[name].dtype == np.dtype(label.channels.dtype) == kinds[name]
 
 
-def test_all_cover_the_same_pixels(labelled):
+def test_all_cover_the_same_pixels(labelled) -> None:
     _, surface, labels = labelled
     seen = labels["segmentation"] > 0
     np.testing.assert_array_equal(np.argwhere(seen), np.stack([surface.rows, surface.columns], -1))
@@ -42,7 +42,7 @@ def test_all_cover_the_same_pixels(labelled):
     np.testing.assert_array_equal(labels["dense_pose"].any(-1), seen)
 
 
-def test_dense_pose_projects_onto_its_own_pixels(labelled):
+def test_dense_pose_projects_onto_its_own_pixels(labelled) -> None:
     s, _, labels = labelled
     rows, columns = np.nonzero(labels["segmentation"])
     points = s.T_cam_body.points(labels["dense_pose"][rows, columns])
@@ -53,7 +53,7 @@ def test_dense_pose_projects_onto_its_own_pixels(labelled):
     np.testing.assert_allclose(uv, centres, rtol=0, atol=REPROJECTION_PX)
 
 
-def test_depth_is_the_z_of_dense_pose(labelled):
+def test_depth_is_the_z_of_dense_pose(labelled) -> None:
     s, _, labels = labelled
     seen = labels["segmentation"] > 0
     z = s.T_cam_body.points(labels["dense_pose"][seen])[:, 2]
@@ -61,14 +61,14 @@ def test_depth_is_the_z_of_dense_pose(labelled):
     np.testing.assert_allclose(labels["depth"][seen], z, rtol=DEPTH_RELATIVE, atol=DEPTH_RELATIVE * size)
 
 
-def test_segmentation_is_the_part_of_the_visible_face(labelled):
+def test_segmentation_is_the_part_of_the_visible_face(labelled) -> None:
     s, surface, labels = labelled
     ids = labels["segmentation"][surface.rows, surface.columns]
     np.testing.assert_array_equal(ids, s.target.mesh.face_part[surface.face])
     assert len(np.unique(ids)) > 5
 
 
-def test_part_ids_of_sixteen_bits_survive():
+def test_part_ids_of_sixteen_bits_survive() -> None:
     points, faces, _ = soup(1, count=3)
     many = target(points, faces, parts=np.array([1, 40000, 65535]))
     s = scene(many)
@@ -77,7 +77,7 @@ def test_part_ids_of_sixteen_bits_survive():
     assert set(np.unique(ids)) == {0, 1, 40000, 65535}
 
 
-def test_nothing_visible_is_an_empty_frame():
+def test_nothing_visible_is_an_empty_frame() -> None:
     s = scene(target(*soup(0)[:2]), T_cam_body=pose(t=(0, 0, -9)))
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     for label in LABELS.values():

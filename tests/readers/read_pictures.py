@@ -56,7 +56,7 @@ def blender(path):
 READERS = {reader.__name__: reader for reader in (opencv, openexr, openimageio, imageio, blender)}
 
 
-def main(reader, dataset, out):
+def main(reader, dataset, out) -> None:
     suffixes = (".exr",) if reader == "openexr" else (".exr", ".png")
     for path in sorted(path for path in Path(dataset).glob("*/nominal/*") if path.suffix in suffixes):
         to = Path(out) / path.relative_to(dataset).with_suffix(".npy")

@@ -71,7 +71,7 @@ def read(python, reader, dataset, out):
 
 
 @pytest.mark.parametrize("reader", ["opencv", "openimageio", "imageio", "openexr"])
-def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path):
+def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path) -> None:
     found = read(readers, reader, dataset, tmp_path)
     assert len(found) == PICTURES * (3 if reader == "openexr" else 5)
     for path, array in found.items():
@@ -79,7 +79,7 @@ def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path
         assert array.tobytes() == rendered[path].tobytes(), path
 
 
-def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path):
+def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path) -> None:
     """As R, G, B and A, a lone channel in each of the first three; of a PNG in the unit range."""
     found = read(sys.executable, "blender", dataset, tmp_path)
     assert len(found) == PICTURES * 5
@@ -91,7 +91,7 @@ def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path):
         np.testing.assert_array_equal(array[..., : planes.shape[-1]], planes, err_msg=path)
 
 
-def test_the_loader_in_the_readme_works(readers, dataset, rendered, tmp_path):
+def test_the_loader_in_the_readme_works(readers, dataset, rendered, tmp_path) -> None:
     (loader,) = SNIPPETS
     keep = f"import numpy; numpy.savez({str(tmp_path / 'loaded.npz')!r}, image=image, parts=parts, depth=depth, x=x, y=y, z=z, q=q, t=t)"  # fmt: skip  # noqa: E501
     subprocess.run([readers, "-c", loader + keep], check=True, cwd=dataset.parent)

@@ -21,7 +21,7 @@ LENSES = [
 
 
 @pytest.mark.parametrize("distortion", LENSES)
-def test_lens_inverse_undistorts_as_opencv_does(speedplus, distortion):
+def test_lens_inverse_undistorts_as_opencv_does(speedplus, distortion) -> None:
     camera = replace(
         speedplus, width=1920, height=1200, fx=2988.58, fy=2988.34, cx=951.3, cy=612.8, distortion=distortion
     )
@@ -37,13 +37,13 @@ def test_lens_inverse_undistorts_as_opencv_does(speedplus, distortion):
     assert np.abs((xy * inverse.unit - wanted) * (camera.fx, camera.fy)).max() < LENS_PX
 
 
-def test_speedplus_lens_needs_one_step(speedplus):
+def test_speedplus_lens_needs_one_step(speedplus) -> None:
     assert lens_inverse(speedplus).steps == 1
     straight = lens_inverse(replace(speedplus, distortion=(0.0,) * 5))
     assert (straight.unit, straight.start, straight.steps) == (1.0, (1.0,), 0)
 
 
-def test_lens_that_folds_within_the_frame_is_refused(speedplus):
+def test_lens_that_folds_within_the_frame_is_refused(speedplus) -> None:
     with pytest.raises(SpinError, match="distortion"):
         lens_inverse(replace(speedplus, distortion=(-8.0, 0, 0, 0, 0)))
 
@@ -59,14 +59,14 @@ def test_lens_that_folds_within_the_frame_is_refused(speedplus):
         ((50, 0, 1), True),
     ],
 )
-def test_far_targets_start_their_own_rays(speedplus, centre, near):
+def test_far_targets_start_their_own_rays(speedplus, centre, near) -> None:
     view = View(camera=speedplus, centre=np.array(centre, float), radius=1.0)
     assert view.near == near
     assert np.allclose(view.target_location, (centre[0], -centre[1], -centre[2]) if near else 0)
     assert view.depth > view.radius
 
 
-def test_plain_camera_only_where_it_is_exact(speedplus):
+def test_plain_camera_only_where_it_is_exact(speedplus) -> None:
     straight = replace(speedplus, distortion=(0.0,) * 5)
     view = View(camera=straight, centre=np.array([0, 0, 4.0]), radius=1.0)
     assert view.plain

@@ -49,7 +49,7 @@ def made_of(scene, by, value):
 
 @pytest.mark.parametrize("by", BY)
 @pytest.mark.parametrize("camera", [ODD, scenes.BARREL, scenes.SPEEDPLUS])
-def test_pixels_stand_for_squares(make_scene, by, camera):
+def test_pixels_stand_for_squares(make_scene, by, camera) -> None:
     small = reduced(box(make_scene, camera=camera), by).camera
     xy = np.random.default_rng(0).uniform(-0.2, 0.2, (50, 2))
     np.testing.assert_allclose(by * small.pixels(xy), camera.pixels(xy), atol=1e-9)
@@ -57,7 +57,7 @@ def test_pixels_stand_for_squares(make_scene, by, camera):
         assert 0 <= by * getattr(small, name) - getattr(camera, name) < by
 
 
-def test_one_for_one_is_the_render_itself(make_scene):
+def test_one_for_one_is_the_render_itself(make_scene) -> None:
     scene = box(make_scene)
     assert reduced(scene, 1) is scene
     plain = RAYCAST.radiance(scene, Effort(samples=2), seed=0)
@@ -65,7 +65,7 @@ def test_one_for_one_is_the_render_itself(make_scene):
 
 
 @pytest.mark.parametrize("by", BY)
-def test_what_is_linear_over_the_frame_stays_so_and_is_held_at_its_edges(make_scene, by):
+def test_what_is_linear_over_the_frame_stays_so_and_is_held_at_its_edges(make_scene, by) -> None:
     scene = box(make_scene, size=30.0, t=(0.0, 0.0, 9.0))  # fills the frame
     camera = reduced(scene, by).camera
     u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
@@ -80,7 +80,7 @@ def test_what_is_linear_over_the_frame_stays_so_and_is_held_at_its_edges(make_sc
 
 @pytest.mark.parametrize("by", BY)
 @pytest.mark.parametrize("size", [0.02, 0.2, 1.0])
-def test_light_and_area_are_kept_however_small_the_target(make_scene, by, size):
+def test_light_and_area_are_kept_however_small_the_target(make_scene, by, size) -> None:
     """From half a pixel to half the frame, anywhere in it."""
     rng = np.random.default_rng(int(100 * size))
     for _ in range(4):
@@ -92,7 +92,7 @@ def test_light_and_area_are_kept_however_small_the_target(make_scene, by, size):
         assert total(found) == pytest.approx(by**2 * total(small), rel=ROUNDING)
 
 
-def test_a_target_within_the_last_square_but_out_of_the_frame_is_not_there(make_scene):
+def test_a_target_within_the_last_square_but_out_of_the_frame_is_not_there(make_scene) -> None:
     scene = box(make_scene, size=0.02, t=(0.0, 0.0, 4.0), camera=replace(ODD, cx=63.5, distortion=(0.0,) * 5))
     assert scene.picture_region.empty
     assert not reduced(scene, 8).picture_region.empty
@@ -100,7 +100,7 @@ def test_a_target_within_the_last_square_but_out_of_the_frame_is_not_there(make_
 
 
 @pytest.mark.parametrize("name", ["blender", "raycast"])
-def test_both_renderers_come_near_the_picture(request, make_scene, name):
+def test_both_renderers_come_near_the_picture(request, make_scene, name) -> None:
     renderer = RAYCAST if name == "raycast" else request.getfixturevalue("blender")
     scene = box(make_scene)
     true = render(renderer, scene, by=1, samples=64)
@@ -114,7 +114,7 @@ def test_both_renderers_come_near_the_picture(request, make_scene, name):
     assert errors[0] < 0.03
 
 
-def test_blender_renders_frames_of_a_square_or_two(blender, make_scene):
+def test_blender_renders_frames_of_a_square_or_two(blender, make_scene) -> None:
     camera = replace(ODD, width=16, height=9, fx=18.0, fy=18.0, cx=8.0, cy=4.5, distortion=(0.0,) * 5)
     few, many = (render(blender, box(make_scene, camera=camera), by=by, samples=64) for by in (8, 1))
     assert total(few) == pytest.approx(total(many), rel=0.1)

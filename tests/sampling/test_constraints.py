@@ -34,25 +34,25 @@ def holds(name, degrees, **where):
 
 
 @pytest.mark.parametrize("degrees", [5.0, 60.0, 120.0, 175.0])
-def test_the_sun_is_kept_from_the_boresight_and_to_it(degrees):
+def test_the_sun_is_kept_from_the_boresight_and_to_it(degrees) -> None:
     assert holds("sun_from_boresight_deg", degrees - 0.1, sun=degrees)
     assert not holds("sun_from_boresight_deg", degrees + 0.1, sun=degrees)
     assert holds("sun_from_boresight_at_most_deg", degrees + 0.1, sun=degrees)
     assert not holds("sun_from_boresight_at_most_deg", degrees - 0.1, sun=degrees)
 
 
-def test_a_target_on_the_axis_is_lit_from_behind_the_camera():
+def test_a_target_on_the_axis_is_lit_from_behind_the_camera() -> None:
     for sun in (180.0, 120.0, 100.0):
         assert holds("target_lit_deg", 180 - sun + 0.1, sun=sun)
         assert not holds("target_lit_deg", 180 - sun - 0.1, sun=sun)
 
 
-def test_a_target_aside_is_lit_as_it_is_seen():
+def test_a_target_aside_is_lit_as_it_is_seen() -> None:
     aside = 10 * at(20)
     assert holds("target_lit_deg", 0.1, sun=-160, target=aside)
 
 
-def test_the_limb_is_kept_out_of_the_picture_on_both_sides():
+def test_the_limb_is_kept_out_of_the_picture_on_both_sides() -> None:
     corner = np.degrees(np.arctan(np.hypot(200, 150) / 500))
     disc = np.degrees(np.arcsin(RADIUS / 7e6))
     edge = np.degrees(np.arctan(200 / 500))  # along x, where `at` puts the planet
@@ -65,13 +65,13 @@ def test_the_limb_is_kept_out_of_the_picture_on_both_sides():
     assert holds("limb_from_frame_deg", 0.1, planet=90.0, far=1e9)
 
 
-def test_the_sun_is_kept_from_the_limb():
+def test_the_sun_is_kept_from_the_limb() -> None:
     disc = np.degrees(np.arcsin(RADIUS / 7e6))
     assert holds("limb_from_sun_deg", 3, sun=0, planet=disc + 3.1)
     assert not holds("limb_from_sun_deg", 3, sun=0, planet=disc + 2.9)
 
 
-def test_planets_stay_behind_the_target():
+def test_planets_stay_behind_the_target() -> None:
     assert planet_behind(sky(planet=0.0, far=7e6)).all()
     assert not planet_behind(sky(planet=0.0, far=RADIUS + 5)).any()
     assert planet_behind(sky(planet=170.0, far=7e6)).all()

@@ -28,7 +28,7 @@ def drawn(law, count=400, hull=HULL):
     return tuple(np.array(each) for each in zip(*found, strict=True))
 
 
-def test_range_and_offsets_are_as_their_laws_say():
+def test_range_and_offsets_are_as_their_laws_say() -> None:
     _, t = drawn(PoseLaw(place=PLACE, attitude=Attitudes()), count=2000)
     u, v = (CAMERA.project(t) - (CAMERA.cx, CAMERA.cy)).T
     assert kstest(np.linalg.norm(t, axis=1), uniform(2, 8).cdf).pvalue > SURE
@@ -36,7 +36,7 @@ def test_range_and_offsets_are_as_their_laws_say():
     assert kstest(v, truncnorm(-540 / 140, 540 / 140, scale=140).cdf).pvalue > SURE
 
 
-def test_all_of_the_target_is_in_the_picture_where_that_is_asked_for():
+def test_all_of_the_target_is_in_the_picture_where_that_is_asked_for() -> None:
     whole = PoseLaw(place=PLACE, attitude=Attitudes(), whole=True)
     for q, t in zip(*drawn(whole), strict=True):
         assert in_frame(CAMERA, HULL, q[None], t[None])
@@ -45,7 +45,7 @@ def test_all_of_the_target_is_in_the_picture_where_that_is_asked_for():
 
 
 @pytest.mark.parametrize("smaller", [1, 3])
-def test_a_smaller_frame_of_the_same_view_shows_the_same(smaller):
+def test_a_smaller_frame_of_the_same_view_shows_the_same(smaller) -> None:
     """The principal point is no part of a place; all else of a third of the pixels is a third."""
     size = {name: getattr(CAMERA, name) / smaller for name in ("fx", "fy", "cx", "cy")}
     small = Camera(width=CAMERA.width // smaller, height=CAMERA.height // smaller, **size)
@@ -54,7 +54,7 @@ def test_a_smaller_frame_of_the_same_view_shows_the_same(smaller):
         np.testing.assert_allclose(mine, theirs, rtol=1e-12)
 
 
-def test_a_target_behind_the_camera_is_not_in_the_picture():
+def test_a_target_behind_the_camera_is_not_in_the_picture() -> None:
     assert not in_frame(CAMERA, HULL, np.array([[1.0, 0, 0, 0]]), np.array([[0.0, 0, -5]]))
 
 
@@ -67,7 +67,7 @@ def test_a_target_behind_the_camera_is_not_in_the_picture():
         ({"place": replace(PLACE, range=Fixed(value=0.3)), "whole": True}, "none of 10000"),
     ],
 )
-def test_what_is_no_pose_is_said(changes, word):
+def test_what_is_no_pose_is_said(changes, word) -> None:
     law = PoseLaw(**{"place": PLACE, "attitude": Attitudes()} | changes)
     with pytest.raises(InputError, match=word):
         law.draw(stream(1, "a"), CAMERA, HULL)

@@ -28,16 +28,16 @@ def drawn(words, factor=1.0, name="a"):
         ({"distribution": "normal", "mean": 0, "sigma": 1, "low": -1, "high": 2}, stats.truncnorm(-1, 2)),
     ],
 )
-def test_numbers_are_distributed_as_scipys(words, law):
+def test_numbers_are_distributed_as_scipys(words, law) -> None:
     assert stats.kstest(drawn(words), law.cdf).pvalue > LEAST_P
 
 
-def test_units_scale_the_distribution_as_a_whole():
+def test_units_scale_the_distribution_as_a_whole() -> None:
     words = {"distribution": "normal", "mean": 2, "sigma": 0.5, "low": 1}
     np.testing.assert_allclose(drawn(words, factor=1000), 1000 * drawn(words), rtol=1e-8)
 
 
-def test_directions_are_alike_in_solid_angle():
+def test_directions_are_alike_in_solid_angle() -> None:
     d = drawn({"distribution": "directions", "axis": [1, 2, -2], "least": 20, "most": 120})
     cosines = d @ np.array([1, 2, -2]) / 3
     low, high = np.cos(np.radians(120)), np.cos(np.radians(20))
@@ -45,20 +45,20 @@ def test_directions_are_alike_in_solid_angle():
     np.testing.assert_allclose(np.linalg.norm(d, axis=1), 1, atol=1e-8)
 
 
-def test_attitudes_have_scipys_angles():
+def test_attitudes_have_scipys_angles() -> None:
     q = drawn({"distribution": "attitudes"})
     angles = 2 * np.arccos(np.clip(q[:, 0], -1, 1))  # density (1 - cos) / pi of uniform rotations
     assert stats.kstest(angles, lambda a: (a - np.sin(a)) / np.pi).pvalue > LEAST_P
     assert (q[:, 0] >= 0).all()
 
 
-def test_choices_have_their_weights():
+def test_choices_have_their_weights() -> None:
     found = drawn({"distribution": "choice", "values": [True, False], "weights": [1, 3]})
     assert stats.binomtest(int(found.sum()), N, 0.25).pvalue > LEAST_P
 
 
 @given(st.sets(st.sampled_from("abcdef")), st.sets(st.sampled_from(FRAMES[:50])))
-def test_other_parameters_and_pictures_change_no_draw(others, frames):
+def test_other_parameters_and_pictures_change_no_draw(others, frames) -> None:
     def sample(name):
         words = {"distribution": "uniform", "low": 0, "high": 1}
         return Sample(parameter=name, distribution=distribution_of(words), per_frame=True)
@@ -69,7 +69,7 @@ def test_other_parameters_and_pictures_change_no_draw(others, frames):
     assert beside.per_frame["p"] == [alone[FRAMES.index(frame)] for frame in order]
 
 
-def test_seed_augmentation_parameter_picture_and_try_all_count():
+def test_seed_augmentation_parameter_picture_and_try_all_count() -> None:
     words = {"distribution": "uniform", "low": 0, "high": 1}
     sample, other = (Sample(parameter=name, distribution=distribution_of(words)) for name in "pq")
     draws = [
@@ -99,6 +99,6 @@ def test_seed_augmentation_parameter_picture_and_try_all_count():
         ({"distribution": "fixed", "value": 1, "low": 0}, "has no 'low'"),
     ],
 )
-def test_what_is_no_distribution_is_said(words, sentence):
+def test_what_is_no_distribution_is_said(words, sentence) -> None:
     with pytest.raises(InputError, match=sentence):
         distribution_of(words)

@@ -33,37 +33,37 @@ def hill(_, s):
     return [*s[3:], 3 * N**2 * s[0] + 2 * N * s[4], -2 * N * s[3], -(N**2) * s[2]]
 
 
-def test_free_fall_solves_hills_equations():
+def test_free_fall_solves_hills_equations() -> None:
     start = np.array([0.3, 8, -0.2, 1e-3, -2e-3, 5e-4])
     times = np.linspace(0, 12000, 7)
     want = solve_ivp(hill, (0, 12000), start, t_eval=times, rtol=1e-11, atol=1e-13).y.T
     assert np.abs(free_fall(start, N, times) - want).max() < INTEGRATOR
 
 
-def test_without_an_orbit_motion_is_straight():
+def test_without_an_orbit_motion_is_straight() -> None:
     start = np.array([1.0, 2, 3, 0.1, 0.2, 0.3])
     assert np.allclose(free_fall(start, 0, [10])[0, :3], [2, 4, 6])
     assert np.allclose(transition(1e-9, 10), transition(0, 10), atol=1e-7)
 
 
-def test_a_transfer_arrives():
+def test_a_transfer_arrives() -> None:
     start, end = np.array([0.1, 8, 0.2]), np.array([-0.3, 3, 0.1])
     state = between(start, end, N, 600)
     assert np.allclose(free_fall(state, N, [0, 600])[:, :3], [start, end])
 
 
-def test_an_orbit_without_an_offset_upwards_closes():
+def test_an_orbit_without_an_offset_upwards_closes() -> None:
     state = RelativeOrbit(forward=7.6, eccentric=0.05, phase=0.4, inclined=0.04, inclined_phase=1).state(N)
     assert np.allclose(free_fall(state, N, [2 * math.pi / N])[0], state)
 
 
-def test_an_offset_upwards_drifts_back_by_three_pi_times_it_in_each_orbit():
+def test_an_offset_upwards_drifts_back_by_three_pi_times_it_in_each_orbit() -> None:
     state = RelativeOrbit(forward=7.6, up=0.1).state(N)
     assert free_fall(state, N, [2 * math.pi / N])[0, 1] == pytest.approx(7.6 - 3 * math.pi * 0.1)
 
 
 @pytest.mark.parametrize("inertia", [0.6, 1.0, 1.7])
-def test_the_top_obeys_eulers_equations(inertia):
+def test_the_top_obeys_eulers_equations(inertia) -> None:
     rate = np.array([0.03, -0.02, 0.05])
     moments = np.array([1, 1, inertia])
 
@@ -89,7 +89,7 @@ def law(**changes):
     return TrajectoryLaw(**fields | {"period": 5900.0, "range": (1.5, 10.0), "whole": True} | changes)
 
 
-def test_pictures_follow_one_another_steadily():
+def test_pictures_follow_one_another_steadily() -> None:
     q, t = law().draw(stream(1, "a"), CAMERA, HULL, 100)
     turned = Rotation.from_quat(q, scalar_first=True)
     assert np.allclose(np.degrees((turned[:-1].inv() * turned[1:]).magnitude()), 1.5)
@@ -97,7 +97,7 @@ def test_pictures_follow_one_another_steadily():
     assert np.abs(np.diff(steps, axis=0)).max() < 1e-3 * np.abs(steps).max()  # ten seconds bend no path
 
 
-def test_the_body_turns_about_its_centre_of_mass():
+def test_the_body_turns_about_its_centre_of_mass() -> None:
     mass = np.array([0.0, 0.02, 0.16])
     still = RelativeOrbit(forward=8)
     q, t = law(path=still, centre_of_mass=tuple(mass)).draw(stream(1, "a"), CAMERA, HULL, 50)
@@ -106,11 +106,11 @@ def test_the_body_turns_about_its_centre_of_mass():
     assert np.ptp(t, axis=0).max() > 0.05
 
 
-def test_a_tilted_camera_sees_the_target_where_it_was_turned_from():
+def test_a_tilted_camera_sees_the_target_where_it_was_turned_from() -> None:
     _, t = law(path=RelativeOrbit(forward=8), tilt=(0.01, 0.0)).draw(stream(1, "a"), CAMERA, HULL, 1)
     assert t[0] == pytest.approx([0, 8 * math.sin(0.01), 8 * math.cos(0.01)])  # turned up: what is ahead moves down
 
 
-def test_what_cannot_stay_in_the_picture_is_said():
+def test_what_cannot_stay_in_the_picture_is_said() -> None:
     with pytest.raises(InputError, match="none of 1000 sequences"):
         law(path=RelativeOrbit(forward=8), range=(1, 2)).draw(stream(1, "a"), CAMERA, HULL, 2)

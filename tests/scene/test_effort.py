@@ -18,16 +18,16 @@ efforts = st.builds(
 
 
 @given(efforts)
-def test_an_effort_is_read_as_it_was_written(effort):
+def test_an_effort_is_read_as_it_was_written(effort) -> None:
     assert parse_effort(effort.text) == effort
 
 
-def test_only_what_is_unusual_is_said():
+def test_only_what_is_unusual_is_said() -> None:
     assert Effort().text == "samples=16"
     assert Effort(samples=4, denoiser="fast", light_tree=False).text == "samples=4,denoiser=fast,light_tree=off"
 
 
-def test_numbers_are_written_with_all_their_digits_and_no_more():
+def test_numbers_are_written_with_all_their_digits_and_no_more() -> None:
     assert Effort(adaptive=0.01234567, clamp=2.0).text == "samples=16,adaptive=0.01234567,clamp=2"
 
 
@@ -49,6 +49,6 @@ def test_numbers_are_written_with_all_their_digits_and_no_more():
         ("", "'' says no effort"),
     ],
 )
-def test_what_is_no_effort_is_refused(text, names):
+def test_what_is_no_effort_is_refused(text, names) -> None:
     with pytest.raises(InputError, match=names):
         parse_effort(text)

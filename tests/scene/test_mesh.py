@@ -43,12 +43,12 @@ def changed(name, index, value):
         {"points": POINTS[:, :2]},
     ],
 )
-def test_bad_meshes_are_refused(change):
+def test_bad_meshes_are_refused(change) -> None:
     with pytest.raises(GeometryError, match="mesh"):
         Mesh(**{**GOOD, **change})
 
 
-def test_a_mesh_cannot_be_changed_from_outside():
+def test_a_mesh_cannot_be_changed_from_outside() -> None:
     points = POINTS.copy()
     mesh = Mesh(**{**GOOD, "points": points})
     key = mesh.key
@@ -58,7 +58,7 @@ def test_a_mesh_cannot_be_changed_from_outside():
 
 
 @given(st.integers(0, 2**31))
-def test_extent_holds_every_used_point(seed):
+def test_extent_holds_every_used_point(seed) -> None:
     points, faces, _ = soup(seed, count=10)
     mesh = target(np.concatenate([points, [[1e9, 0, 0]]]), faces).mesh  # a point that no face uses
     away = np.linalg.norm(points - mesh.centre, axis=1)
@@ -67,13 +67,13 @@ def test_extent_holds_every_used_point(seed):
         assert (mesh.hull @ direction).max() == pytest.approx((points @ direction).max())
 
 
-def test_a_flat_mesh_has_a_hull():
+def test_a_flat_mesh_has_a_hull() -> None:
     mesh = target([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]], [[0, 1, 2]]).mesh
     assert len(mesh.hull) == 3
 
 
 @given(st.integers(0, 2**31))
-def test_each_edge_is_there_once(seed):
+def test_each_edge_is_there_once(seed) -> None:
     points, _, _ = soup(seed, count=5)
     faces = np.random.default_rng(seed).integers(0, len(points), (12, 3))  # edges shared by any number of faces
     pairs = {tuple(sorted((int(face[i]), int(face[i - 1])))) for face in faces for i in range(3)}

@@ -3,7 +3,7 @@
 from tests.cases.scenes import box, scene, target
 
 
-def test_a_scene_knows_the_pixels_of_its_target():
+def test_a_scene_knows_the_pixels_of_its_target() -> None:
     s = scene(target(*box()))
     uv = s.camera.project(s.T_cam_body.points(box()[0]))
     assert (uv.min(0) >= (s.region.x0, s.region.y0)).all()

@@ -21,12 +21,12 @@ from tests.cases.scenes import box, target
         {"keypoint_names": ("a",), "keypoints": [[0, 0, np.nan]]},
     ],
 )
-def test_bad_targets_are_refused(change):
+def test_bad_targets_are_refused(change) -> None:
     with pytest.raises(GeometryError):
         replace(target(*box()), **change)
 
 
-def test_part_zero_is_nothing_and_never_a_part():
+def test_part_zero_is_nothing_and_never_a_part() -> None:
     with pytest.raises(GeometryError, match="part"):
         target(*box(), parts=np.arange(12))
 
@@ -41,12 +41,12 @@ def test_part_zero_is_nothing_and_never_a_part():
         {"mesh": replace(target(*box()).mesh, corner_normals=np.ones((12, 3, 3)))},
     ],
 )
-def test_targets_that_look_different_have_different_keys(change):
+def test_targets_that_look_different_have_different_keys(change) -> None:
     assert target(*box()).key == target(*box()).key
     assert replace(target(*box()), **change).key != target(*box()).key
 
 
-def test_a_materials_key_is_that_of_its_numbers():
+def test_a_materials_key_is_that_of_its_numbers() -> None:
     base = Material(path="/a")
     assert base.key == Material(path="/b").key
     assert base.key != Material(path="/a", roughness=0.51).key

@@ -27,39 +27,39 @@ def taken_by(sensor):
     return scenes.scene(scenes.target(*scenes.box()), camera=camera, sensor=sensor)
 
 
-def test_srgb_of_middle_grey():
+def test_srgb_of_middle_grey() -> None:
     """18 % is 118 and 50 % is 188 in every table of sRGB."""
     assert [shot([v] * 3)[2, 1] for v in (0, 0.18, 0.5, 1)] == [0, 118, 188, 255]
 
 
 @given(st.floats(0, 2), st.sampled_from([8, 16]))
-def test_linear_numbers_are_rounded_and_clipped(value, bits):
+def test_linear_numbers_are_rounded_and_clipped(value, bits) -> None:
     top = 2**bits - 1
     found = int(shot([value] * 3, encoding="linear", bit_depth=bits)[2, 1])
     assert abs(found - min(value, 1) * top) <= 0.5 + 1e-2  # float32 of the radiance is worth 4e-3 of 16 bits
 
 
 @given(st.floats(0.01, 100), st.floats(0.01, 1))
-def test_exposure_scales_radiance(exposure, value):
+def test_exposure_scales_radiance(exposure, value) -> None:
     scaled = shot([value / exposure] * 3, exposure=exposure, encoding="linear", bit_depth=16)
     plain = shot([value] * 3, encoding="linear", bit_depth=16)
     assert np.abs(scaled.astype(int) - plain).max() <= 1
 
 
 @pytest.mark.parametrize(("colour", "weight"), [((1, 0, 0), 0.2126), ((0, 1, 0), 0.7152), ((0, 0, 1), 0.0722)])
-def test_mono_weighs_colours_by_luminance(colour, weight):
+def test_mono_weighs_colours_by_luminance(colour, weight) -> None:
     assert shot(colour, encoding="linear")[2, 1] == round(weight * 255)
 
 
 @pytest.mark.parametrize("encoding", ["linear", "srgb"])
-def test_grey_is_the_same_in_mono_and_rgb(encoding):
+def test_grey_is_the_same_in_mono_and_rgb(encoding) -> None:
     mono, rgb = (shot([0.3] * 3, channels=channels, encoding=encoding) for channels in ("mono", "rgb"))
     np.testing.assert_array_equal(np.repeat(mono[..., None], 3, -1), rgb)
 
 
 @pytest.mark.parametrize(("channels", "shape"), [("mono", SHAPE), ("rgb", (*SHAPE, 3))])
 @pytest.mark.parametrize(("bits", "kind"), [(8, np.uint8), (16, np.uint16)])
-def test_the_frame_is_black_around_the_region(channels, shape, bits, kind):
+def test_the_frame_is_black_around_the_region(channels, shape, bits, kind) -> None:
     image = shot([1, 1, 1], channels=channels, bit_depth=bits)
     assert image.shape == shape
     assert image.dtype == kind
@@ -69,7 +69,7 @@ def test_the_frame_is_black_around_the_region(channels, shape, bits, kind):
     assert not image[~inside].any()
 
 
-def test_an_empty_region_is_a_black_frame():
+def test_an_empty_region_is_a_black_frame() -> None:
     nothing = Region(x0=0, y0=0, x1=0, y1=0)
     image = develop(taken_by(Sensor()), Radiance.of(nothing, np.zeros((0, 0, 4), np.float32)), None, seed=0)
     assert image.shape == SHAPE
@@ -77,6 +77,6 @@ def test_an_empty_region_is_a_black_frame():
 
 
 @pytest.mark.parametrize("sensor", [{"bit_depth": 12}, {"channels": "bayer"}, {"encoding": "log"}])
-def test_other_sensors_are_refused(sensor):
+def test_other_sensors_are_refused(sensor) -> None:
     with pytest.raises(UnsupportedError, match="the sensor has"):
         shot([1, 1, 1], **sensor)

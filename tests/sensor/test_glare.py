@@ -31,21 +31,21 @@ def radii(at=(300, 300)):
 
 
 @pytest.mark.parametrize(("core", "falloff"), [(4, 3), (2.5, 3.5), (20, 2.5), (9, 4)])
-def test_the_halo_has_its_profile(core, falloff):
+def test_the_halo_has_its_profile(core, falloff) -> None:
     for at in ((300, 300), (301, 303)):
         near = radii(at) < 200
         np.testing.assert_allclose(halo(core, falloff, at)[near], profile(radii(at), core, falloff)[near], rtol=PROFILE)
 
 
 @given(st.floats(1.5, 6), st.floats(5, 8), st.integers(250, 350), st.integers(250, 350))
-def test_a_halo_that_ends_in_the_frame_keeps_all_energy(core, falloff, x, y):
+def test_a_halo_that_ends_in_the_frame_keeps_all_energy(core, falloff, x, y) -> None:
     outside = (1 + (250 / core) ** 2) ** (1 - falloff / 2)
     assert outside < ENERGY / 2
     assert halo(core, falloff, (x, y)).sum(dtype=np.float64) == pytest.approx(1, abs=ENERGY)
 
 
 @pytest.mark.parametrize(("core", "falloff"), [(4, 3), (10, 2.4), (6, 5)])
-def test_what_is_missing_is_what_falls_beside_the_frame(core, falloff):
+def test_what_is_missing_is_what_falls_beside_the_frame(core, falloff) -> None:
     """Of a wide halo: the energy inside of a disc is 1 - (1 + (R/c)^2)^(1 - p/2)."""
     disc = radii() < 290
     inside = halo(core, falloff)[disc].sum(dtype=np.float64)
@@ -53,14 +53,14 @@ def test_what_is_missing_is_what_falls_beside_the_frame(core, falloff):
     assert inside == pytest.approx(1 - (1 + (290 / core) ** 2) ** (1 - falloff / 2), abs=rim * 0.25 + 1e-3)
 
 
-def test_a_share_is_scattered_and_the_rest_stays():
+def test_a_share_is_scattered_and_the_rest_stays() -> None:
     all_of_it, some = halo(4, 3), halo(4, 3, share=0.07)
     expected = 0.07 * all_of_it
     expected[300, 300] += 0.93
     np.testing.assert_allclose(some, expected, rtol=1e-5, atol=1e-12)
 
 
-def test_dim_light_is_scattered_like_bright_light():
+def test_dim_light_is_scattered_like_bright_light() -> None:
     light = np.random.default_rng(0).random((120, 150)).astype(np.float32)
     optics = Optics(glare=0.3)
     np.testing.assert_allclose(scatter(light / 1024, optics) * 1024, scatter(light, optics), rtol=1e-5)

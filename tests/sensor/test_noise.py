@@ -15,7 +15,7 @@ def drawn(mean, count=DRAWS, seed=3):
 
 
 @pytest.mark.parametrize("mean", [0.02, 0.7, 5, FEW - 0.01, FEW, 20, 100, 3000, 2e5])
-def test_electrons_have_poissons_moments(mean):
+def test_electrons_have_poissons_moments(mean) -> None:
     found = drawn(mean)
     expected = [float(moment) for moment in stats.poisson.stats(mean, moments="mvs")]
     fourth = mean * (1 + 3 * mean)  # the central moment
@@ -26,7 +26,7 @@ def test_electrons_have_poissons_moments(mean):
 
 
 @pytest.mark.parametrize("mean", [0.3, 4, FEW, 15, 40])
-def test_electrons_have_poissons_distribution(mean):
+def test_electrons_have_poissons_distribution(mean) -> None:
     """By a chi-square test of every count that is likely enough."""
     found = drawn(mean, 100_000).astype(int)
     counts = np.arange(found.max() + 1)
@@ -37,7 +37,7 @@ def test_electrons_have_poissons_distribution(mean):
     assert stats.chisquare(observed, expected).pvalue > 1e-4
 
 
-def test_electrons_are_whole_and_none_is_less_than_none():
+def test_electrons_are_whole_and_none_is_less_than_none() -> None:
     mixed = np.linspace(0, 50, 20_000).astype(np.float32)
     found = counted(mixed, stream(0, SHOT))
     assert (found == np.rint(found)).all()
@@ -45,7 +45,7 @@ def test_electrons_are_whole_and_none_is_less_than_none():
     assert not counted(np.zeros(1000, np.float32), stream(0, SHOT)).any()
 
 
-def test_low_and_high_counts_meet():
+def test_low_and_high_counts_meet() -> None:
     """In one image as alone."""
     mixed = np.tile(np.float32([1, 100]), DRAWS // 2)
     found = counted(mixed, stream(1, SHOT))
@@ -55,7 +55,7 @@ def test_low_and_high_counts_meet():
         assert half.var() == pytest.approx(mean, rel=SIGMAS * np.sqrt((3 + 1 / mean) / (DRAWS / 2)))
 
 
-def test_each_seed_and_purpose_has_its_own_stream():
+def test_each_seed_and_purpose_has_its_own_stream() -> None:
     numbers = {
         (seed, purpose): stream(seed, purpose).standard_normal(20_000)
         for seed in (0, 1, 2**31 - 1)
@@ -67,7 +67,7 @@ def test_each_seed_and_purpose_has_its_own_stream():
     np.testing.assert_array_equal(numbers[1, READ], stream(1, READ).standard_normal(20_000))
 
 
-def test_pixel_gains_are_the_sensors_own():
+def test_pixel_gains_are_the_sensors_own() -> None:
     gains = pixel_gains((200, 300, 1), 0.02, 7)
     assert gains.mean() == pytest.approx(1, abs=SIGMAS * 0.02 / np.sqrt(gains.size))
     assert gains.std() == pytest.approx(0.02, rel=SIGMAS / np.sqrt(2 * gains.size))

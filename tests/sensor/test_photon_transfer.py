@@ -40,7 +40,7 @@ def recovered(sensor):
 
 
 @pytest.mark.parametrize("name", SENSORS)
-def test_a_detector_is_recovered_from_its_flat_fields(name):
+def test_a_detector_is_recovered_from_its_flat_fields(name) -> None:
     sensor = replace(SENSORS[name], encoding="linear", bit_depth=16)
     found = recovered(sensor)
     assert found.gain == pytest.approx(sensor.gain * 100 / sensor.iso, rel=RECOVERED)
@@ -51,7 +51,7 @@ def test_a_detector_is_recovered_from_its_flat_fields(name):
     assert found.prnu == pytest.approx(sensor.prnu, rel=RECOVERED, abs=1e-3)
 
 
-def test_dark_current_fills_the_well_with_time():
+def test_dark_current_fills_the_well_with_time() -> None:
     sensor = Sensor(gain=1.0, dark_current=4000, adc_bits=16, encoding="linear", bit_depth=16)
     for time in (0.01, 0.1, 1.0):
         image = flat(replace(sensor, time=time), 0.0, 0).astype(np.float64)
@@ -59,7 +59,7 @@ def test_dark_current_fills_the_well_with_time():
         assert image.var() == pytest.approx(4000 * time + photon_transfer.ADC_ROUNDING, rel=RECOVERED)
 
 
-def test_quantum_efficiency_makes_fewer_electrons():
+def test_quantum_efficiency_makes_fewer_electrons() -> None:
     """Half the light, half the signal, half the variance: the noise of what is detected, not of what arrives."""
     whole, half = (
         flat(Sensor(gain=1.0, adc_bits=16, encoding="linear", bit_depth=16, quantum_efficiency=(q, q, q)), 0.3, 0)
@@ -69,13 +69,13 @@ def test_quantum_efficiency_makes_fewer_electrons():
     assert half.astype(float).var() == pytest.approx(whole.astype(float).var() / 2, rel=RECOVERED)
 
 
-def test_the_same_seed_is_the_same_picture_and_no_other():
+def test_the_same_seed_is_the_same_picture_and_no_other() -> None:
     sensor = SENSORS["12 bits"]
     assert flat(sensor, 0.2, 5).tobytes() == flat(sensor, 0.2, 5).tobytes()
     assert (flat(sensor, 0.2, 5) != flat(sensor, 0.2, 6)).mean() > 0.5
 
 
-def test_what_was_made_before_changes_nothing():
+def test_what_was_made_before_changes_nothing() -> None:
     sensor = SENSORS["12 bits"]
     alone = flat(sensor, 0.2, 5).tobytes()
     flat(replace(sensor, pattern_seed=9), 0.7, 8)
@@ -83,7 +83,7 @@ def test_what_was_made_before_changes_nothing():
 
 
 @pytest.mark.parametrize("light", [1e4, 1e20, float("inf")])
-def test_a_glint_of_any_strength_saturates(light):
+def test_a_glint_of_any_strength_saturates(light) -> None:
     for sensor in (Sensor(gain=0.01, read_noise=5, adc_bits=8), SENSORS["16 bits, dark"], SENSORS["12 bits"]):
         image = flat(replace(sensor, full_well=0.0), light, 1)
         assert (image == 255).all()

@@ -26,16 +26,16 @@ def image(numbers, sensor=LINEAR):
     return whole
 
 
-def test_only_what_the_target_covers_counts():
+def test_only_what_the_target_covers_counts() -> None:
     found = target_tones(image([0, 6553, 65535, 65535]), seen((1, 0.5, 0.49, 1)), LINEAR)
     assert found == Tones(pixels=3, mean=pytest.approx(1.1 / 3, rel=1e-4), dark=1 / 3, saturated=1 / 3)
 
 
-def test_no_target_has_no_tones():
+def test_no_target_has_no_tones() -> None:
     assert target_tones(image([0, 0, 0, 0]), seen((0, 0, 0, 0)), LINEAR) is None
 
 
-def test_of_colours_the_brightest_shows_and_the_darkest_saturates():
+def test_of_colours_the_brightest_shows_and_the_darkest_saturates() -> None:
     colours = [[0, 0, 60], [255, 255, 255], [255, 255, 254], [0, 0, 0]]
     sensor = Sensor(channels="rgb")
     found = target_tones(image(colours, sensor), seen(), sensor)
@@ -44,7 +44,7 @@ def test_of_colours_the_brightest_shows_and_the_darkest_saturates():
 
 @pytest.mark.parametrize("curve", [{"encoding": "linear"}, {"encoding": "srgb"}, {"encoding": "gamma", "gamma": 1.8}])
 @pytest.mark.parametrize("noise", [{}, {"gain": 100.0, "black_level": 200.0}])
-def test_dark_is_six_stops_below_full_scale_whatever_the_curve(curve, noise):
+def test_dark_is_six_stops_below_full_scale_whatever_the_curve(curve, noise) -> None:
     sensor = replace(LINEAR, **curve, **noise)
     share = 1 - sensor.black_level / 4095 if sensor.gain else 1
     light = np.zeros((3, 9, 1), np.float32)
@@ -52,7 +52,7 @@ def test_dark_is_six_stops_below_full_scale_whatever_the_curve(curve, noise):
     assert target_tones(detect(light, sensor, seed=0), seen(), sensor).dark == 0.5
 
 
-def test_noise_does_not_pass_for_light():
+def test_noise_does_not_pass_for_light() -> None:
     """Exposed for so long that its dark current alone is far above six stops below full scale, and its noise too."""
     sensor = replace(LINEAR, time=100.0, dark_current=90.0, gain=10.0, read_noise=1500.0)
     region = Region(x0=0, y0=0, x1=100, y1=50)

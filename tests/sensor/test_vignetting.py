@@ -12,7 +12,7 @@ from tests.cases import scenes
 
 
 @pytest.mark.parametrize("camera", [scenes.BARREL, scenes.PINCUSHION])
-def test_natural_vignetting_is_of_the_rays_true_angle(camera):
+def test_natural_vignetting_is_of_the_rays_true_angle(camera) -> None:
     gain = vignetting_gain(camera, Optics(cos_fourth=True))
     pixels = np.array([[0.5, 0.5], [300.5, 17.5], [158.5, 121.5], [12.5, 200.5]])
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-12)
@@ -24,7 +24,7 @@ def test_natural_vignetting_is_of_the_rays_true_angle(camera):
     np.testing.assert_allclose(gain[rows, columns], cosine**4, rtol=1e-5)
 
 
-def test_the_polynomial_counts_half_diagonals():
+def test_the_polynomial_counts_half_diagonals() -> None:
     camera = Camera(width=301, height=401, fx=500, fy=500, cx=150.5, cy=200.5)
     gain = vignetting_gain(camera, Optics(vignetting=(-0.5, 0.25, -0.125)))
     assert gain[200, 150] == 1
@@ -34,7 +34,7 @@ def test_the_polynomial_counts_half_diagonals():
     assert gain[0, 0] == pytest.approx(1 - 0.5 * radius**2 + 0.25 * radius**4 - 0.125 * radius**6, rel=1e-6)
 
 
-def test_both_multiply_and_none_is_none():
+def test_both_multiply_and_none_is_none() -> None:
     camera = scenes.SMALL
     both = vignetting_gain(camera, Optics(cos_fourth=True, vignetting=(-0.3, 0, 0)))
     single = [vignetting_gain(camera, Optics(**o)) for o in ({"cos_fourth": True}, {"vignetting": (-0.3, 0, 0)})]
@@ -42,7 +42,7 @@ def test_both_multiply_and_none_is_none():
     assert vignetting_gain(camera, Optics()) is None
 
 
-def test_the_least_gain_is_that_of_the_whole_frame():
+def test_the_least_gain_is_that_of_the_whole_frame() -> None:
     camera = Camera(width=400, height=300, fx=500, fy=500, cx=180, cy=160)
     coefficients = (-1.5, 1.0, 0.1)  # falls, then rises again
     gain = vignetting_gain(camera, Optics(vignetting=coefficients))

@@ -26,14 +26,14 @@ def picture(**sensor):
 
 @pytest.mark.parametrize("channels", ["mono", "rgb"])
 @pytest.mark.parametrize("encoding", ["srgb", "linear"])
-def test_rounding_is_all_that_a_detector_without_noise_adds(channels, encoding):
+def test_rounding_is_all_that_a_detector_without_noise_adds(channels, encoding) -> None:
     scene, radiance = picture(channels=channels, encoding=encoding, contrast=1.2, auto_exposure=AutoExposure())
     exact = developed_without_noise(scene, radiance, None)
     assert exact.dtype == np.float64
     assert np.array_equal(np.rint(exact), develop(scene, radiance, None, seed=1))
 
 
-def test_noise_scatters_about_it():
+def test_noise_scatters_about_it() -> None:
     """The mean of many noisy pictures, against the scatter that they show themselves."""
     scene, radiance = picture(**NOISY, **FINE, exposure=0.5)
     noisy = np.stack([develop(scene, radiance, None, seed=seed) for seed in range(PICTURES)]).astype(float)
@@ -44,7 +44,7 @@ def test_noise_scatters_about_it():
     assert np.sqrt(np.mean((off / error) ** 2)) == pytest.approx(1, abs=0.1)
 
 
-def test_a_full_well_and_the_adcs_range_end_it():
+def test_a_full_well_and_the_adcs_range_end_it() -> None:
     held = developed_without_noise(*picture(**NOISY, **FINE, exposure=50.0), None)
     full = (NOISY["full_well"] / NOISY["gain"] + NOISY["black_level"]) / 4095 * 65535
     assert held.max() == pytest.approx(full)

@@ -67,12 +67,12 @@ def tree(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_these_travel_along():
+def test_these_travel_along() -> None:
     assert example_names() == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_names_its_schema_for_editors(name):
+def test_an_example_names_its_schema_for_editors(name) -> None:
     first = (stages() / "examples" / f"{name}.toml").read_text().splitlines()[0]
     file = (stages() / "examples" / first.removeprefix("#:schema ")).resolve()
     assert file == (schemas() / "example-1.schema.json").resolve()
@@ -80,7 +80,7 @@ def test_an_example_names_its_schema_for_editors(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path):
+def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
     report = author_example(example=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
     reader, renderer = StageReader(report.root), RaycastRenderer()
@@ -94,7 +94,7 @@ LIT = {"shirt": 70, "speed": 90, "speedplus": 90}  # degrees of the Sun from beh
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_light_is_as_the_example_says(name, tmp_path):
+def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
     """The Sun is in its cone and above the limb, the Earth's surface behind the target, in pictures spread over all."""
     step = open_example(name).count // 24
     report = author_example(example=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
@@ -111,7 +111,7 @@ def test_the_light_is_as_the_example_says(name, tmp_path):
     assert len(np.unique(np.round(suns, 6), axis=0)) == (2 if name == "shirt" else len(suns))
 
 
-def test_a_sequence_has_one_sun(tmp_path):
+def test_a_sequence_has_one_sun(tmp_path) -> None:
     report = author_example(example="swisscube", out=tmp_path / "stage", frames="60:240:20")
     suns = np.array([sun for _, sun, _ in lit(report.root)])
     same = np.isclose(suns[:, None], suns[None], atol=1e-8).all(2)
@@ -119,7 +119,7 @@ def test_a_sequence_has_one_sun(tmp_path):
     assert (same == (sequence[:, None] == sequence[None])).all()
 
 
-def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch):
+def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None:
     """The same light, whichever file it is in."""
     found = []
     for most, suffix in ((4096, "usda"), (5, "usdc")):
@@ -132,7 +132,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch):
     assert found[0] == found[1]
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path):
+def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path) -> None:
     for folder, seed in (("a", 4), ("b", 4), ("c", 5)):
         author_example(example="spark", out=tmp_path / folder, count=2, seed=seed)
     assert tree(tmp_path / "a") == tree(tmp_path / "b")
@@ -141,7 +141,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["speedplus", "cubesat_cdt"])
-def test_a_picture_does_not_depend_on_how_many_there_are(name):
+def test_a_picture_does_not_depend_on_how_many_there_are(name) -> None:
     (_, few, less), (_, many, more) = drawn(name, 4), drawn(name, 13)
     where = {shot.name: i for i, shot in enumerate(many)}
     for i, shot in enumerate(few):
@@ -150,7 +150,7 @@ def test_a_picture_does_not_depend_on_how_many_there_are(name):
 
 
 @pytest.mark.parametrize("name", ["speedplus", "urso", "cubesat_cdt"])
-def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path):
+def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) -> None:
     """Not even where it was drawn again for a constraint."""
     found = []
     for count in (4, 12):
@@ -162,14 +162,14 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path):
         assert found[1][name] == pytest.approx(sky, abs=1e-15)  # that q and -q differ in the last bit
 
 
-def test_a_count_is_shared_out_among_the_parts():
+def test_a_count_is_shared_out_among_the_parts() -> None:
     example = open_example("swisscube")
     assert Counter(shot.part.name for shot in shots(example, 10)) == {"training": 7, "validation": 1, "testing": 2}
     assert len(shots(example)) == example.count
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_names_are_unique_and_counts_are_the_published_ones(name):
+def test_names_are_unique_and_counts_are_the_published_ones(name) -> None:
     chosen = shots(open_example(name))
     names = [shot.name for shot in chosen]
     assert repeated_name(names) is None
@@ -180,14 +180,14 @@ def test_names_are_unique_and_counts_are_the_published_ones(name):
 
 
 @pytest.mark.parametrize("name", sorted(RANGES))
-def test_ranges_are_the_published_ones(name):
+def test_ranges_are_the_published_ones(name) -> None:
     _, _, poses = drawn(name, 500)
     away = np.linalg.norm(poses.t_cam_body, axis=1)
     low, high = RANGES[name]
     assert low <= away.min() < away.max() <= high
 
 
-def test_speedplus_has_the_distributions_of_the_published_poses(shared):
+def test_speedplus_has_the_distributions_of_the_published_poses(shared) -> None:
     real = read_pose_list(shared / "data" / "speedplus" / "synthetic_validation.json")
     camera, _, made = drawn("speedplus", 2000)
     pairs = [(np.linalg.norm(p.t_cam_body, axis=1), *offsets(camera, p.t_cam_body).T) for p in (real, made)]
@@ -197,14 +197,14 @@ def test_speedplus_has_the_distributions_of_the_published_poses(shared):
         assert ks_2samp(a, b).pvalue > SURE
 
 
-def test_speedplus_has_the_earth_behind_its_second_half(tmp_path):
+def test_speedplus_has_the_earth_behind_its_second_half(tmp_path) -> None:
     report = author_example(example="speedplus", out=tmp_path / "stage", frames="::2500")
     visible = [planet is not None for _, _, planet in lit(report.root)]
     names = [frame.name for frame in StageReader(report.root).frames]
     assert visible == [int(name[3:]) >= 30000 for name in names]
 
 
-def test_roe1_is_like_the_published_trajectory(shared):
+def test_roe1_is_like_the_published_trajectory(shared) -> None:
     """In range, in way and turn from picture to picture, in attitudes and in where it is in the picture."""
     real = read_pose_list(shared / "data" / "shirt" / "roe1.json")
     _, chosen, made = drawn("shirt")
@@ -222,7 +222,7 @@ def test_roe1_is_like_the_published_trajectory(shared):
     assert (q**2).mean(0) == pytest.approx((real.q_cam_body**2).mean(0), abs=0.01)
 
 
-def test_roe2_comes_as_near_as_the_published_approach():
+def test_roe2_comes_as_near_as_the_published_approach() -> None:
     _, chosen, made = drawn("shirt")
     t = made.t_cam_body[[shot.part.name == "roe2" for shot in chosen]]
     away = np.linalg.norm(t, axis=1)
@@ -232,7 +232,7 @@ def test_roe2_comes_as_near_as_the_published_approach():
 
 
 @pytest.mark.parametrize("name", ["spark", "swisscube", "cubesat_cdt"])
-def test_sequences_move_and_turn_steadily(name):
+def test_sequences_move_and_turn_steadily(name) -> None:
     _, chosen, made = drawn(name, 300)
     turned = Rotation.from_quat(made.q_cam_body, scalar_first=True)
     for sequence in {shot.sequence_name for shot in chosen}:
@@ -244,12 +244,12 @@ def test_sequences_move_and_turn_steadily(name):
             assert turns == pytest.approx(turns[0], abs=1e-9)
 
 
-def test_another_target_stands_instead(tmp_path):
+def test_another_target_stands_instead(tmp_path) -> None:
     report = author_example(example="speedplus", out=tmp_path / "stage", count=1, target="cubesat", camera="speed")
     assert (report.target, report.camera) == ("cubesat", "speed.usda")
 
 
-def test_frames_are_chosen_among_the_pictures(tmp_path):
+def test_frames_are_chosen_among_the_pictures(tmp_path) -> None:
     report = author_example(example="swisscube", out=tmp_path / "stage", frames="50::25000")
     assert [frame.name for frame in StageReader(report.root).frames] == ["training_0000_000050", "training_0250_000050"]
 
@@ -278,7 +278,7 @@ def example_file(folder, names="img{picture}", low="1", more="", root=ROOT, part
     return file
 
 
-def test_an_example_of_ones_own(tmp_path):
+def test_an_example_of_ones_own(tmp_path) -> None:
     report = author_example(example=example_file(tmp_path), out=tmp_path / "stage")
     assert (report.frames, report.target) == (4, "cubesat")
 
@@ -303,7 +303,7 @@ def test_an_example_of_ones_own(tmp_path):
         ({"root": ROOT.replace("cubesat", "capsule")}, "picture img1"),
     ],
 )
-def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word):
+def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word) -> None:
     with pytest.raises(InputError) as raised:
         author_example(example=example_file(tmp_path, **changes), out=tmp_path / "stage")
     assert word in str(raised.value)
@@ -313,7 +313,7 @@ def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word):
 @pytest.mark.parametrize(
     ("name", "count", "word"), [("spad", 1, "spark"), ("shirt", 0, "1 to 4742"), ("shirt", 9999, "1 to")]
 )
-def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, word):
+def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, word) -> None:
     with pytest.raises(InputError, match=word):
         author_example(example=name, out=tmp_path / "stage", count=count)
 
@@ -328,7 +328,7 @@ def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, wor
         (["--example", "nasa"], "nasa"),
     ],
 )
-def test_the_command_says_what_it_lacks_in_one_sentence(tmp_path, spin_usd, options, word):
+def test_the_command_says_what_it_lacks_in_one_sentence(tmp_path, spin_usd, options, word) -> None:
     done = spin_usd("author", *options, "--out", tmp_path / "stage", code=2)
     assert done.stderr.startswith("spin-usd: ")
     assert done.stderr.count("\n") == 1

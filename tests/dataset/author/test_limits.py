@@ -43,7 +43,7 @@ def entries(name, **words):
         ("/World/Camera.spin:optics:glare", {"distribution": "uniform", "low": 0, "high": 1.1}, "numbers from 0 to 1"),
     ],
 )
-def test_a_range_outside_of_the_limits_is_refused_before_any_draw(name, words, sentence):
+def test_a_range_outside_of_the_limits_is_refused_before_any_draw(name, words, sentence) -> None:
     with pytest.raises(InputError, match=sentence) as caught:
         samples_for(entries(name, **words))
     assert caught.value.where == name
@@ -58,17 +58,17 @@ def test_a_range_outside_of_the_limits_is_refused_before_any_draw(name, words, s
         ("exposure.time", {"distribution": "log_uniform", "low": 1, "high": 100, "unit": "ms"}),
     ],
 )
-def test_a_range_up_to_the_limits_is_not(name, words):
+def test_a_range_up_to_the_limits_is_not(name, words) -> None:
     assert samples_for(entries(name, **words))
 
 
-def test_a_normal_distribution_is_cut_at_the_limits():
+def test_a_normal_distribution_is_cut_at_the_limits() -> None:
     (sample,) = samples_for(entries("optics.glare", distribution="normal", mean=0.5, sigma=1, high=0.9, per="frame"))
     values = np.array(draw_all([sample], seed=0, name="a", frames=FRAMES).per_frame["optics.glare"])
     assert stats.kstest(values, stats.truncnorm(-0.5, 0.4, 0.5, 1).cdf).pvalue > LEAST_P
 
 
-def test_a_normal_distribution_is_cut_above_an_open_limit():
+def test_a_normal_distribution_is_cut_above_an_open_limit() -> None:
     (sample,) = samples_for(entries("focus.distance", distribution="normal", mean=0, sigma=1, unit="m", per="frame"))
     assert min(draw_all([sample], seed=0, name="a", frames=FRAMES).per_frame["focus.distance"]) > 0
 
@@ -122,7 +122,7 @@ def painted(tmp_path_factory):
         ("roughness", {"distribution": "normal", "mean": 3, "sigma": 0.1}, "fewer than 0.001 of all draws about 3"),
     ],
 )
-def test_a_factor_that_no_material_can_have_is_refused_whatever_the_seed(painted, of, words, sentence):
+def test_a_factor_that_no_material_can_have_is_refused_whatever_the_seed(painted, of, words, sentence) -> None:
     name = f"material.Paint.{of}.factor"
     for seed in range(3):
         with pytest.raises(InputError, match=sentence) as caught:
@@ -130,7 +130,7 @@ def test_a_factor_that_no_material_can_have_is_refused_whatever_the_seed(painted
         assert caught.value.where == name
 
 
-def test_a_factor_is_cut_where_the_brightest_colour_is_white(painted):
+def test_a_factor_is_cut_where_the_brightest_colour_is_white(painted) -> None:
     words = {"distribution": "normal", "mean": 1.25, "sigma": 0.1}
     made = [
         painted(entries("material.Paint.diffuseColor.factor", **words), seed=seed, name="a").attributes[0]
@@ -139,7 +139,7 @@ def test_a_factor_is_cut_where_the_brightest_colour_is_white(painted):
     assert all(0.8 < max(opinion.value) <= 1 for opinion in made)
 
 
-def test_colours_are_multiplied_one_by_one(painted):
+def test_colours_are_multiplied_one_by_one(painted) -> None:
     words = {"distribution": "fixed", "value": [5, 2.5, 1.25]}
     (made,) = painted(entries("material.Paint.diffuseColor.factor", **words), seed=0, name="a").attributes
     np.testing.assert_allclose(made.value, (1, 1, 1), rtol=1e-6)

@@ -26,7 +26,7 @@ def patch(z, half=0.2, winding=1):
 
 @pytest.mark.parametrize("winding", [1, -1])
 @pytest.mark.parametrize("gap", [0.0, 0.5 * GAP])
-def test_a_patch_in_a_wall_is_told(gap, winding):
+def test_a_patch_in_a_wall_is_told(gap, winding) -> None:
     """Only the patch's middles lie in the wall's faces; the wall's lie beside the patch, or it would count too."""
     (finding,) = told(BOX, patch(0.5 + gap, 0.1, winding))
     assert (finding.code, finding.severity, finding.where) == ("faces-coincident", "warning", "/T")
@@ -34,31 +34,31 @@ def test_a_patch_in_a_wall_is_told(gap, winding):
     assert f"faces that hold {100 * 0.04 / (AREA + 0.04):.3g} % of its area overlap others" in finding.message
 
 
-def test_a_patch_before_a_wall_is_fine():
+def test_a_patch_before_a_wall_is_fine() -> None:
     assert told(BOX, patch(0.5 + 3 * GAP)) == []
 
 
-def test_what_touches_within_is_nobodys_to_see():
+def test_what_touches_within_is_nobodys_to_see() -> None:
     """Two boxes side by side share a wall; a plate within a closed box lies in another."""
     aside = BOX[0] + np.array([1.0, 0, 0]), BOX[1]
     assert told(BOX, aside) == []
     assert told(BOX, patch(0.1), patch(0.1)) == []
 
 
-def test_a_part_with_itself():
+def test_a_part_with_itself() -> None:
     points, faces = BOX
     (finding,) = told((points, np.concatenate([faces, faces])))
     assert "faces that hold 100 % of its area overlap others (/T/p1 with itself)" in finding.message
 
 
-def test_little_is_not_worth_a_word():
+def test_little_is_not_worth_a_word() -> None:
     half = 0.5 * np.sqrt(0.9 * LEAST_SHARE * AREA)
     assert told(BOX, patch(0.5, half)) == []
     assert told(BOX, patch(0.5, half * 1.1))
 
 
 @pytest.mark.slow
-def test_the_parts_of_a_real_model_that_share_a_surface(shared, tmp_path, spin_usd):
+def test_the_parts_of_a_real_model_that_share_a_surface(shared, tmp_path, spin_usd) -> None:
     poses = tmp_path / "poses.json"
     poses.write_text('[{"filename": "a.png", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 10]}]')
     model = shared / "data" / "tango" / "tango.obj"

@@ -29,7 +29,7 @@ SETS = """
 OPTICS = 'prepend apiSchemas = ["SpinOpticsAPI"]'
 
 
-def over(*path, text="", metadata=""):
+def over(*path, text="", metadata="") -> str:
     first, *rest = path
     inner = over(*rest, text=text, metadata=metadata) if rest else text
     return f'over "{first}" (\n{"" if rest else metadata}\n)\n{{\n{inner}\n}}\n'
@@ -65,7 +65,7 @@ REACHES = {
 KEYS = ("geometry", "radiance", "exposure")
 
 
-def quiet(*_):
+def quiet(*_) -> None:
     pass
 
 
@@ -84,7 +84,7 @@ def stage(small_stage, tmp_path_factory):
 
 
 @pytest.mark.parametrize("variant", REACHES)
-def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant):
+def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant) -> None:
     """Each variant changes one thing, so what that reaches by itself is what differs between the variants."""
     where, reaches, pictures = REACHES[variant]
     answer = diff(stage, "nominal", variant)
@@ -97,7 +97,7 @@ def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant):
 
 
 @pytest.mark.parametrize("variant", ["lens", "late", "turned"])
-def test_the_way_back_costs_the_same(stage, variant):
+def test_the_way_back_costs_the_same(stage, variant) -> None:
     there, back = (diff(stage, *pair) for pair in (("nominal", variant), (variant, "nominal")))
     assert there["pictures"] == back["pictures"]
     assert [(d["before"], d["after"]) for d in there["differences"]] == [
@@ -105,7 +105,7 @@ def test_the_way_back_costs_the_same(stage, variant):
     ]
 
 
-def test_what_counts_only_with_others_is_found_by_undoing_it(stage):
+def test_what_counts_only_with_others_is_found_by_undoing_it(stage) -> None:
     """The size of a halo that only the second variant has; it has the schema from there too."""
     for pair in (("nominal", "halo"), ("halo", "nominal")):
         listed = diff(stage, *pair, frames=":1")["differences"]
@@ -113,7 +113,7 @@ def test_what_counts_only_with_others_is_found_by_undoing_it(stage):
         assert reaches == {"glare": "exposure", "glareCore": "exposure"}
 
 
-def test_the_keys_that_differ_are_those_of_the_plan(stage):
+def test_the_keys_that_differ_are_those_of_the_plan(stage) -> None:
     """The plan's exposure keys hold the picture's own seed; the others are the same in both."""
     request = RenderRequest(stage=stage, variants=("nominal", "turned"), renderer="blender")
     pictures = plan(request, progress=quiet).pictures
@@ -124,12 +124,12 @@ def test_the_keys_that_differ_are_those_of_the_plan(stage):
         assert sum(a != b for a, b in pairs) == answer["pictures"][key]
 
 
-def test_variants_that_are_the_same_differ_in_their_noise_alone(stage, spin_usd):
+def test_variants_that_are_the_same_differ_in_their_noise_alone(stage, spin_usd) -> None:
     told = spin_usd("diff", stage, "nominal", "same").stdout
     assert "only what is drawn at random differs in the images" in told
 
 
-def test_a_variant_does_not_differ_from_itself(stage, spin_usd):
+def test_a_variant_does_not_differ_from_itself(stage, spin_usd) -> None:
     told = spin_usd("diff", stage, "same", "same", "--frames", ":1").stdout.splitlines()
     assert told == [
         "same is composed as same is",
@@ -138,13 +138,13 @@ def test_a_variant_does_not_differ_from_itself(stage, spin_usd):
     ]
 
 
-def test_other_sets_can_be_compared(stage, spin_usd):
+def test_other_sets_can_be_compared(stage, spin_usd) -> None:
     answer = json.loads(spin_usd("diff", stage, "dim", "dim,tint=warm", "--frames", "2:5", "--json").stdout)
     assert [each["where"] for each in answer["differences"]][-1] == "/World/Lights/Sun.inputs:color"
     assert answer["pictures"]["compared"] == answer["pictures"]["exposure"] == 3
 
 
-def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd):
+def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd) -> None:
     told = spin_usd("diff", stage, "nominal", "late").stdout
     assert "exposure:time   0.01 -> 0.02   (at 6, the only time sample that differs)   [image]" in told
     assert "layers/camera.usda -> variants.usda {augmentation=late}" in told
@@ -161,14 +161,14 @@ def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd):
         (("dim", "late", "--frames", "9:"), "--frames 9: selects none of the 8 pictures"),
     ],
 )
-def test_bad_input_is_one_sentence(stage, spin_usd, arguments, saying):
+def test_bad_input_is_one_sentence(stage, spin_usd, arguments, saying) -> None:
     done = spin_usd("diff", stage, *arguments, code=2)
     assert saying in done.stderr.splitlines()[-1]
     assert done.stdout == ""
 
 
 @pytest.mark.parametrize("text", ["", "=", "a=", "=b", "a,b", "a=b,a=c", "a,augmentation=b"])
-def test_what_names_no_variant_is_refused(text):
+def test_what_names_no_variant_is_refused(text) -> None:
     with pytest.raises(InputError, match="cannot be understood as a variant"):
         Selection.parse(text)
 
@@ -183,5 +183,5 @@ def test_what_names_no_variant_is_refused(text):
         ("augmentation=isda_1", "isda_1", {}),
     ],
 )
-def test_a_variant_as_it_is_written(text, variant, others):
+def test_a_variant_as_it_is_written(text, variant, others) -> None:
     assert Selection.parse(text) == Selection(variant=variant, others=others)

@@ -66,7 +66,7 @@ def counted(picture):
     return float((power / (power + (FLOOR * light.mean()) ** 2)).mean())
 
 
-def test_more_samples_are_less_noisy_and_neither_is_biased(picture, runs, scene):
+def test_more_samples_are_less_noisy_and_neither_is_biased(picture, runs, scene) -> None:
     few, many = (
         picture.linear_error(make(runs, scene, f"s{samples}_", samples=samples, seeds=range(SEEDS)))
         for samples in (4, 16)
@@ -76,14 +76,14 @@ def test_more_samples_are_less_noisy_and_neither_is_biased(picture, runs, scene)
     assert abs(few.brightness) < 0.02
 
 
-def test_light_too_much_is_a_bias(picture, runs, scene):
+def test_light_too_much_is_a_bias(picture, runs, scene) -> None:
     keys = make(runs, scene, "bright", samples=64, seeds=range(SEEDS), change=lambda light: np.float32(1.1) * light)
     found = picture.linear_error(keys)
     assert found.bias_squared == pytest.approx(0.01 * counted(picture), rel=0.01)
     assert found.brightness == pytest.approx(0.1, abs=0.002)
 
 
-def test_the_image_is_exposed_as_the_reference_asks(picture, runs, scene):
+def test_the_image_is_exposed_as_the_reference_asks(picture, runs, scene) -> None:
     """So twice the light is twice as bright, whatever the metering would make of it; and half the light half."""
     image = picture.developed(seed=0)
     assert image.scene.sensor.auto_exposure is None
@@ -96,21 +96,21 @@ def test_the_image_is_exposed_as_the_reference_asks(picture, runs, scene):
     assert off[0] > off[1] > 5 * off[2]
 
 
-def test_the_detectors_noise_is_its_own(picture, scene, runs):
+def test_the_detectors_noise_is_its_own(picture, scene, runs) -> None:
     """Without gain there is only rounding to whole numbers."""
     assert picture.developed(seed=0).noise > 1
     ideal = replace(scene, sensor=Sensor(auto_exposure=AutoExposure()))
     assert 0 < MeasuredPicture(ideal, runs, REFERENCE).developed(seed=0).noise <= 0.5
 
 
-def test_a_reference_that_never_meets_the_target_has_no_image_of_it(runs, scene):
+def test_a_reference_that_never_meets_the_target_has_no_image_of_it(runs, scene) -> None:
     """A target far smaller than a pixel: none of its figures would be a number."""
     nothing = make(runs, scene, "missed", samples=1, seeds=PARTS, change=np.zeros_like, cover=np.zeros_like)
     with pytest.raises(InputError, match=f"^{scene.frame.name}: no ray of the reference meets the target; "):
         MeasuredPicture(scene, runs, nothing).developed(seed=0)
 
 
-def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, scene):
+def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, scene) -> None:
     """Compared with itself, or with renders as good as it, next to nothing is left after the detector."""
     keys = make(runs, scene, "good", samples=64, seeds=range(SEEDS))
     rough = make(runs, scene, "rough", samples=2, seeds=range(SEEDS))
@@ -122,7 +122,7 @@ def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, s
     assert good.seeds == SEEDS
 
 
-def test_no_error_below_a_capped_references_own_is_claimed(picture, runs, scene):
+def test_no_error_below_a_capped_references_own_is_claimed(picture, runs, scene) -> None:
     """Of renders that are the reference's own parts, whose error is estimated at nearly none."""
     image, keys = picture.developed(seed=0), make(runs, scene, "own", samples=64, seeds=PARTS)
     capped, known = (picture.figures(image, SETTING, keys, capped=capped) for capped in (True, False))
@@ -134,21 +134,21 @@ def test_no_error_below_a_capped_references_own_is_claimed(picture, runs, scene)
     assert capped.error_dn_at_most > known.error_dn_at_most > known.error_dn
 
 
-def test_cost_is_the_median_of_what_was_not_the_first(picture, runs, scene):
+def test_cost_is_the_median_of_what_was_not_the_first(picture, runs, scene) -> None:
     found = picture.figures(picture.developed(seed=0), SETTING, make(runs, scene, "c", samples=4, seeds=range(4)))
     assert (found.cpu_s, found.wall_s, found.memory_bytes) == (3.0, 0.5, 103)
     cold = make(runs, scene, "cold", samples=4, seeds=range(3), warm=False)
     assert picture.cost(cold)["cpu_s"] == 2.0
 
 
-def test_differences_are_of_runs_pair_by_pair(picture, runs, scene):
+def test_differences_are_of_runs_pair_by_pair(picture, runs, scene) -> None:
     keys = make(runs, scene, "a", samples=64, seeds=range(2))
     dimmer = make(runs, scene, "b", samples=64, seeds=range(2), change=lambda light: np.float32(0.9) * light)
     assert picture.difference(keys, keys) == 0
     assert picture.difference(keys, dimmer) == pytest.approx(0.1 * counted(picture) ** 0.5, rel=0.01)
 
 
-def test_a_saving_is_of_pairs_that_took_turns(picture, runs, scene):
+def test_a_saving_is_of_pairs_that_took_turns(picture, runs, scene) -> None:
     """So a machine that is slower for a while slows down both."""
     without = make(runs, scene, "plain", samples=4, seeds=range(3), cpu_s=2.0)
     twice, unsure = ([f"{name}{seed}" for seed in range(3)] for name in ("twice", "unsure"))
@@ -162,14 +162,14 @@ def test_a_saving_is_of_pairs_that_took_turns(picture, runs, scene):
     assert sure.difference == 0 < sure.noise
 
 
-def test_the_targets_pixels_are_those_that_it_covers_by_half(picture):
+def test_the_targets_pixels_are_those_that_it_covers_by_half(picture) -> None:
     frame = picture.frame(picture.developed(seed=0))
     coverage = np.mean([picture.radiance(key).coverage for key in REFERENCE], 0)
     assert frame["target_pixels"] == int((coverage >= 0.5 * coverage.max()).sum()) < int((coverage > 0).sum())
     assert frame["reference_error"] ** 2 == pytest.approx(picture.reference.error_squared)
 
 
-def test_a_run_that_was_damaged_is_not_there(runs, scene):
+def test_a_run_that_was_damaged_is_not_there(runs, scene) -> None:
     (key,) = make(runs, scene, "d", samples=1, seeds=range(1))
     assert runs.has(key)
     path = runs.root / key[:2] / f"{key}.exr"
@@ -177,7 +177,7 @@ def test_a_run_that_was_damaged_is_not_there(runs, scene):
     assert not runs.has(key)
 
 
-def test_what_is_not_used_is_removed(tmp_path, scene):
+def test_what_is_not_used_is_removed(tmp_path, scene) -> None:
     """And nothing that is no run."""
     runs = Runs(root=tmp_path / "runs", work=tmp_path / "work")
     one, other = make(runs, scene, "a" * 63, samples=1, seeds=range(2))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from typing import Never
 
 import pytest
 
@@ -81,7 +82,7 @@ def figures(measurement, renderer="blender", **effort):
 
 
 @pytest.mark.slow
-def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed):
+def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed) -> None:
     """Renders that were there are not made again, and the files of a finished picture are removed."""
     assert any(each.cpu_s == MARK_S for each in measured.figures)
     assert any(each.cpu_s < 60 for each in measured.figures)
@@ -90,7 +91,7 @@ def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed):
 
 
 @pytest.mark.slow
-def test_all_settings_are_measured_on_the_picture(measured):
+def test_all_settings_are_measured_on_the_picture(measured) -> None:
     walked = settings_to_measure(most_samples=4, several_lights=False, others=tuple(QUALITIES.values()))
     assert [each.setting for each in measured.figures] == walked
     assert measured.failures == ()
@@ -99,7 +100,7 @@ def test_all_settings_are_measured_on_the_picture(measured):
 
 
 @pytest.mark.slow
-def test_the_reference_is_as_good_as_it_says(measured):
+def test_the_reference_is_as_good_as_it_says(measured) -> None:
     (frame,) = measured.frames
     smallest = min(each.error for each in measured.figures)
     assert not frame.reference_capped
@@ -108,7 +109,7 @@ def test_the_reference_is_as_good_as_it_says(measured):
 
 
 @pytest.mark.slow
-def test_more_samples_are_nearer_to_the_reference_and_unbiased(measured):
+def test_more_samples_are_nearer_to_the_reference_and_unbiased(measured) -> None:
     one, four = (figures(measured, samples=samples) for samples in (1, 4))
     assert four.error_dn < one.error_dn
     assert four.structure < one.structure
@@ -116,7 +117,7 @@ def test_more_samples_are_nearer_to_the_reference_and_unbiased(measured):
 
 
 @pytest.mark.slow
-def test_the_preview_is_biased_and_has_no_noise(measured):
+def test_the_preview_is_biased_and_has_no_noise(measured) -> None:
     """One ray through each pixel's centre, in Lambert's light: what it lacks is no chance."""
     preview = figures(measured, renderer="raycast", samples=1)
     assert preview.variance == 0
@@ -124,7 +125,7 @@ def test_the_preview_is_biased_and_has_no_noise(measured):
 
 
 @pytest.mark.slow
-def test_labels_and_execution_agree(measured):
+def test_labels_and_execution_agree(measured) -> None:
     (labels,) = measured.labels
     assert labels.iou > 0.99
     assert labels.reprojection_px < 1e-3
@@ -133,7 +134,7 @@ def test_labels_and_execution_agree(measured):
 
 
 @pytest.mark.slow
-def test_what_is_left_out_changes_less_than_another_seed(measured):
+def test_what_is_left_out_changes_less_than_another_seed(measured) -> None:
     """And nothing at all where it is said to be the same bits."""
     assert {"volumes", "light tree", "world", EVERYTHING} <= {each.what for each in measured.savings}
     for saving in measured.savings:
@@ -144,7 +145,7 @@ def test_what_is_left_out_changes_less_than_another_seed(measured):
 
 
 @pytest.mark.slow
-def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny_stage, spin_usd):
+def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny_stage, spin_usd) -> None:
     before = (killed / "measure.json").read_text()
     again = spin_usd("measure", tiny_stage, *OPTIONS, "--json", "--quiet")
     assert json.loads(again.stdout) == json.loads(before)
@@ -152,7 +153,7 @@ def test_a_finished_measurement_is_there_without_a_render(measured, killed, tiny
 
 
 @pytest.mark.slow
-def test_a_measurement_of_something_else_is_not_overwritten(measured, killed, tiny_stage, spin_usd):
+def test_a_measurement_of_something_else_is_not_overwritten(measured, killed, tiny_stage, spin_usd) -> None:
     before = (killed / "measure.json").read_bytes()
     other = tiny_stage.with_name("other.usda")
     shutil.copy(tiny_stage, other)
@@ -185,7 +186,7 @@ def planned(**fields):
     return PlannedPicture(**{**usual, **content, **fields})
 
 
-def test_a_render_is_known_by_all_that_decides_it(tmp_path):
+def test_a_render_is_known_by_all_that_decides_it(tmp_path) -> None:
     """So a changed stage, setting, seed, renderer, software or machine is measured anew, and nothing else is."""
 
     def keys(picture=None, kind=RAYCAST, effort=None, seeds=(1, 2), **shared):
@@ -206,7 +207,7 @@ def test_a_render_is_known_by_all_that_decides_it(tmp_path):
     assert keys() == keys(planned(exposure="brighter"))
 
 
-def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, monkeypatch):
+def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, monkeypatch) -> None:
     """So what an earlier version worked out is worked out anew, from the renders that it made."""
 
     def keys():
@@ -220,7 +221,7 @@ def test_figures_are_known_by_their_formulas_too_and_renders_are_not(tmp_path, m
     assert renders == keys()[1]
 
 
-def test_figures_are_of_a_picture_in_its_place(tmp_path):
+def test_figures_are_of_a_picture_in_its_place(tmp_path) -> None:
     """Which they hold: a picture that stands elsewhere in the stage now has others."""
     one, other = (PictureTask(campaign(tmp_path), planned(index=index)) for index in (0, 1))
     assert one.key != other.key
@@ -230,7 +231,7 @@ def test_figures_are_of_a_picture_in_its_place(tmp_path):
 class Answering:
     """A pool in which all that is asked is answered with these, by what is asked."""
 
-    def __init__(self, **answers):
+    def __init__(self, **answers) -> None:
         self.answers, self.jobs = answers, []
 
     def run(self, jobs, told=None):
@@ -238,7 +239,7 @@ class Answering:
         return [self.answers.get(job.what, Answer()) for job in jobs]
 
 
-def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path):
+def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path) -> None:
     """The rest of the measurement goes on."""
     errors = Answer(result={"reference": 0.0, "settings": [0.0]})
     fields = {"cpu_s": 1, "cpu_s_with": 2, "ratio_least": 2, "ratio_most": 2, "difference": 0, "noise": 0}
@@ -249,14 +250,14 @@ def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path):
     assert (found.frames, found.figures, found.savings) == ((), (), ())
 
 
-def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path):
+def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path) -> None:
     """The choice among settings is not made on the pictures themselves."""
     settings, reference = (campaign(tmp_path).seeds(purpose, range(100)) for purpose in ("setting", "reference"))
     assert len({7, *settings, *reference}) == 201
     assert campaign(tmp_path, seed=8).seeds("setting", range(100)) != settings
 
 
-def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path):
+def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> None:
     """In pairs, each in a job of its own; and where one is left out, all of it is that."""
     for names, wanted in ((["world", "volumes"], ["world", "volumes", EVERYTHING]), (["world"], ["world"]), ([], [])):
         pool, shared = Answering(left_out=Answer(result=names)), campaign(tmp_path)
@@ -267,7 +268,7 @@ def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path):
         assert [each["work"] for each in made] == [[what] if what != EVERYTHING else names for what in wanted]
 
 
-def test_work_is_told_of_once():
+def test_work_is_told_of_once() -> None:
     heard = []
     tally = Tally(lambda what, done, total: heard.append((done, total)))
     tally.expect({"a": 30, "b": 60})
@@ -292,7 +293,7 @@ def test_work_is_told_of_once():
         {"variant": "all"},
     ],
 )
-def test_a_request_that_makes_no_sense_is_refused(tmp_path, asked):
+def test_a_request_that_makes_no_sense_is_refused(tmp_path, asked) -> None:
     with pytest.raises(InputError):
         MeasureRequest(stage=tmp_path, **asked)
 
@@ -305,14 +306,14 @@ def test_a_request_that_makes_no_sense_is_refused(tmp_path, asked):
         ({"frames": "90:"}, "selects none"),
     ],
 )
-def test_what_cannot_be_measured_is_refused_and_leaves_nothing(small_stage, tmp_path, asked, said):
+def test_what_cannot_be_measured_is_refused_and_leaves_nothing(small_stage, tmp_path, asked, said) -> None:
     request = MeasureRequest(**{"stage": small_stage, **asked})
     with pytest.raises(InputError, match=said):
         measure(request, tmp_path / "out", progress=lambda *_: None)
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_usd):
+def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_usd) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     told = spin_usd("measure", small_stage, "--out", tmp_path, "--quiet", code=2).stderr
     assert "notes.txt" in told
@@ -321,7 +322,7 @@ def test_a_folder_of_something_else_is_left_alone(small_stage, tmp_path, spin_us
 
 
 @pytest.mark.parametrize("name", ["measure.md", "runs/notes.txt", "measure.tmp-1.json", ".work/x", ".lock"])
-def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name):
+def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name) -> None:
     path = tmp_path / "out" / name
     path.parent.mkdir(parents=True)
     path.write_text("mine")
@@ -333,7 +334,7 @@ def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name)
 class Dying(Child):
     """Is killed when it gets to compare labels."""
 
-    def send(self, call, **arguments):
+    def send(self, call, **arguments) -> None:
         super().send(call, **arguments)
         if arguments.get("what") == "labels":
             self.process.kill()
@@ -358,7 +359,7 @@ def opened(small_stage, tmp_path):
     return start
 
 
-def test_a_crash_ends_one_job(opened):
+def test_a_crash_ends_one_job(opened) -> None:
     digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
     dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
     wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
@@ -370,7 +371,7 @@ def test_a_crash_ends_one_job(opened):
     assert "is not the render that was written" in refused.failed
 
 
-def test_a_process_that_says_nothing_for_too_long_is_ended(opened):
+def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
     """After it was heard of, which is when it has opened."""
     digest = {"index": 0, "effort": {"samples": 1}, "seed": 5}
     job = Job(kind=RAYCAST, what="render_digest", arguments=digest)
@@ -382,19 +383,19 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened):
     assert "SIGKILL" in answer.failed
 
 
-def test_the_patience_grows_with_the_samples(tmp_path):
+def test_the_patience_grows_with_the_samples(tmp_path) -> None:
     few, many = (MeasureRequest(stage=tmp_path, most_samples=samples).hang_s for samples in (1, 1024))
     assert few > HANG_S
     assert many - few > 1023 * STEP  # seconds, a sample of its longest render
 
 
-def test_where_no_process_opens_it_is_said(opened):
+def test_where_no_process_opens_it_is_said(opened) -> None:
     job = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
     with Pool(1, partial(opened, Child, variant="nothing")) as pool, pytest.raises(StageError, match="nothing"):
         pool.run([job])
 
 
-def test_several_processes_share_the_jobs(opened):
+def test_several_processes_share_the_jobs(opened) -> None:
     jobs = [
         Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": seed})
         for seed in (5, 6, 5)
@@ -405,13 +406,13 @@ def test_several_processes_share_the_jobs(opened):
     assert answers[0].result == answers[2].result
 
 
-def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, small_stage):
+def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, small_stage) -> None:
     """The stage's detector has no noise; the run is ended where it is told so."""
 
     class ToldError(Exception):
         pass
 
-    def stop(note):
+    def stop(note) -> Never:
         raise ToldError(note)
 
     with pytest.raises(ToldError, match=r"has no noise \(spin:sensor:gain is 0\), so --error auto"):

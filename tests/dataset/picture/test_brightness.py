@@ -71,7 +71,7 @@ def render(spin_usd, stage, out, *more):
     return spin_usd("render", stage, "--out", out, "--renderer", "raycast", "--json", *more)
 
 
-def test_what_the_records_say(dataset):
+def test_what_the_records_say(dataset) -> None:
     tones = [read_json(path, "record-1")["tones"] for path in Store(root=dataset).records()]
     assert len({each["pixels"] for each in tones}) == 1
     assert [(each["dark"], each["saturated"], each.get("exposure_end")) for each in tones] == [
@@ -83,12 +83,12 @@ def test_what_the_records_say(dataset):
     ]
 
 
-def test_pictures_that_were_there_count_too(dataset, spin_usd):
+def test_pictures_that_were_there_count_too(dataset, spin_usd) -> None:
     again = json.loads(render(spin_usd, dataset.parent / "dataset.usda", dataset).stdout)
     assert (again["made"], again["reused"], again["faults"]) == (0, 5, FAULTS)
 
 
-def test_check_names_them_and_what_to_do(dataset, spin_usd):
+def test_check_names_them_and_what_to_do(dataset, spin_usd) -> None:
     found = json.loads(spin_usd("check", dataset, "--json").stdout)["findings"]
     assert {finding["severity"] for finding in found} == {"warning"}
     named = {(finding["where"][-11:-5], finding["code"]) for finding in found}
@@ -104,14 +104,14 @@ def test_check_names_them_and_what_to_do(dataset, spin_usd):
     assert all("exposure.stops" in each["message"] for each in found if each["where"].startswith("records/"))
 
 
-def test_render_says_so_in_a_sentence(dataset, spin_usd):
+def test_render_says_so_in_a_sentence(dataset, spin_usd) -> None:
     stage = dataset.parent / "dataset.usda"
     said = spin_usd("render", stage, "--out", dataset, "--renderer", "raycast").stderr
     expected = f"2 of 5 nearly black, 2 of 5 nearly white, 2 of 5 at an end of auto-exposure; spin-usd check {dataset}"
     assert expected in said
 
 
-def test_the_demo_says_so_too(tmp_path, spin_usd):
+def test_the_demo_says_so_too(tmp_path, spin_usd) -> None:
     """Of a stage that stands where its own would."""
     (tmp_path / "stage").mkdir()
     (tmp_path / "stage" / "dataset.usda").write_text(STAGE.replace("endTimeCode = 4", "endTimeCode = 1"))
@@ -128,7 +128,7 @@ def test_the_demo_says_so_too(tmp_path, spin_usd):
         (None, "there is no distant light"),
     ],
 )
-def test_the_remedy_of_a_black_picture_is_that_of_its_light(sun, do):
+def test_the_remedy_of_a_black_picture_is_that_of_its_light(sun, do) -> None:
     record = {"tones": {"dark": 0.9}, "pose": {"t_cam_body": [0, 0, 5]}, **({"sun": sun} if sun else {})}
     (finding,) = tone_findings(record, "records/nominal/a.json")
     assert re.search(do, finding.message)

@@ -14,7 +14,7 @@ def render(spin_usd, stage, out, *more):
     return read_json(out / "records" / "nominal" / "img000001.json", "record-1")
 
 
-def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_usd):
+def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_usd) -> None:
     record = render(spin_usd, small_stage, tmp_path, "--labels", "none")
     q, t = record["pose"]["q_cam_body"], record["pose"]["t_cam_body"]
     assert record["source_file"] == "img000001.jpg"
@@ -26,7 +26,7 @@ def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_
     assert (image["dtype"], image["channels"], image["encoding"]) == ("uint8", {"Y": "grey"}, "srgb")
 
 
-def test_names_that_change_nothing_else_are_told_without_making_anything_again(small_stage, tmp_path, spin_usd):
+def test_names_that_change_nothing_else_are_told_without_making_anything_again(small_stage, tmp_path, spin_usd) -> None:
     stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"
     shutil.copytree(small_stage.parent, stage.parent)
     before = render(spin_usd, stage, out, "--labels-only")

@@ -18,7 +18,7 @@ def radiance(region, groups):
 
 @pytest.mark.parametrize("groups", [0, 1, 3, 13, 120])
 @pytest.mark.parametrize("region", [ODD, Region(x0=4, y0=4, x1=5, y1=5), Region(x0=9, y0=2, x1=9, y1=2)])
-def test_a_render_comes_back_bit_for_bit(tmp_path, region, groups):
+def test_a_render_comes_back_bit_for_bit(tmp_path, region, groups) -> None:
     written = radiance(region, groups)
     write_render(tmp_path / "r.exr", written)
     found = read_render(tmp_path / "r.exr", region, groups=groups)
@@ -27,7 +27,7 @@ def test_a_render_comes_back_bit_for_bit(tmp_path, region, groups):
     assert found.coverage.tobytes() == written.coverage.tobytes()
 
 
-def test_what_is_not_that_render_is_none(tmp_path):
+def test_what_is_not_that_render_is_none(tmp_path) -> None:
     write_render(tmp_path / "r.exr", radiance(ODD, 2))
     assert read_render(tmp_path / "r.exr", ODD, groups=3) is None
     assert read_render(tmp_path / "r.exr", Region(x0=3, y0=5, x1=21, y1=16), groups=2) is None
@@ -36,7 +36,7 @@ def test_what_is_not_that_render_is_none(tmp_path):
     assert read_render(tmp_path / "r.exr", ODD, groups=2) is None
 
 
-def test_sums_round_alike_however_a_renderer_lays_its_planes_out(tmp_path):
+def test_sums_round_alike_however_a_renderer_lays_its_planes_out(tmp_path) -> None:
     written = radiance(ODD, 40)
     planes_last = np.moveaxis(np.ascontiguousarray(np.moveaxis(written.groups, 0, -1)), -1, 0)
     other = in_order(Radiance(region=ODD, groups=planes_last, coverage=written.coverage))

@@ -39,11 +39,11 @@ def measured_stage(tmp_path):
     return tmp_path / "stage.usda"
 
 
-def test_a_measurement_is_read_as_it_was_written(tmp_path):
+def test_a_measurement_is_read_as_it_was_written(tmp_path) -> None:
     assert read_measurement(written(tmp_path, usual())) == usual()
 
 
-def test_figures_of_other_formulas_are_refused(tmp_path):
+def test_figures_of_other_formulas_are_refused(tmp_path) -> None:
     file = written(tmp_path, usual())
     of_old = json.loads(file.read_text())
     del of_old["formulas"]
@@ -73,13 +73,13 @@ def spoilt(old, new):
         (spoilt('"frame": "img000001"', '"frame": "img000099"'), "has figures of img000099, which is not among its"),
     ],
 )
-def test_a_damaged_measurement_is_named(tmp_path, text, names):
+def test_a_damaged_measurement_is_named(tmp_path, text, names) -> None:
     (tmp_path / FILE).write_text(text)
     with pytest.raises(InputError, match=rf"measure\.json: .*{names}.*; measure again with spin-usd measure$"):
         read_measurement(tmp_path / FILE)
 
 
-def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stage, tmp_path, spin_usd):
+def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stage, tmp_path, spin_usd) -> None:
     shutil.copytree(small_stage.parent, tmp_path / "stage")
     stage = tmp_path / "stage" / small_stage.name
     written(folder_of(stage), usual()).write_text("{")
@@ -97,20 +97,20 @@ def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stag
         ({"effort": "samples=5,denoiser=high,bounces=0"}, Effort(samples=5, denoiser="high", bounces=0)),
     ],
 )
-def test_an_effort_that_was_given_was_not_chosen(ways, effort):
+def test_an_effort_that_was_given_was_not_chosen(ways, effort) -> None:
     setting, chosen = asked(**ways)
     assert (setting.renderer, setting.effort, chosen) == ("blender", effort, None)
     assert asked(**ways, renderer="raycast")[0].renderer == "raycast"
 
 
 @pytest.mark.parametrize("name", QUALITIES)
-def test_a_quality_is_the_effort_of_its_name_and_says_so(name):
+def test_a_quality_is_the_effort_of_its_name_and_says_so(name) -> None:
     setting, chosen = asked(quality=name)
     assert setting.effort == QUALITIES[name]
     assert chosen.recorded == {"by": "quality", "asked": name, "reason": f"the quality {name} is {setting.effort.text}"}
 
 
-def test_an_error_is_looked_up_beside_the_stage(measured_stage):
+def test_an_error_is_looked_up_beside_the_stage(measured_stage) -> None:
     setting, chosen = asked(measured_stage, error="0.1")
     choice = choose(usual(), error=0.1)
     assert setting == choice.setting
@@ -118,17 +118,17 @@ def test_an_error_is_looked_up_beside_the_stage(measured_stage):
     assert chosen.recorded == {"by": "error", "asked": "0.1", "reason": choice.reason, "measurement": digest}
 
 
-def test_auto_is_the_detectors_noise(measured_stage):
+def test_auto_is_the_detectors_noise(measured_stage) -> None:
     assert asked(measured_stage, error="auto")[0] == choose(usual(), auto=True).setting
 
 
-def test_raycast_is_chosen_only_where_it_is_asked_for(measured_stage):
+def test_raycast_is_chosen_only_where_it_is_asked_for(measured_stage) -> None:
     assert asked(measured_stage, error="0.9")[0] == choose(usual(), error=0.9).setting
     assert asked(measured_stage, error="0.9")[0].renderer == "blender"
     assert asked(measured_stage, error="0.9", renderer="raycast")[0].renderer == "raycast"
 
 
-def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured_stage):
+def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured_stage) -> None:
     _, chosen = asked(measured_stage, quality="reference")
     (said,) = doubts(chosen, {"nominal": {"hash": usual().stage}})
     assert said.startswith("the quality reference: expected error 2.4 %, for 22.4 CPU s a picture, as measured on this")
@@ -138,7 +138,7 @@ def test_of_a_quality_a_note_says_what_was_measured_of_it_on_this_stage(measured
     assert doubts(chosen, {"nominal": {"hash": "6" * 64}}) == []
 
 
-def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path):
+def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path) -> None:
     draft, better = setting(QUALITIES["draft"]), setting("samples=3")
     made = [figures(draft, cpu_s=2.0, error=0.2), figures(better, cpu_s=1.0, error=0.1)]
     preview = figures(setting("samples=1", "raycast"), cpu_s=0.1, error=0.01)
@@ -149,7 +149,7 @@ def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["", FILE])
-def test_another_measurement_can_be_named(tmp_path, name):
+def test_another_measurement_can_be_named(tmp_path, name) -> None:
     file = written(tmp_path / "elsewhere", usual())
     assert asked(measured=file.parent / name, error="0.1")[0] == choose(usual(), error=0.1).setting
 
@@ -171,12 +171,12 @@ def test_another_measurement_can_be_named(tmp_path, name):
         ({"error": "auto", "measured": Path("nowhere")}, "nowhere: cannot be read"),
     ],
 )
-def test_what_cannot_be_asked_is_refused(measured_stage, ways, names):
+def test_what_cannot_be_asked_is_refused(measured_stage, ways, names) -> None:
     with pytest.raises(InputError, match=names):
         asked(measured_stage, **ways)
 
 
-def test_a_stage_that_was_not_measured_says_what_to_run(tmp_path):
+def test_a_stage_that_was_not_measured_says_what_to_run(tmp_path) -> None:
     stage = tmp_path / "stage.usda"
     with pytest.raises(
         InputError, match=rf"has no measured/measure.json beside it; run spin-usd measure {stage} first"
@@ -184,7 +184,7 @@ def test_a_stage_that_was_not_measured_says_what_to_run(tmp_path):
         asked(stage, error="0.1")
 
 
-def test_doubts_are_about_another_state_of_the_stage_and_other_variants(measured_stage):
+def test_doubts_are_about_another_state_of_the_stage_and_other_variants(measured_stage) -> None:
     _, chosen = asked(measured_stage, error="0.1")
     here, changed = ({"hash": hash} for hash in (usual().stage, "6" * 64))
     assert doubts(chosen, {"nominal": here}) == []
@@ -196,7 +196,7 @@ def test_doubts_are_about_another_state_of_the_stage_and_other_variants(measured
     assert doubts(asked(quality="draft")[1], {"dark": changed}) == []
 
 
-def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd):
+def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd) -> None:
     """Also where the measurement is of the stage as it was; then with a note."""
     file = written(tmp_path, usual())
     done = spin_usd("plan", small_stage, "--error", "0.1", "--measured", file, "--json")
@@ -216,7 +216,7 @@ def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd):
     assert "note" not in done.stderr
 
 
-def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(small_stage, tmp_path, spin_usd):
+def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(small_stage, tmp_path, spin_usd) -> None:
     shutil.copytree(small_stage.parent, tmp_path / "stage")
     stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"
     file = written(folder_of(stage), usual())
@@ -239,6 +239,6 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
         (("--labels-only", "--quality", "draft"), "--quality is given with --labels-only, which renders no light; drop one of them"),  # noqa: E501
     ],
 )  # fmt: skip
-def test_ways_that_do_not_go_together_are_wrong_usage(spin_usd, given, said):
+def test_ways_that_do_not_go_together_are_wrong_usage(spin_usd, given, said) -> None:
     done = spin_usd("render", "stage.usda", "--out", "d", *given, code=2)
     assert done.stderr == f"spin-usd: {said}\n"

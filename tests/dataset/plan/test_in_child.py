@@ -18,10 +18,10 @@ KNOWN = ("nominal", "dark", "noisy_1", "noisy_10", "noisy_2")
         (["noisy_2", "noisy_[12]"], ["noisy_2", "noisy_1"]),
     ],
 )
-def test_names_and_patterns_choose_variants_each_once(asked, found):
+def test_names_and_patterns_choose_variants_each_once(asked, found) -> None:
     assert wanted_variants(asked, KNOWN) == found
 
 
-def test_a_pattern_that_chooses_nothing_is_refused_with_those_there_are():
+def test_a_pattern_that_chooses_nothing_is_refused_with_those_there_are() -> None:
     with pytest.raises(InputError, match=r"no variant 'loud_\*'; choose among nominal, dark, noisy_1"):
         wanted_variants(["dark", "loud_*"], KNOWN)

@@ -12,7 +12,7 @@ from tests.cases.scenes import SPEEDPLUS
 USUAL, MOST = 0.02, 0.05  # off, of the pixels that are there, as the module says: sides are 13 degrees apart
 
 
-def test_the_estimate_is_near_what_a_renderer_finds(small_stage):
+def test_the_estimate_is_near_what_a_renderer_finds(small_stage) -> None:
     reader, coverage, renderer = StageReader(small_stage), Coverage(), RaycastRenderer()
     scenes = [replace(reader.scene(frame), camera=SPEEDPLUS) for frame in reader.frames]
     found = np.array([np.count_nonzero(renderer.visibility(scene).face >= 0) for scene in scenes])

@@ -113,7 +113,7 @@ def planned(variant, index, geometry, radiance, exposure):
     )
 
 
-def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmented, monkeypatch):
+def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmented, monkeypatch) -> None:
     alone = asked(augmented)
     assert [p.name for p in alone.pictures[:3]] == [f"nominal/{name}" for name in alone.names[1:7:2]]
     for picture in alone.pictures:
@@ -144,7 +144,7 @@ def a_plan(pictures, variants):
     )
 
 
-def test_what_two_variants_share_counts_for_the_first():
+def test_what_two_variants_share_counts_for_the_first() -> None:
     pictures = [planned("a", 0, "g", "r", "e"), planned("b", 0, "g", "r", "f"), planned("c", 0, "g", "s", "h")]
     cost = matrix(a_plan(pictures, ("a", "b", "c")), METHOD, ".png")
     assert [row.counts for row in cost.rows] == [(1, 1, 1, 1), (1, 0, 0, 1), (1, 0, 1, 1)]
@@ -153,7 +153,7 @@ def test_what_two_variants_share_counts_for_the_first():
     assert cost.rows[0].bytes > cost.rows[2].bytes > cost.rows[1].bytes > 0
 
 
-def test_many_variants_that_cost_alike_share_a_line():
+def test_many_variants_that_cost_alike_share_a_line() -> None:
     rows = [
         Row(name=f"v{i}", pictures=5, label_passes=5 * (i == 0), renders=5, exposures=5, seconds=1.0, bytes=2.0)
         for i in range(MANY + 1)
@@ -163,7 +163,7 @@ def test_many_variants_that_cost_alike_share_a_line():
     assert in_lines(rows[:3]) == rows[:3]
 
 
-def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
+def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
     making = Making(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
     expected = expected_work(making, METHOD)
     of_run = Timings()
@@ -179,12 +179,12 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"expected": 3}', '{"expected": {"stage": NaN}, "taken": {}}'])
-def test_damaged_measurements_are_none(tmp_path, text):
+def test_damaged_measurements_are_none(tmp_path, text) -> None:
     (tmp_path / "measured.json").write_text(text)
     assert read_measured(tmp_path / "measured.json") == Timings()
 
 
-def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path):
+def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path) -> None:
     options = ["--renderer", "raycast", "--samples", "1"]
     spin_usd("render", augmented, "--out", tmp_path / "data", "--frames", "0:2", *options)
     command = [
@@ -207,7 +207,7 @@ def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path):
     assert "bright" in spin_usd(*command).stdout
 
 
-def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeypatch):
+def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeypatch) -> None:
     alone = asked(augmented, explain=True, renderer="blender")
     assert {each.what for each in alone.spared} >= {
         "light tree",
@@ -225,7 +225,7 @@ def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeyp
     assert "light tree" not in {each.what for each in asked(augmented, explain=True).spared}  # the preview has none
 
 
-def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage):
+def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage) -> None:
     root = small_stage.parent / "looks.usda"
     (small_stage.parent / "look.usda").write_text(MATT_LOOK)
     root.write_text(small_stage.read_text().replace("@./layers/poses.usdc@", "@./look.usda@, @./layers/poses.usdc@", 1))

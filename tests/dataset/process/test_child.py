@@ -20,26 +20,26 @@ def wait_until(condition, seconds=GONE_WITHIN_S):
     return condition()
 
 
-def test_an_error_in_the_child_is_the_same_error_here(tmp_path):
+def test_an_error_in_the_child_is_the_same_error_here(tmp_path) -> None:
     with Child() as child, pytest.raises(SpinError) as raised:
         child.call("try_renderer", name="povray")
     assert type(raised.value).__name__ == "UnsupportedError"
     assert "povray" in str(raised.value)
 
 
-def test_a_defect_in_the_child_is_not_taken_for_bad_input():
+def test_a_defect_in_the_child_is_not_taken_for_bad_input() -> None:
     with Child() as child, pytest.raises(ChildInternalError):
         child.call("no such call")
 
 
-def test_a_killed_child_is_reported_and_does_not_hang():
+def test_a_killed_child_is_reported_and_does_not_hang() -> None:
     with Child() as child:
         child.process.send_signal(signal.SIGKILL)
         with pytest.raises(ChildDiedError, match="SIGKILL"):
             child.call("try_renderer", name="raycast")
 
 
-def test_a_child_ends_with_its_parent():
+def test_a_child_ends_with_its_parent() -> None:
     """Also when the parent is killed and can say nothing."""
     code = (
         "import time; from spin_usd.dataset.process.child import Child\n"
@@ -54,7 +54,7 @@ def test_a_child_ends_with_its_parent():
     assert wait_until(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE)
 
 
-def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkeypatch):
+def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkeypatch) -> None:
     for name in ("PXR_PLUGINPATH_NAME", "OCIO", "PYTHONPATH", "LD_PRELOAD", "OPENIMAGEIO_OPTIONS"):
         monkeypatch.setenv(name, os.devnull)
     with Child() as child:
@@ -62,12 +62,12 @@ def test_the_childs_environment_holds_nothing_that_could_change_a_picture(monkey
     assert not {"PXR_PLUGINPATH_NAME", "OCIO", "PYTHONPATH", "LD_PRELOAD", "OPENIMAGEIO_OPTIONS"} & set(environment)
 
 
-def test_what_libraries_print_does_not_reach_the_answers():
+def test_what_libraries_print_does_not_reach_the_answers() -> None:
     with Child() as child:
         assert "blender" in child.call("try_renderer", name="blender")
 
 
-def test_answers_that_arrive_together_are_told_one_by_one():
+def test_answers_that_arrive_together_are_told_one_by_one() -> None:
     with Child() as child:
         for _ in range(2):
             child.send("try_renderer", name="raycast")
@@ -76,6 +76,6 @@ def test_answers_that_arrive_together_are_told_one_by_one():
             assert "embreex" in child.receive(within_s=5.0)["result"]
 
 
-def test_a_child_that_says_nothing_is_ended():
+def test_a_child_that_says_nothing_is_ended() -> None:
     with Child() as child, pytest.raises(ChildDiedError, match="no answer"):
         child.receive(within_s=0.1)

@@ -9,7 +9,7 @@ from spin_usd.dataset.process.processors import hold_to, share_of, usable_cpus
 
 
 @pytest.mark.parametrize(("cpus", "count"), [(1, 1), (2, 1), (2, 2), (2, 5), (8, 3), (8, 8), (7, 16)])
-def test_each_worker_has_its_share_and_all_processors_are_used_evenly(monkeypatch, cpus, count):
+def test_each_worker_has_its_share_and_all_processors_are_used_evenly(monkeypatch, cpus, count) -> None:
     there = [3 * number for number in range(cpus)]
     monkeypatch.setattr(processors, "usable_cpus", lambda: there)
     shares = [share_of(number, count) for number in range(count)]
@@ -21,7 +21,7 @@ def test_each_worker_has_its_share_and_all_processors_are_used_evenly(monkeypatc
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems cannot hold a process to processors")
-def test_a_process_keeps_to_what_it_is_held_to():
+def test_a_process_keeps_to_what_it_is_held_to() -> None:
     before = usable_cpus()
     try:
         hold_to(before[-1:])

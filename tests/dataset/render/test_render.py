@@ -9,6 +9,7 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import Never
 
 import psutil
 import pytest
@@ -31,7 +32,7 @@ SAMPLES = 2
 FEW = Effort(samples=SAMPLES)
 
 
-def quiet(*_):
+def quiet(*_) -> None:
     pass
 
 
@@ -60,7 +61,7 @@ def dataset(small_stage, tmp_path):
     return tmp_path / "dataset"
 
 
-def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
+def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None:
     read_json(blender_dataset / "dataset.json", "dataset-1")
     records = [read_json(path, "record-1") for path in Store(root=blender_dataset).records()]
     assert [record["index"] for record in records] == list(range(8))
@@ -69,14 +70,14 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset):
 
 
 @pytest.mark.parametrize("workers", [1, 3])
-def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers):
+def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers) -> None:
     report = make(small_stage, tmp_path, frames="0:3", workers=workers)
     alone = one_core(report.work, workers=workers, cores=len(usable_cpus()))
     assert read_measured(tmp_path / "cache" / MEASURED).taken == pytest.approx(alone)
 
 
 @pytest.mark.slow
-def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_processors(small_stage, tmp_path):
+def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_processors(small_stage, tmp_path) -> None:
     """One worker has all processors and makes all pictures; of two each has its share."""
     effort = Effort(samples=32, adaptive=0.05, denoiser="fast", reduction=2)
     for workers in (1, 2):
@@ -85,23 +86,23 @@ def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_proce
     assert digests(tmp_path / "1") == digests(tmp_path / "2")
 
 
-def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd):
+def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd) -> None:
     found = json.loads(spin_usd("check", blender_dataset, "--json").stdout)
     assert found == {"kind": "dataset", "findings": []}
 
 
-def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared):
+def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared) -> None:
     oracle = [sys.executable, shared / "check" / "oracle.py", blender_dataset]
     done = subprocess.run(oracle, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tmp_path):
+def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tmp_path) -> None:
     make(small_stage, tmp_path / "one", renderer="blender", workers=1, radiance=True)
     assert digests(tmp_path / "one") == digests(blender_dataset)
 
 
-def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd):
+def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd) -> None:
     moved = tmp_path / "elsewhere"
     shutil.copytree(blender_dataset, moved)
     assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
@@ -110,21 +111,21 @@ def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd):
     assert all(file["same"] for file in made["files"])
 
 
-def test_a_picture_alone_is_the_picture_among_others(small_stage, blender_dataset, tmp_path):
+def test_a_picture_alone_is_the_picture_among_others(small_stage, blender_dataset, tmp_path) -> None:
     make(small_stage, tmp_path / "alone", renderer="blender", frames="5:6", radiance=True)
     alone = digests(tmp_path / "alone")
     assert len(alone) == 5
     assert alone.items() <= digests(blender_dataset).items()
 
 
-def test_a_second_run_makes_nothing(small_stage, dataset):
+def test_a_second_run_makes_nothing(small_stage, dataset) -> None:
     before = digests(dataset)
     report = make(small_stage, dataset, frames="0:4")
     assert (report.made, report.reused) == (0, 4)
     assert digests(dataset) == before
 
 
-def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
+def test_a_lost_file_or_record_is_made_again(small_stage, dataset) -> None:
     before = digests(dataset)
     (dataset / "depth" / "nominal" / "img000001.exr").unlink()
     (dataset / "records" / "nominal" / "img000002.json").write_text("{")
@@ -133,7 +134,7 @@ def test_a_lost_file_or_record_is_made_again(small_stage, dataset):
     assert digests(dataset) == before
 
 
-def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dataset):
+def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dataset) -> None:
     before = digests(dataset)
     path = dataset / "records" / "nominal" / "img000001.json"
     record = json.loads(path.read_text())
@@ -145,28 +146,28 @@ def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dat
     assert digests(dataset) == before
 
 
-def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset):
+def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset) -> None:
     before = digests(dataset)
     assert make(small_stage, dataset, frames="0:2", effort=Effort(samples=SAMPLES + 1)).made == 2
     changed = {path for path, digest in digests(dataset).items() if before[path] != digest}
     assert changed == {"image/nominal/img000001.png", "image/nominal/img000002.png"}
 
 
-def test_labels_alone_and_the_image_later(small_stage, tmp_path):
+def test_labels_alone_and_the_image_later(small_stage, tmp_path) -> None:
     make(small_stage, tmp_path, labels=("depth",), image=False, frames="0:2")
     assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth"}
     assert make(small_stage, tmp_path, labels=("segmentation",), image=True, frames="0:2").made == 2
     assert {path.split("/")[0] for path in digests(tmp_path)} == {"depth", "segmentation", "image"}
 
 
-def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd):
+def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd) -> None:
     make(small_stage, dataset, frames="0:4", image_suffix=".jpg")
     assert {p.suffix for p in (dataset / "image" / "nominal").iterdir()} == {".jpg"}
     assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
 
 
 @pytest.mark.parametrize("kind", ["depth", "segmentation", "dense_pose", "image"])
-def test_check_finds_a_flipped_byte(dataset, spin_usd, kind):
+def test_check_finds_a_flipped_byte(dataset, spin_usd, kind) -> None:
     path = next((dataset / kind / "nominal").iterdir())
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
@@ -175,7 +176,7 @@ def test_check_finds_a_flipped_byte(dataset, spin_usd, kind):
     assert [(f["code"], f["where"]) for f in found] == [("sha256", f"{kind}/nominal/{path.name}")]
 
 
-def test_check_finds_labels_that_lie(dataset, spin_usd):
+def test_check_finds_labels_that_lie(dataset, spin_usd) -> None:
     """A pose that is off by a millimetre, with every digest right."""
     path = next(Store(root=dataset).records())
     record = json.loads(path.read_text())
@@ -185,7 +186,7 @@ def test_check_finds_labels_that_lie(dataset, spin_usd):
     assert [f["code"] for f in found] == ["reprojection"]
 
 
-def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tmp_path, monkeypatch):
+def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tmp_path, monkeypatch) -> None:
     """Its labels are made before its image fails; the pictures beside it keep all that they have."""
     settings = RenderSettings(renderer="raycast", effort=Effort(samples=SAMPLES + 1), seed=0)
     options = WorkerOptions(
@@ -193,7 +194,7 @@ def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tm
     )
     worker = Worker(options=options.as_json())
 
-    def fail(*_, **__):
+    def fail(*_, **__) -> Never:
         raise RenderError("no light")
 
     monkeypatch.setattr(worker.renderer, "radiance", fail)
@@ -223,7 +224,7 @@ def records_of(out):
     return len(list((out / "records").glob("*/*.json")))
 
 
-def killed(victims, chance):
+def killed(victims, chance) -> bool:
     """Kill one of these; False where it ended by itself since it was listed."""
     with suppress(psutil.NoSuchProcess):
         if victims:
@@ -232,7 +233,7 @@ def killed(victims, chance):
     return False
 
 
-def kill_at_random(stage, out, renderer, seed, *, supervisor):
+def kill_at_random(stage, out, renderer, seed, *, supervisor) -> None:
     """Start a render and kill a worker or the supervisor when a random number of pictures is done.
 
     A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
@@ -256,13 +257,13 @@ def kill_at_random(stage, out, renderer, seed, *, supervisor):
     assert report.made + report.reused == 8
 
 
-def assert_whole(out, expected):
+def assert_whole(out, expected) -> None:
     assert digests(out) == expected
     assert not list(out.rglob(".*"))
 
 
 @pytest.mark.parametrize("supervisor", [False, True])
-def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor):
+def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor) -> None:
     make(small_stage, tmp_path / "whole")
     expected = digests(tmp_path / "whole")
     kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
@@ -271,7 +272,7 @@ def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("supervisor", [False, True])
-def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spin_usd):
+def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spin_usd) -> None:
     make(small_stage, tmp_path / "whole", renderer="blender", workers=2)
     expected = digests(tmp_path / "whole")
     for seed in range(10):
@@ -281,7 +282,7 @@ def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spi
     spin_usd("check", tmp_path / "killed0")
 
 
-def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path):
+def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path) -> None:
     process = start_render(small_stage, tmp_path, "--renderer", "blender", "--samples", "64", "--workers", "2")
     while not (workers := workers_of(process)) or not (tmp_path / "dataset.json").exists():
         assert process.poll() is None
@@ -293,7 +294,7 @@ def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path):
     assert not alive
 
 
-def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd):
+def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd) -> None:
     layer = dataset / "stage" / "layers" / "lights.usda"
     layer.write_text(layer.read_text() + "# a comment\n")
     found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
@@ -310,7 +311,7 @@ def edited(stage, folder, old, new):
     return folder / stage.name
 
 
-def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_path, spin_usd):
+def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_path, spin_usd) -> None:
     """A comment changes no picture, a light every image and no label; afterwards nothing is out of date."""
     before = digests(dataset)
     commented = edited(small_stage, tmp_path / "s1", "#usda 1.0", "#usda 1.0\n# a comment")
@@ -324,13 +325,13 @@ def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_p
     assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
 
 
-def test_the_datasets_own_stage_can_be_rendered_in_place(dataset):
+def test_the_datasets_own_stage_can_be_rendered_in_place(dataset) -> None:
     before = digests(dataset)
     assert make(dataset / "stage" / "dataset.usda", dataset).made == 4  # the four that were left out
     assert before.items() <= digests(dataset).items()
 
 
-def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, dataset, tmp_path, spin_usd):
+def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, dataset, tmp_path, spin_usd) -> None:
     poses = json.loads((REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json").read_text())
     for pose in poses:
         pose["filename"] = "other_" + pose["filename"]
@@ -358,7 +359,7 @@ def cached_labels(dataset):
     return len(list((dataset / "cache" / "depth").rglob("*.exr")))
 
 
-def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_stage, shorter, dataset, spin_usd):
+def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_stage, shorter, dataset, spin_usd) -> None:
     make(small_stage, dataset)
     (dataset / "image" / "nominal" / "notes.txt").write_text("mine")
     before = digests(dataset)
@@ -388,11 +389,11 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
     ]
 
 
-def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch):
+def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch) -> None:
     make(small_stage, dataset)
     unlink, removed = Path.unlink, []
 
-    def killed(path, **options):
+    def killed(path, **options) -> None:
         if "img00000" in path.name and len(removed) == 6:  # of a picture's five names, the second picture's first
             raise KeyboardInterrupt
         unlink(path, **options)
@@ -409,7 +410,7 @@ def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shor
 
 
 @pytest.mark.parametrize("text", ["a note", "{}", '{"files": {"stage": {"path": "stage/nominal/precious.json"}}}'])
-def test_what_is_no_record_is_not_pruned(shorter, dataset, text):
+def test_what_is_no_record_is_not_pruned(shorter, dataset, text) -> None:
     """Nor is the picture beside it that would be."""
     for path in (dataset / "records" / "nominal" / "precious.json", dataset / "stage" / "nominal" / "precious.json"):
         path.parent.mkdir(exist_ok=True)
@@ -421,7 +422,7 @@ def test_what_is_no_record_is_not_pruned(shorter, dataset, text):
 
 
 @pytest.mark.parametrize("held", ["dataset.json", "stage/precious.txt", "a.tmp-b.txt"])
-def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held):
+def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held) -> None:
     path = tmp_path / "out" / held
     path.parent.mkdir(parents=True)
     path.write_text('{"a": 1}')
@@ -431,7 +432,7 @@ def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held):
 
 
 @pytest.mark.parametrize("spoil", ['{"files": []}', '{"files": {"depth": {"path": "stage/layers/lights.usda"}}}', "[]"])
-def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil):
+def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil) -> None:
     before = digests(dataset)
     (dataset / "records" / "nominal" / "img000001.json").write_text(spoil)
     assert make(small_stage, dataset, frames="0:4").made == 1
@@ -440,7 +441,7 @@ def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil):
 
 
 @pytest.mark.parametrize(("effort", "names"), [({"denoiser": "fast"}, "denoiser"), ({"adaptive": 0.1}, "adaptive")])
-def test_the_preview_refuses_what_only_a_path_tracer_does(effort, names):
+def test_the_preview_refuses_what_only_a_path_tracer_does(effort, names) -> None:
     RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2))
     with pytest.raises(InputError, match=f"raycast has no {names}"):
         RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2, **effort))

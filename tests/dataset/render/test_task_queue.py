@@ -17,7 +17,7 @@ def task(index, geometry="g", radiance="r", kinds=("image", "depth")):
     return RenderTask(picture=picture, kinds=kinds)
 
 
-def test_the_second_of_two_that_need_one_pass_waits_and_others_go_first():
+def test_the_second_of_two_that_need_one_pass_waits_and_others_go_first() -> None:
     first, second, third = task(0), task(1), task(2, "h", "s")
     queue = TaskQueue([first, second, third])
     assert queue.take() is first
@@ -27,14 +27,14 @@ def test_the_second_of_two_that_need_one_pass_waits_and_others_go_first():
     assert queue.take() is second
 
 
-def test_once_a_pass_was_made_all_that_need_it_go_at_once():
+def test_once_a_pass_was_made_all_that_need_it_go_at_once() -> None:
     tasks = [task(i) for i in range(4)]
     queue = TaskQueue(tasks)
     queue.finish(queue.take())
     assert [queue.take() for _ in range(3)] == tasks[1:]
 
 
-def test_a_pass_that_failed_is_made_by_the_next_alone():
+def test_a_pass_that_failed_is_made_by_the_next_alone() -> None:
     tasks = [task(i) for i in range(3)]
     queue = TaskQueue(tasks)
     queue.give_up(queue.take())
@@ -42,7 +42,7 @@ def test_a_pass_that_failed_is_made_by_the_next_alone():
     assert queue.take() is None
 
 
-def test_labels_alone_do_not_wait_for_a_render():
+def test_labels_alone_do_not_wait_for_a_render() -> None:
     queue = TaskQueue([task(0, kinds=("image",)), task(1, kinds=("depth",))])
     assert queue.take() is not None
     assert queue.take() is not None
@@ -52,7 +52,7 @@ TASKS = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), max_size=12)
 
 
 @given(needs=TASKS, steps=st.lists(st.tuples(st.integers(0, 4), st.integers(0, 9))), workers=st.integers(1, 4))
-def test_no_pass_is_made_by_two_and_no_task_is_lost(needs, steps, workers):
+def test_no_pass_is_made_by_two_and_no_task_is_lost(needs, steps, workers) -> None:
     queue = TaskQueue([task(i, f"g{g}", f"r{g}{r}") for i, (g, r) in enumerate(needs)])
     out, made, ended = [], set(), []
     for what, which in [*steps, *[(0, 0), (4, 0)] * len(needs) * 2]:

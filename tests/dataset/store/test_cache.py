@@ -141,7 +141,7 @@ def cached(dataset, kind="renders"):
     return [entry.path for entry in entries(Store(root=dataset)) if entry.purpose.kind == kind]
 
 
-def assert_without_cache(dataset):
+def assert_without_cache(dataset) -> None:
     """But for what its runs have measured."""
     assert {path.name for path in (dataset / "cache").glob("*")} <= {"measured.json"}
 
@@ -164,7 +164,7 @@ def dataset(whole, tmp_path):
     return shutil.copytree(whole, tmp_path / "dataset")
 
 
-def assert_alone_is_the_same(stage, whole, tmp_path, variant, index, renderer):
+def assert_alone_is_the_same(stage, whole, tmp_path, variant, index, renderer) -> None:
     out = tmp_path / f"{variant}{index}"
     made = make(stage, out, keep_cache=False, variants=(variant,), frames=f"{index}:{index + 1}", renderer=renderer)
     assert passes(made) == (1, 1, 0, 1, 0)
@@ -178,12 +178,12 @@ def assert_alone_is_the_same(stage, whole, tmp_path, variant, index, renderer):
 
 
 @pytest.mark.parametrize(("variant", "index"), [(variant, i % 3) for i, variant in enumerate(VARIANTS)])
-def test_a_picture_alone_without_a_cache_is_the_picture_among_others(stage, whole, tmp_path, variant, index):
+def test_a_picture_alone_without_a_cache_is_the_picture_among_others(stage, whole, tmp_path, variant, index) -> None:
     assert_alone_is_the_same(stage, whole, tmp_path, variant, index, "raycast")
 
 
 @pytest.mark.slow
-def test_every_picture_of_blender_alone_is_the_picture_among_others(stage, tmp_path):
+def test_every_picture_of_blender_alone_is_the_picture_among_others(stage, tmp_path) -> None:
     whole = tmp_path / "whole"
     assert passes(make(stage, whole, renderer="blender", workers=2)) == (18, 6, 12, 9, 9)
     for variant in VARIANTS:
@@ -191,25 +191,25 @@ def test_every_picture_of_blender_alone_is_the_picture_among_others(stage, tmp_p
             assert_alone_is_the_same(stage, whole, tmp_path, variant, index, "blender")
 
 
-def test_blenders_picture_from_another_variants_render_is_its_own(stage, tmp_path):
+def test_blenders_picture_from_another_variants_render_is_its_own(stage, tmp_path) -> None:
     both = tmp_path / "both"
     made = make(stage, both, renderer="blender", frames="1:2", variants=("nominal", "starry"))
     assert passes(made) == (2, 1, 1, 1, 1)
     assert_alone_is_the_same(stage, both, tmp_path, "starry", 1, "blender")
 
 
-def test_two_workers_make_no_pass_twice_and_the_same_bytes(stage, whole, tmp_path):
+def test_two_workers_make_no_pass_twice_and_the_same_bytes(stage, whole, tmp_path) -> None:
     assert passes(make(stage, tmp_path / "two", workers=2)) == (18, 6, 12, 9, 9)
     assert digests(tmp_path / "two") == digests(whole)
     assert {p.name for p in cached(tmp_path / "two")} == {p.name for p in cached(whole)}
 
 
-def test_two_workers_make_no_pass_of_a_single_frame_twice(stage, tmp_path):
+def test_two_workers_make_no_pass_of_a_single_frame_twice(stage, tmp_path) -> None:
     """All variants need the first one's labels."""
     assert passes(make(stage, tmp_path / "two", workers=2, frames="0:1")) == (6, 2, 4, 3, 3)
 
 
-def test_a_variant_added_later_costs_its_difference(stage, whole, tmp_path):
+def test_a_variant_added_later_costs_its_difference(stage, whole, tmp_path) -> None:
     out = tmp_path / "dataset"
     assert passes(make(stage, out, variants=("nominal", "matt"))) == (6, 3, 3, 6, 0)
     assert passes(make(stage, out, variants=("nominal", "matt", "noisy"))) == (3, 0, 3, 0, 3)
@@ -218,7 +218,7 @@ def test_a_variant_added_later_costs_its_difference(stage, whole, tmp_path):
     assert digests(out) == digests(whole)
 
 
-def test_a_run_says_what_was_shared(stage, tmp_path, spin_usd):
+def test_a_run_says_what_was_shared(stage, tmp_path, spin_usd) -> None:
     command = ["render", stage, "--out", tmp_path / "d", "--samples", 2, "--renderer", "raycast", "--frames", "0:1"]
     line = spin_usd(*command, "--variants", "nominal,dim").stdout
     assert "(2 pictures made, 0 already there, in " in line
@@ -227,7 +227,7 @@ def test_a_run_says_what_was_shared(stage, tmp_path, spin_usd):
     assert (report["made"], report["reused"], report["renders"], report["renders_shared"]) == (0, 2, 0, 0)
 
 
-def test_without_a_cache_the_results_are_the_same(stage, whole, tmp_path, spin_usd):
+def test_without_a_cache_the_results_are_the_same(stage, whole, tmp_path, spin_usd) -> None:
     out = tmp_path / "dataset"
     assert passes(make(stage, out, keep_cache=False)) == (18, 6, 12, 9, 9)
     assert digests(out) == digests(whole)
@@ -235,14 +235,14 @@ def test_without_a_cache_the_results_are_the_same(stage, whole, tmp_path, spin_u
     assert findings(spin_usd, out) == []
 
 
-def test_a_finished_dataset_can_be_rid_of_its_cache(stage, dataset):
+def test_a_finished_dataset_can_be_rid_of_its_cache(stage, dataset) -> None:
     before = digests(dataset)
     assert passes(make(stage, dataset, keep_cache=False)) == (0, 0, 0, 0, 0)
     assert_without_cache(dataset)
     assert digests(dataset) == before
 
 
-def test_a_cache_deleted_by_hand_is_only_lost_time(stage, dataset, spin_usd):
+def test_a_cache_deleted_by_hand_is_only_lost_time(stage, dataset, spin_usd) -> None:
     before = digests(dataset)
     shutil.rmtree(dataset / "cache")
     assert make(stage, dataset).made == 0
@@ -252,37 +252,37 @@ def test_a_cache_deleted_by_hand_is_only_lost_time(stage, dataset, spin_usd):
     assert findings(spin_usd, dataset) == []
 
 
-def test_a_lost_image_is_developed_again(stage, dataset):
+def test_a_lost_image_is_developed_again(stage, dataset) -> None:
     before = digests(dataset)
     (dataset / "image" / "noisy" / "img000003.png").unlink()
     assert passes(make(stage, dataset)) == (1, 0, 1, 0, 1)
     assert digests(dataset) == before
 
 
-def flip(path):
+def flip(path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
 
 
-def cut(path):
+def cut(path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
-def replace_by_another(path):
+def replace_by_another(path) -> None:
     """A good image of the right size and channels, which is not what the name says."""
     pixels, names = read_image(path)
     write_image(path, pixels + np.float32(1), channels=names)
 
 
-def empty(path):
+def empty(path) -> None:
     path.write_bytes(b"")
 
 
 SPOILS = (flip, cut, replace_by_another, empty)
 
 
-def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd):
+def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd) -> None:
     before = digests(dataset)
     paths = [*cached(dataset), *cached(dataset, "depth")]
     for i, path in enumerate(paths):
@@ -296,7 +296,7 @@ def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd)
     assert digests(dataset) == before
 
 
-def test_a_file_of_other_software_is_not_served(whole, tmp_path):
+def test_a_file_of_other_software_is_not_served(whole, tmp_path) -> None:
     entry = next(entries(Store(root=whole)))
     purpose = entry.purpose
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
@@ -306,7 +306,7 @@ def test_a_file_of_other_software_is_not_served(whole, tmp_path):
     assert other.find(purpose.kind, purpose.key) is None
 
 
-def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch):
+def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch) -> None:
     entry = next(entry for entry in entries(Store(root=whole)) if entry.purpose.kind == "depth")
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
     cache = Cache(root=whole / "cache", versions=versions, work=tmp_path)
@@ -316,7 +316,7 @@ def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch):
     assert cache.find("depth", entry.purpose.key) is None
 
 
-def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd):
+def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd) -> None:
     (dataset / "cache" / "notes.txt").write_text("mine")
     (dataset / "cache" / "measured.json").write_text("{}")
     shutil.rmtree(dataset / "records" / "wide")
@@ -328,7 +328,7 @@ def test_check_tells_what_in_the_cache_is_of_no_use(stage, dataset, spin_usd):
     assert "cache/measured.json" not in of_cache
 
 
-def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_path):
+def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_path) -> None:
     out = tmp_path / "dataset"
     make(stage, out, frames="0:1", variants=("nominal", "dim"))
     one, other = (out / "dense_pose" / variant / "img000001.exr" for variant in ("nominal", "dim"))
@@ -342,7 +342,7 @@ def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_
     assert one.read_bytes() == other.read_bytes() == content
 
 
-def test_a_texture_concerns_those_who_show_it(stage, tmp_path, spin_usd):
+def test_a_texture_concerns_those_who_show_it(stage, tmp_path, spin_usd) -> None:
     """Of the looks, `reflective` shows the solar cells' image and `matt` does not."""
     shutil.copytree(stage.parent, tmp_path / "stage")
     own, out = tmp_path / "stage" / stage.name, tmp_path / "dataset"
@@ -359,7 +359,7 @@ def test_a_texture_concerns_those_who_show_it(stage, tmp_path, spin_usd):
     assert findings(spin_usd, out) == []
 
 
-def test_what_auto_exposure_chose_is_recorded_of_a_shared_render(whole):
+def test_what_auto_exposure_chose_is_recorded_of_a_shared_render(whole) -> None:
     for path, record in records(whole).items():
         assert ("auto_exposure" in record["provenance"]) == (path.parent.name == "noisy")
         if path.parent.name == "noisy":
@@ -370,14 +370,14 @@ def test_what_auto_exposure_chose_is_recorded_of_a_shared_render(whole):
             assert factor * exposure * light.sum() / rgba[..., 3].sum() == pytest.approx(0.4, rel=1e-5)
 
 
-def test_a_picture_from_a_shared_render_is_reproduced(whole, spin_usd):
+def test_a_picture_from_a_shared_render_is_reproduced(whole, spin_usd) -> None:
     made = json.loads(spin_usd("reproduce", whole, "img000001", "--variant", "starry", "--json").stdout)
     assert len(made["files"]) == 5
     assert all(file["same"] for file in made["files"])
 
 
 @pytest.mark.parametrize("after", [1, 8])
-def test_a_killed_run_resumes_to_the_same(stage, whole, tmp_path, after, spin_usd):
+def test_a_killed_run_resumes_to_the_same(stage, whole, tmp_path, after, spin_usd) -> None:
     out = tmp_path / "dataset"
     options = ["--renderer", "raycast", "--samples", "2", "--frames", FRAMES, "--variants", ",".join(VARIANTS)]
     command = [sys.executable, "-m", "spin_usd.cli.main", "render", stage, "--out", out, *options, "--radiance"]

@@ -4,6 +4,7 @@ import resource
 import subprocess
 import sys
 from pathlib import Path
+from typing import Never
 
 import pytest
 
@@ -17,11 +18,11 @@ def files(folder):
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path):
+def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path) -> None:
     path = tmp_path / "a.json"
     write_json(path, {"kept": 1}, work=tmp_path / "work")
 
-    def fails(temporary):
+    def fails(temporary) -> Never:
         temporary.write_text("half")
         raise OSError(28, "No space left on device")
 
@@ -31,8 +32,8 @@ def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path):
     assert files(tmp_path) == {"a.json"}
 
 
-def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path):
-    def refuses(temporary):
+def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path) -> None:
+    def refuses(temporary) -> Never:
         temporary.write_text("half")
         raise UnsupportedError("cannot hold this", where=temporary)
 
@@ -41,14 +42,14 @@ def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path)
     assert not files(tmp_path)
 
 
-def test_the_digest_is_that_of_the_file(tmp_path):
+def test_the_digest_is_that_of_the_file(tmp_path) -> None:
     digest = write_atomically(tmp_path / "x", lambda temporary: temporary.write_bytes(b"abc"), work=tmp_path)
     # FIPS 180-2, appendix B.1
     assert digest == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert sha256_of(tmp_path / "x") == digest
 
 
-def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_path):
+def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_path) -> None:
     """The kernel's own refusal, as on a full disk, from a process that may write files of 4 kB at most."""
     code = (
         "import signal, sys; from pathlib import Path; from spin_usd.dataset.store.atomic import write_atomically\n"
@@ -67,7 +68,7 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
     assert not list(tmp_path.iterdir())
 
 
-def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path):
+def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path) -> None:
     """A run is killed with a file half written; what is named like it stays."""
     code = (
         "import os, pathlib, sys; from spin_usd.dataset.store.dataset_folder import Store\n"
@@ -89,7 +90,7 @@ def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "mine", "spin_usd " + "0" * 31 + "\n", "spin_usd " + "0" * 32 + "\nand more"])
-def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, text):
+def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, text) -> None:
     monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.LOCK_PATIENCE_S", 0.2)
     (tmp_path / ".lock").write_text(text)
     with pytest.raises(InputError, match=r"\.lock: is there and is no lock of spin-usd"), Store(root=tmp_path).locked():
@@ -99,14 +100,14 @@ def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, tex
         Store(root=tmp_path).prepare()
 
 
-def test_a_second_run_on_the_same_dataset_is_refused(tmp_path, monkeypatch):
+def test_a_second_run_on_the_same_dataset_is_refused(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.LOCK_PATIENCE_S", 0.2)
     store = Store(root=tmp_path)
     with store.locked(), pytest.raises(InputError, match="another run"), store.locked():
         pass
 
 
-def test_a_run_that_waits_in_vain_does_not_take_the_lock_away(tmp_path, monkeypatch):
+def test_a_run_that_waits_in_vain_does_not_take_the_lock_away(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.LOCK_PATIENCE_S", 0.2)
     store = Store(root=tmp_path)
     with store.locked() as lease:
@@ -116,7 +117,7 @@ def test_a_run_that_waits_in_vain_does_not_take_the_lock_away(tmp_path, monkeypa
         assert lease.work.is_dir()
 
 
-def test_a_run_without_result_leaves_no_folder(tmp_path):
+def test_a_run_without_result_leaves_no_folder(tmp_path) -> None:
     store = Store(root=tmp_path / "new")
     store.prepare()
     with store.locked():
@@ -124,7 +125,7 @@ def test_a_run_without_result_leaves_no_folder(tmp_path):
     assert not (tmp_path / "new").exists()
 
 
-def test_a_run_without_result_leaves_the_folder_that_was_there(tmp_path):
+def test_a_run_without_result_leaves_the_folder_that_was_there(tmp_path) -> None:
     store = Store(root=tmp_path)
     store.prepare()
     with store.locked():
@@ -132,24 +133,24 @@ def test_a_run_without_result_leaves_the_folder_that_was_there(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_with_foreign_files_is_refused(tmp_path):
+def test_a_folder_with_foreign_files_is_refused(tmp_path) -> None:
     (tmp_path / "thesis.tex").write_text("")
     with pytest.raises(InputError, match=r"no dataset\.json"):
         Store(root=tmp_path).prepare()
 
 
-def test_an_output_path_that_is_a_file_is_refused(tmp_path):
+def test_an_output_path_that_is_a_file_is_refused(tmp_path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError):
         Store(root=tmp_path / "file").prepare()
 
 
-def refuse_links(*_):
+def refuse_links(*_) -> Never:
     raise OSError(errno.EPERM, "no links here")
 
 
 @pytest.mark.parametrize("links", [True, False])
-def test_a_link_replaces_its_own_name_alone(tmp_path, monkeypatch, links):
+def test_a_link_replaces_its_own_name_alone(tmp_path, monkeypatch, links) -> None:
     """Where there are no links, a copy does."""
     if not links:
         monkeypatch.setattr(Path, "hardlink_to", refuse_links)
@@ -165,13 +166,13 @@ def test_a_link_replaces_its_own_name_alone(tmp_path, monkeypatch, links):
     assert files(tmp_path) == {"a/other", "a/path", "a/source"}
 
 
-def test_a_link_to_nothing_is_an_output_error(tmp_path):
+def test_a_link_to_nothing_is_an_output_error(tmp_path) -> None:
     with pytest.raises(OutputError, match="path"):
         link_atomically(tmp_path / "path", tmp_path / "none", work=tmp_path / "work")
     assert not files(tmp_path)
 
 
-def test_a_file_can_be_placed_by_its_digest(tmp_path):
+def test_a_file_can_be_placed_by_its_digest(tmp_path) -> None:
     def place(sha256):
         return tmp_path / "in" / sha256
 

@@ -126,7 +126,7 @@ def content(folder):
 
 @pytest.mark.parametrize("name", [".work/thesis", ".lock", f".work-{TOKEN}/t", "stage/x", "a.tmp-1"])
 @pytest.mark.parametrize("stage", ["good", "bad"])
-def test_a_folder_with_anything_in_it_is_refused(authored, tmp_path, name, stage):
+def test_a_folder_with_anything_in_it_is_refused(authored, tmp_path, name, stage) -> None:
     """A1."""
     path = tmp_path / "u" / name
     path.parent.mkdir(parents=True)
@@ -138,7 +138,7 @@ def test_a_folder_with_anything_in_it_is_refused(authored, tmp_path, name, stage
     assert content(tmp_path / "u") == before
 
 
-def test_a_folder_that_was_there_stays_when_nothing_comes_of_a_run(tmp_path):
+def test_a_folder_that_was_there_stays_when_nothing_comes_of_a_run(tmp_path) -> None:
     """A1."""
     (tmp_path / "u").mkdir()
     (tmp_path / "bad.usda").write_text("nonsense")
@@ -148,7 +148,7 @@ def test_a_folder_that_was_there_stays_when_nothing_comes_of_a_run(tmp_path):
 
 
 @pytest.mark.parametrize("name", [".st.20251122.bak/t", f".st.{TOKEN}/t", ".st.1.abcdefgh/t"])
-def test_author_leaves_hidden_folders_alone(authored, tmp_path, name):
+def test_author_leaves_hidden_folders_alone(authored, tmp_path, name) -> None:
     """A3."""
     (tmp_path / name).parent.mkdir()
     (tmp_path / name).write_text("mine")
@@ -156,7 +156,7 @@ def test_author_leaves_hidden_folders_alone(authored, tmp_path, name):
     assert (tmp_path / name).read_text() == "mine"
 
 
-def test_a_link_among_a_datasets_files_is_left_alone_and_told(authored, dataset, outside):
+def test_a_link_among_a_datasets_files_is_left_alone_and_told(authored, dataset, outside) -> None:
     """B1."""
     before = content(outside)
     (dataset / "x").mkdir()
@@ -167,7 +167,7 @@ def test_a_link_among_a_datasets_files_is_left_alone_and_told(authored, dataset,
 
 
 @pytest.mark.parametrize("name", [*OWN, ".lock", "image/old", "stage/layers", "cache/renders"])
-def test_a_link_in_a_datasets_own_place_is_refused_and_found(authored, dataset, outside, name):
+def test_a_link_in_a_datasets_own_place_is_refused_and_found(authored, dataset, outside, name) -> None:
     """B2, B3, B4. There is a picture to make and one to prune."""
     (dataset / "image" / "nominal" / "img000001.png").unlink()
     record = (dataset / "records" / "nominal" / "img000001.json").read_text()
@@ -188,7 +188,7 @@ def test_a_link_in_a_datasets_own_place_is_refused_and_found(authored, dataset, 
 
 
 @pytest.mark.parametrize("name", ["dataset.json", "records/nominal/img000001.json", "cache/measured.json", ".lock"])
-def test_a_pipe_in_a_dataset_is_refused_and_waited_for_by_nobody(authored, dataset, spin_usd, name):
+def test_a_pipe_in_a_dataset_is_refused_and_waited_for_by_nobody(authored, dataset, spin_usd, name) -> None:
     (dataset / name).unlink(missing_ok=True)
     os.mkfifo(dataset / name)
     with pytest.raises(InputError):
@@ -216,7 +216,7 @@ def add_look_alikes(dataset, outside):
     }
 
 
-def killed_while_rendering(stage, out):
+def killed_while_rendering(stage, out) -> None:
     """A run that is killed as soon as it has a work folder."""
     command = [sys.executable, "-m", "spin_usd.cli.main", "render", stage, "--out", out, "--renderer", "raycast"]
     before = set(out.glob(".work-*"))
@@ -228,7 +228,7 @@ def killed_while_rendering(stage, out):
     assert process.wait() == -signal.SIGKILL
 
 
-def test_look_alikes_of_all_our_names_stay(authored, dataset, outside, tmp_path):
+def test_look_alikes_of_all_our_names_stay(authored, dataset, outside, tmp_path) -> None:
     """After a resumed run, a failing one, one that prunes, one without a cache, a killed one and the one after it, and
     author, which beside them leave nothing but a dataset."""
     look = add_look_alikes(dataset, outside)
@@ -246,7 +246,7 @@ def test_look_alikes_of_all_our_names_stay(authored, dataset, outside, tmp_path)
     }
 
 
-def test_what_a_user_put_into_the_stages_copy_is_not_replaced(authored, dataset):
+def test_what_a_user_put_into_the_stages_copy_is_not_replaced(authored, dataset) -> None:
     """Nor are layers that were edited there."""
     for name, text in {"notes.txt": "mine", "layers/lights.usda": "#usda 1.0\n"}.items():
         path = dataset / "stage" / name
@@ -261,7 +261,7 @@ def test_what_a_user_put_into_the_stages_copy_is_not_replaced(authored, dataset)
 
 
 @pytest.mark.slow
-def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_path, spin_usd):
+def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_path, spin_usd) -> None:
     """One that was edited is the same stage still, and so is one over it."""
     edited = shutil.copytree(authored.parent, tmp_path / "edited")
     lights = edited / "layers" / "lights.usda"
@@ -295,7 +295,9 @@ def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_p
         ),
     ],
 )
-def test_every_option_that_decides_pictures_makes_another_stage(authored, dataset, tmp_path, options, additions, kept):
+def test_every_option_that_decides_pictures_makes_another_stage(
+    authored, dataset, tmp_path, options, additions, kept
+) -> None:
     """And is in dataset.json as JSON."""
     (tmp_path / "craft.usda").write_text(CRAFT)
     other = author(
@@ -309,12 +311,12 @@ def test_every_option_that_decides_pictures_makes_another_stage(authored, datase
     assert json.loads((dataset / "dataset.json").read_text())["stage"]["origin"]["options"] == kept
 
 
-def test_a_renamed_file_makes_no_other_stage(authored, dataset, tmp_path):
+def test_a_renamed_file_makes_no_other_stage(authored, dataset, tmp_path) -> None:
     poses = shutil.copy(REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json", tmp_path / "renamed.json")
     assert make(author(authored.parent.parent, tmp_path / "same", poses=poses), dataset).reused == 2
 
 
-def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path):
+def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path) -> None:
     """Replaced in part: what was the other stage's is gone, and what the user put beside it is not."""
     (dataset / "image" / "nominal" / "mine.txt").write_text("mine")
     other = author(authored.parent.parent, tmp_path / "other", target="capsule")
@@ -333,7 +335,7 @@ def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path):
     assert content(dataset) == before
 
 
-def test_strays_are_told_of_the_datasets_own_places_alone(dataset):
+def test_strays_are_told_of_the_datasets_own_places_alone(dataset) -> None:
     for name in ("notes/a/b.txt", "image.old/nominal/c.png", "image/nominal/sub/d.png", "cache/mine/e.txt"):
         (dataset / name).parent.mkdir(parents=True, exist_ok=True)
         (dataset / name).write_text("mine")
@@ -342,7 +344,7 @@ def test_strays_are_told_of_the_datasets_own_places_alone(dataset):
     assert sorted(found) == ["cache/mine/e.txt", "image/nominal/sub/d.png"]
 
 
-def test_a_damaged_picture_is_made_again_when_told_to_verify(authored, dataset, spin_usd):
+def test_a_damaged_picture_is_made_again_when_told_to_verify(authored, dataset, spin_usd) -> None:
     path = dataset / "image" / "nominal" / "img000001.png"
     whole = path.read_bytes()
     path.write_bytes(whole[:-1] + b"x")

@@ -72,7 +72,7 @@ def irradiance_of(frame, camera):
     return (frame.reshape(-1, 3).astype(float) * solid[:, None]).sum(0)
 
 
-def test_black_is_none():
+def test_black_is_none() -> None:
     assert sky(behind(lights=[sun()]), seed=0) is None
     assert sky(behind(planets=[planet((0, 0, -1e7))], lights=[sun()]), seed=0) is None  # behind the camera
     assert sky(behind(lights=[replace(dome(), radiance=(0.0, 0.0, 0.0))]), seed=0) is None
@@ -84,7 +84,7 @@ def test_black_is_none():
 @pytest.mark.parametrize(
     "camera", [CAMERA, scenes.BARREL, scenes.PINCUSHION], ids=["speedplus", "barrel", "pincushion"]
 )
-def test_a_star_keeps_its_light_and_its_place_wherever_in_a_pixel_it_falls(camera):
+def test_a_star_keeps_its_light_and_its_place_wherever_in_a_pixel_it_falls(camera) -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):
         uv = rng.uniform((20, 20), (camera.width - 20, camera.height - 20))
@@ -98,7 +98,7 @@ def test_a_star_keeps_its_light_and_its_place_wherever_in_a_pixel_it_falls(camer
         np.testing.assert_allclose(found, uv, atol=1e-4)
 
 
-def test_solid_angles_are_those_of_the_pixels():
+def test_solid_angles_are_those_of_the_pixels() -> None:
     """The area of the pixel's corners on the unit sphere, by the formula of Girard for two triangles."""
     for camera in (CAMERA, scenes.BARREL):
         centre = np.array([[40.5, 30.5], [120.5, 75.5], [200.5, 100.5]])
@@ -115,14 +115,14 @@ def _triangle(a, b, c):
     return 2 * np.arctan2(np.abs(triple), 1 + sum(dots))
 
 
-def test_stars_behind_the_camera_or_outside_are_not_seen():
+def test_stars_behind_the_camera_or_outside_are_not_seen() -> None:
     ways = [(0, 0, -1), (1, 0, 0.1), (0, 0, 1)]
     frame = sky(behind(stars=[stars(ways)]), seed=0)
     solid = solid_angles(CAMERA, np.zeros((1, 2)))[0]
     np.testing.assert_allclose(frame.sum((0, 1)) * solid, 1e-6, rtol=ENERGY)
 
 
-def test_planets_hide_stars():
+def test_planets_hide_stars() -> None:
     """Those behind its disc, big or small; the unlit planet itself is black."""
     ways = [(0, 0, 1), (0.15, 0, 1)]
     for distance in (1e8, 1e10):
@@ -136,7 +136,7 @@ def test_planets_hide_stars():
 
 
 @pytest.mark.parametrize("centre", [(0, 6.5e6, 3e6), (-2e6, 1e6, 4e7), (3e7, -2e7, 4e8)])
-def test_rays_meet_the_ellipsoid_where_algebra_says(centre):
+def test_rays_meet_the_ellipsoid_where_algebra_says(centre) -> None:
     """Rows of Rays.meet against the quadratic equation in extended precision."""
     rotation = matrix_from_quaternion(np.array([0.5, 0.1, -0.7, 0.5]) / np.linalg.norm([0.5, 0.1, -0.7, 0.5]))
     globe = Globe(planet=planet(centre, rotation=rotation), eye=np.zeros(3))
@@ -160,7 +160,7 @@ def test_rays_meet_the_ellipsoid_where_algebra_says(centre):
     np.testing.assert_allclose(found[clear], np.asarray(normal[clear], float), atol=FLOAT32)
 
 
-def test_the_limb_is_where_the_horizon_is():
+def test_the_limb_is_where_the_horizon_is() -> None:
     """700 km above a sphere, its limb is acos(R / (R + h)) below the horizontal."""
     radius, height = 6.4e6, 7e5
     dip = np.arccos(radius / (radius + height))
@@ -172,14 +172,14 @@ def test_the_limb_is_where_the_horizon_is():
     assert (column[:74] == 0).all()
 
 
-def test_ground_that_faces_the_sun_is_albedo_times_irradiance_over_pi():
+def test_ground_that_faces_the_sun_is_albedo_times_irradiance_over_pi() -> None:
     globe = planet((0, 0, 7e6))
     frame = sky(behind(planets=[globe], lights=[sun()]), seed=0)
     middle = frame[CAMERA.height // 2, CAMERA.width // 2]
     np.testing.assert_allclose(middle, np.array([0.5, 0.25, 0.125]) * SUN / np.pi, rtol=1e-3)
 
 
-def test_night_is_black_and_the_terminator_soft():
+def test_night_is_black_and_the_terminator_soft() -> None:
     """Radiance falls with the cosine to the terminator and is 0 where all of the Sun's disc has set."""
     globe = planet((0, 0, 3e7), (6.4e6,) * 3)
     frame = sky(behind(planets=[globe], lights=[sun((1, 0, 0), angle=0.1)]), seed=0)
@@ -204,7 +204,7 @@ def lambert_phase(angle):
 
 @pytest.mark.parametrize("size_px", [0.05, 1.0, 7.0, 30.0])
 @pytest.mark.parametrize("angle", [0.0, 70.0, 110.0])
-def test_a_planet_has_all_of_its_light_at_any_size(size_px, angle):
+def test_a_planet_has_all_of_its_light_at_any_size(size_px, angle) -> None:
     """(2/3) albedo E (R / d)^2 phase: a dot, a disc drawn ray by ray, and one drawn pixel by pixel."""
     radius, turn = 1e6, np.radians(angle)
     camera = replace(CAMERA, fx=37360.0, fy=37360.0, distortion=(0.0,) * 5)  # so that it is far at any size
@@ -216,7 +216,7 @@ def test_a_planet_has_all_of_its_light_at_any_size(size_px, angle):
     np.testing.assert_allclose(irradiance_of(frame, camera), wanted, rtol=tolerance)
 
 
-def test_the_map_lies_as_it_should():
+def test_the_map_lies_as_it_should() -> None:
     """North is +z, longitude 0 is +x, east is +y: from +x, north up, east is on the right."""
     pixels = np.zeros((90, 180, 3))
     pixels[:45, 90:], pixels[45:, 90:], pixels[:45, :90] = (1, 0, 0), (0, 1, 0), (0, 0, 1)  # north-east, south-east, …
@@ -230,7 +230,7 @@ def test_the_map_lies_as_it_should():
         assert (seen > 50).tolist() == [bool(c) for c in rgb]
 
 
-def test_latitude_is_that_of_the_normal():
+def test_latitude_is_that_of_the_normal() -> None:
     """Of a flat ellipsoid, where its normal is 45 degrees north its point is in another direction."""
     radii = (2.0, 2.0, 1.0)
     bands = np.zeros((180, 360, 3))
@@ -245,7 +245,7 @@ def test_latitude_is_that_of_the_normal():
     assert frame[CAMERA.height // 2, CAMERA.width // 2, 0] > 0.5 * SUN / np.pi
 
 
-def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved():
+def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved() -> None:
     """The mean of the opacity is the image's, for normally distributed noise, from none of it to all."""
     rng = np.random.default_rng(0)
     for opacity in (0.05, 0.3, 0.5, 0.9):
@@ -256,7 +256,7 @@ def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved():
             assert found == pytest.approx(opacity, abs=0.015)  # the logistic function is the normal one to 0.01
 
 
-def test_detail_has_no_waves_that_a_pixel_cannot_hold():
+def test_detail_has_no_waves_that_a_pixel_cannot_hold() -> None:
     """Points a pixel apart along an equator: of what is finer than two pixels little is left, and what remains is as
     large as it says."""
     for step in (1e-5, 1e-4, 1e-3, 1e-2):
@@ -269,7 +269,7 @@ def test_detail_has_no_waves_that_a_pixel_cannot_hold():
             assert noise.var() == pytest.approx(variance.mean(), rel=0.5, abs=1e-3)
 
 
-def test_detail_meets_at_the_poles():
+def test_detail_meets_at_the_poles() -> None:
     """No seam where one map fades into the other: neighbours differ no more there than elsewhere."""
     z = np.linspace(0.6, 0.999, 20000)
     normal = [c.astype(np.float32) for c in (np.sqrt(1 - z * z), 0 * z, z)]
@@ -280,7 +280,7 @@ def test_detail_meets_at_the_poles():
     assert variance.std() < 0.3
 
 
-def test_air_masses_are_chapmans():
+def test_air_masses_are_chapmans() -> None:
     """1 straight up; along the horizon sqrt(pi R / 2 H); from space to space twice that."""
     air = Air(scale_height=8.0 / 6371, depth=(0.1, 0.1, 0.1))
     horizon = np.sqrt(np.pi / 2 * 6371 / 8)
@@ -288,7 +288,7 @@ def test_air_masses_are_chapmans():
     assert air.limb_mass == pytest.approx(2 * horizon)
 
 
-def test_a_thin_atmosphere_scatters_what_rayleigh_says():
+def test_a_thin_atmosphere_scatters_what_rayleigh_says() -> None:
     """Straight down on black ground, the Sun behind the camera: E P(180 deg) t / 4 pi, P = 3/2, for a small depth t."""
     depth = 1e-3
     globe = planet((0, 0, 7.2e6), (6.4e6,) * 3, albedo=(0.0,) * 3, atmosphere=8e3, haze=(depth, 2 * depth, 0.0))
@@ -298,7 +298,7 @@ def test_a_thin_atmosphere_scatters_what_rayleigh_says():
     np.testing.assert_allclose(middle, (wanted, 2 * wanted, 0), rtol=0.01)
 
 
-def test_the_atmosphere_glows_above_the_limb_and_dims_stars_there():
+def test_the_atmosphere_glows_above_the_limb_and_dims_stars_there() -> None:
     radius, height, scale = 6.4e6, 7e5, 8e3
     dip = np.arccos(radius / (radius + height))
     axis = np.array([0, np.cos(dip), np.sin(dip)])
@@ -313,7 +313,7 @@ def test_the_atmosphere_glows_above_the_limb_and_dims_stars_there():
     assert through < 0.9 * free
 
 
-def test_a_planet_of_an_eclipsed_sun_is_as_bright_as_ever():
+def test_a_planet_of_an_eclipsed_sun_is_as_bright_as_ever() -> None:
     lights = [sun((0.5, 0, 1)), replace(sun((0.5, 0, 1)), obscuration=1.0)]
     one, other = (sky(behind(planets=[planet((0, 0, 2e7))], lights=[light]), seed=0) for light in lights)
     np.testing.assert_array_equal(one, other)
@@ -323,7 +323,7 @@ def test_a_planet_of_an_eclipsed_sun_is_as_bright_as_ever():
 @pytest.mark.parametrize("radii", [(1e-3,) * 3, (1e10,) * 3, (1e8, 1e10, 1e10), (0.1, 1e-3, 1e-3)])
 @pytest.mark.parametrize("air", [(0.0, 0.0), (1e-6, 1e-30), (1e-6, 1000.0), (None, 1000.0)])
 @pytest.mark.filterwarnings("error")
-def test_planets_at_the_ends_of_what_is_read_are_numbers(radii, air):
+def test_planets_at_the_ends_of_what_is_read_are_numbers(radii, air) -> None:
     """Sizes, shapes, atmospheres and distances: in float32 nothing overflows, and nothing is lost or made up."""
     height, haze = air[0] if air[0] is not None else 0.1 * min(radii), air[1]
     texture = image(np.random.default_rng(0).random((8, 16, 3)))
@@ -345,7 +345,7 @@ def dome(rotation=None, pixels=None):
     )
 
 
-def test_a_dome_is_seen_where_it_is():
+def test_a_dome_is_seen_where_it_is() -> None:
     """Its image's middle along its -z, its top along its +y, its right half on the right."""
     np.testing.assert_array_equal(sky(behind(lights=[dome()]), seed=0)[3, 5], (2, 3, 4))
     height = 180
@@ -368,13 +368,13 @@ def plate(pixels=None, **fields):
     )
 
 
-def test_a_back_plate_fills_the_frame_however_it_is_turned():
+def test_a_back_plate_fills_the_frame_however_it_is_turned() -> None:
     for roll in np.linspace(-4, 4, 17):
         frame = sky(behind(plate=plate(roll=(roll, roll))), seed=0)
         np.testing.assert_allclose(frame, np.broadcast_to((5, 6, 7), frame.shape), rtol=FLOAT32)
 
 
-def test_a_back_plate_turns_clockwise_and_mirrors():
+def test_a_back_plate_turns_clockwise_and_mirrors() -> None:
     pixels = np.zeros((60, 96, 3))
     pixels[:, 48:] = 1  # white on the right
     for roll, mirror, white in (
@@ -389,14 +389,14 @@ def test_a_back_plate_turns_clockwise_and_mirrors():
         assert frame[149 - row, 239 - column, 0] == pytest.approx(0)
 
 
-def test_a_large_back_plate_is_averaged_not_sampled():
+def test_a_large_back_plate_is_averaged_not_sampled() -> None:
     """A checkerboard finer than pixels is grey."""
     pixels = np.indices((600, 960)).sum(0)[..., None] % 2 * np.ones(3)
     frame = sky(behind(plate=plate(pixels)), seed=0)
     np.testing.assert_allclose(frame[..., 0], 2.5, rtol=1e-5)
 
 
-def test_a_share_of_the_pictures_has_a_back_plate():
+def test_a_share_of_the_pictures_has_a_back_plate() -> None:
     seeds = range(2000)
     chosen = [choose(plate(probability=0.25, mirror=0.5, roll=(0.0, 1.0)), seed) for seed in seeds]
     there = [lie for lie in chosen if lie]
@@ -408,7 +408,7 @@ def test_a_share_of_the_pictures_has_a_back_plate():
     assert sky(behind(plate=plate(probability=0.0)), seed=0) is None
 
 
-def test_a_back_plate_hides_stars_but_not_planets():
+def test_a_back_plate_hides_stars_but_not_planets() -> None:
     globe = planet((0, 0, 3e7))
     frame = sky(behind(plate=plate(), stars=[stars((0.2, 0, 1), 1.0)], planets=[globe]), seed=0)
     assert frame[75, 120].tolist() == [0, 0, 0]

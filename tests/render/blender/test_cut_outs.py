@@ -49,7 +49,7 @@ def layers(make_scene, square, count, *, apart=0.1, **fields):
 
 
 @pytest.mark.parametrize("count", [1, 2, 12])
-def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count):
+def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count) -> None:
     """By both renderers, and by the chequer itself."""
     scene = layers(make_scene, square, count)
     cast, drawn = RaycastRenderer().visibility(scene), blender.visibility(scene)
@@ -67,7 +67,7 @@ def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count)
     assert 0.4 < there.sum() / ((whole < 2) & (whole >= 0)).sum() < 0.6
 
 
-def test_holes_in_layers_that_almost_touch(blender, make_scene, square):
+def test_holes_in_layers_that_almost_touch(blender, make_scene, square) -> None:
     scene = layers(make_scene, square, 6, apart=2e-5)
     cast, drawn = RaycastRenderer().visibility(scene).face, blender.visibility(scene).face
     assert (cast != drawn).sum() <= SEAM_PIXELS
@@ -75,7 +75,7 @@ def test_holes_in_layers_that_almost_touch(blender, make_scene, square):
 
 @pytest.mark.parametrize(("opacity", "there"), [(0.49, False), (0.5, True), (0.51, True)])
 @pytest.mark.parametrize("as_primvar", [False, True])
-def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, there, as_primvar):
+def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, there, as_primvar) -> None:
     value = Primvar(name="opacity") if as_primvar else opacity
     holed = replace(HOLED, opacity=value)
     scene = make_scene(*square, materials=[holed], primvars={"opacity": np.full((2, 3, 1), opacity)})
@@ -83,7 +83,7 @@ def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, the
         assert (renderer.visibility(scene).face >= 0).any() == there
 
 
-def test_labels_and_pictures_take_turns(blender, make_scene, square):
+def test_labels_and_pictures_take_turns(blender, make_scene, square) -> None:
     """Numbers and materials share the mesh's slots where there are holes."""
     scene = layers(make_scene, square, 2, lights=[SUN])
     face, rgb = blender.visibility(scene).face, blender.radiance(scene, Effort(samples=4), seed=0).rgb
@@ -94,7 +94,7 @@ def test_labels_and_pictures_take_turns(blender, make_scene, square):
     assert np.array_equal(blender.radiance(scene, Effort(samples=4), seed=0).rgb, rgb)
 
 
-def test_the_preview_lets_light_through_holes(make_scene, square):
+def test_the_preview_lets_light_through_holes(make_scene, square) -> None:
     """The Sun behind the camera: what the camera sees through a hole is lit through it."""
     scene = layers(make_scene, square, 1, lights=[SUN], q=(1, 0, 0, 0), t=(0, 0, 3e5),
                    camera=replace(CAMERA, fx=170e5, fy=170e5))  # fmt: skip
@@ -114,7 +114,7 @@ def test_the_preview_lets_light_through_holes(make_scene, square):
 
 
 @pytest.mark.parametrize("size", [1e-3, 1e3])
-def test_size_costs_no_holes(make_scene, square, size):
+def test_size_costs_no_holes(make_scene, square, size) -> None:
     one, other = (layers(make_scene, (k * square[0], square[1]), 1) for k in (1.0, 1.0))
     points = other.target.mesh.points * size
     mesh = replace(other.target.mesh, points=points)

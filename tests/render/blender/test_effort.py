@@ -57,7 +57,7 @@ def assert_comes_and_goes(blender, scene, usual, **change):
 
 
 class TestAdaptive:
-    def test_each_pixel_is_that_of_fewer_samples_fewest_where_it_is_smooth(self, blender, parts):
+    def test_each_pixel_is_that_of_fewer_samples_fewest_where_it_is_smooth(self, blender, parts) -> None:
         scene = parts(METAL, sun(), panel())
         plain = [render(blender, scene, samples=count).groups for count in range(LOOK, 5 * LOOK, LOOK)]
         picture = render(blender, scene, samples=4 * LOOK, adaptive=NOISE)
@@ -68,10 +68,10 @@ class TestAdaptive:
         contrast = np.abs(plain[-1] - plain[0]).sum((0, -1))[picture.coverage == 1]  # how far the first had to go
         assert contrast[took == 0].mean() < contrast[took > 0].mean() / 2
 
-    def test_it_takes_effect_after_a_render_without_it(self, blender, parts):
+    def test_it_takes_effect_after_a_render_without_it(self, blender, parts) -> None:
         assert_comes_and_goes(blender, parts(METAL, sun(), panel()), {"samples": 4 * LOOK}, adaptive=NOISE)
 
-    def test_it_does_not_depend_on_threads(self, blender, parts):
+    def test_it_does_not_depend_on_threads(self, blender, parts) -> None:
         import bpy
 
         scene, effort = parts(METAL, sun(), panel()), {"samples": 4 * LOOK, "adaptive": NOISE}
@@ -82,7 +82,7 @@ class TestAdaptive:
         finally:
             bpy.context.scene.render.threads_mode = "AUTO"
 
-    def test_groups_add_up(self, blender, parts, monkeypatch):
+    def test_groups_add_up(self, blender, parts, monkeypatch) -> None:
         scene, effort = parts(METAL, sun(), panel()), {"samples": 4 * LOOK, "adaptive": NOISE}
         apart = render(blender, scene, **effort)
         monkeypatch.setattr("spin_usd.render.blender.renderer.group_names", lambda groups: ["all"])
@@ -92,7 +92,7 @@ class TestAdaptive:
         np.testing.assert_allclose(apart.rgb, whole.rgb, rtol=ROUNDING, atol=ROUNDING * whole.rgb.max())
 
     @pytest.mark.parametrize("lights", [(sun(), panel()), ()])
-    def test_coverage_is_no_worse_than_that_of_the_samples_before_the_first_look(self, blender, parts, lights):
+    def test_coverage_is_no_worse_than_that_of_the_samples_before_the_first_look(self, blender, parts, lights) -> None:
         """Also of a target without light, whose pixels all stop there."""
         scene = parts(METAL, *lights)
         true = render(blender, scene, samples=1024, bounces=0, seed=7).coverage
@@ -105,7 +105,7 @@ class TestAdaptive:
         assert np.abs(found.mean()) < 3 * least.std() / np.sqrt(edge.sum())
 
 
-def test_bounces_are_the_terms_of_a_geometric_series(blender, make_scene):
+def test_bounces_are_the_terms_of_a_geometric_series(blender, make_scene) -> None:
     """Within a closed box whose walls glow with 1 and reflect half, each bounce adds half of what the last added. The
     glowing wall that is seen is the first term, another's light by way of it the second."""
     wall = replace(MATT, diffuse_color=(0.5,) * 3, emissive_color=(1.0,) * 3)
@@ -118,12 +118,12 @@ def test_bounces_are_the_terms_of_a_geometric_series(blender, make_scene):
         assert seen == pytest.approx(2 - 0.5 ** (bounces + 1), rel=FURNACE_NOISE)
 
 
-def test_light_tree_takes_effect_when_it_alone_changes(blender, parts):
+def test_light_tree_takes_effect_when_it_alone_changes(blender, parts) -> None:
     on, off = assert_comes_and_goes(blender, parts(MATT, sun(), panel()), {"samples": 64}, light_tree=False)
     assert on.rgb.mean() == pytest.approx(off.rgb.mean(), rel=0.01)
 
 
-def test_clamp_limits_each_indirect_contribution_and_nothing_else(blender, parts):
+def test_clamp_limits_each_indirect_contribution_and_nothing_else(blender, parts) -> None:
     """With one sample, one bounce and a Sun that is a point there is one such contribution a pixel."""
     scene, clamp = parts(MATT, sun()), 0.05
     once = {"samples": 1, "bounces": 1}
@@ -139,7 +139,7 @@ WHOLE = [{"samples": 4}, {"samples": 32, "adaptive": NOISE}, {"samples": 2, "den
 
 
 @pytest.mark.parametrize("effort", WHOLE)
-def test_the_whole_frame_holds_the_same_pixels(blender, parts, monkeypatch, effort):
+def test_the_whole_frame_holds_the_same_pixels(blender, parts, monkeypatch, effort) -> None:
     scene = parts(METAL, sun(), panel(), t=(0.2, -0.1, 6))
     cropped = render(blender, scene, **effort)
     assert cropped.region != scene.camera.frame

@@ -37,7 +37,7 @@ def surface(renderer, scene):
     return visible_surface(scene, renderer.visibility(scene))
 
 
-def assert_same_labels(scene, renderer):
+def assert_same_labels(scene, renderer) -> None:
     mine, theirs = surface(renderer, scene), surface(renderer, expanded(scene))
     assert len(mine.rows) > 2000
     assert len(np.unique(mine.part)) == 11
@@ -45,7 +45,7 @@ def assert_same_labels(scene, renderer):
         np.testing.assert_array_equal(getattr(mine, name), getattr(theirs, name))
 
 
-def test_faces_are_those_of_the_mesh_made_out(scene):
+def test_faces_are_those_of_the_mesh_made_out(scene) -> None:
     mesh = scene.target.mesh
     other = made_out(mesh)
     face = np.random.default_rng(0).permutation(mesh.count)
@@ -57,7 +57,7 @@ def test_faces_are_those_of_the_mesh_made_out(scene):
     np.testing.assert_allclose(normals_of(mesh, face), other.corner_normals[face], atol=FLOAT32)
 
 
-def test_extent_is_that_of_the_mesh_made_out(scene):
+def test_extent_is_that_of_the_mesh_made_out(scene) -> None:
     mesh = scene.target.mesh
     other = made_out(mesh)
     np.testing.assert_array_equal(mesh.centre, other.centre)
@@ -67,7 +67,7 @@ def test_extent_is_that_of_the_mesh_made_out(scene):
         assert (mesh.hull @ along).max() == pytest.approx((other.points @ along).max(), rel=ROUNDING)
 
 
-def test_keys_tell_places_apart(scene):
+def test_keys_tell_places_apart(scene) -> None:
     mesh = scene.target.mesh
     each = mesh.instances[0]
     moved = each.matrices.copy()
@@ -81,7 +81,7 @@ def test_keys_tell_places_apart(scene):
     assert regrouped.shading_key != mesh.shading_key
 
 
-def test_labels_and_preview_are_those_of_the_mesh_made_out(scene):
+def test_labels_and_preview_are_those_of_the_mesh_made_out(scene) -> None:
     renderer = RaycastRenderer()
     assert_same_labels(scene, renderer)
     lit = replace(scene, lights=(SUN,))
@@ -90,7 +90,7 @@ def test_labels_and_preview_are_those_of_the_mesh_made_out(scene):
     np.testing.assert_allclose(mine.rgba, theirs.rgba, atol=FLOAT32)
 
 
-def test_bands_hold_all_that_is_seen(scene):
+def test_bands_hold_all_that_is_seen(scene) -> None:
     there = RaycastRenderer().visibility(scene)
     inside = np.zeros(there.face.shape, bool)
     for band in label_bands(scene):
@@ -100,7 +100,7 @@ def test_bands_hold_all_that_is_seen(scene):
 
 
 @pytest.mark.parametrize("holes", [False, True])
-def test_blender_holds_one_mesh_and_draws_the_same(scene, blender, holes):
+def test_blender_holds_one_mesh_and_draws_the_same(scene, blender, holes) -> None:
     import bpy
 
     if holes:

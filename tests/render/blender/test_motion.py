@@ -80,7 +80,7 @@ def ramp(distance, length):
 
 
 @pytest.mark.parametrize("length", [0.5, 5.0, 20.0])
-def test_edges_of_a_moving_square_are_linear_ramps(blender, glowing_square, length):
+def test_edges_of_a_moving_square_are_linear_ramps(blender, glowing_square, length) -> None:
     """Short exposures and long ones; the energy is that of the square at rest."""
     found = coverage(blender, moving(glowing_square, along=(metres(glowing_square, length), 0, 0)))
     columns = np.arange(CAMERA.width) + 0.5
@@ -89,7 +89,7 @@ def test_edges_of_a_moving_square_are_linear_ramps(blender, glowing_square, leng
     assert np.isclose(found.sum(), 32**2, rtol=ENERGY)
 
 
-def test_a_turning_square_is_round_and_keeps_its_energy(blender, glowing_square):
+def test_a_turning_square_is_round_and_keeps_its_energy(blender, glowing_square) -> None:
     """A quarter turn covers a point as long as a square at that angle does: at a distance r from its centre, between
     half its side and half its diagonal, 1 - 4/pi arccos(16/r) of the time."""
     found = coverage(blender, moving(glowing_square, turn=(0, 0, np.pi / 2), count=33))
@@ -103,7 +103,7 @@ def test_a_turning_square_is_round_and_keeps_its_energy(blender, glowing_square)
 
 
 @pytest.mark.parametrize("z", [6, 600])
-def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplus, z):
+def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplus, z) -> None:
     """Approach, drift and tumbling together, near and far; the far one comes nearer by many times its own size."""
     camera = smaller(magnified(speedplus, z), 4)
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.3, -0.2, z))
@@ -120,7 +120,7 @@ def test_it_is_the_mean_of_still_pictures(blender, make_scene, needles, speedplu
 
 
 @pytest.mark.parametrize("readout", [1.0, 0.5])
-def test_rolling_shutter_shears_a_moving_edge(blender, glowing_square, readout):
+def test_rolling_shutter_shears_a_moving_edge(blender, glowing_square, readout) -> None:
     """Row i of 48 is exposed around i/47 of the readout, whatever part of the frame is rendered."""
     length = 20.0
     scene = moving(glowing_square, along=(metres(glowing_square, length), 0, 0), readout=readout)
@@ -134,7 +134,7 @@ def test_rolling_shutter_shears_a_moving_edge(blender, glowing_square, readout):
 
 
 @pytest.mark.parametrize("by", [2, 4])
-def test_a_reduced_render_opens_its_rows_when_the_pictures_own_would(blender, glowing_square, by):
+def test_a_reduced_render_opens_its_rows_when_the_pictures_own_would(blender, glowing_square, by) -> None:
     """What is sheared evenly stays so between the rows that were rendered."""
     length, readout = 20.0, 0.5
     scene = moving(glowing_square, along=(metres(glowing_square, length), 0, 0), readout=readout)
@@ -147,7 +147,7 @@ def test_a_reduced_render_opens_its_rows_when_the_pictures_own_would(blender, gl
     assert abs(off.mean()) < by * ROWS_PX
 
 
-def test_labels_are_those_of_the_middle_at_rest(blender, make_scene, needles, speedplus):
+def test_labels_are_those_of_the_middle_at_rest(blender, make_scene, needles, speedplus) -> None:
     """Bit by bit, in whatever order pictures are taken; and what is at rest is not blurred by what moved before."""
     for z in (4, 4000):
         scene = make_scene(*needles, camera=magnified(speedplus, z), q=(0.5, -0.3, 0.7, 0.2), t=(0.1, 0, z))
@@ -163,13 +163,13 @@ def test_labels_are_those_of_the_middle_at_rest(blender, make_scene, needles, sp
         assert np.array_equal(blender.visibility(scene).face, labels)
 
 
-def test_a_shutter_without_motion_changes_no_pixel(blender, glowing_square):
+def test_a_shutter_without_motion_changes_no_pixel(blender, glowing_square) -> None:
     still = moving(glowing_square)
     assert np.array_equal(coverage(blender, still, samples=16), coverage(blender, glowing_square, samples=16))
 
 
 @pytest.mark.parametrize("z", [6, 60])
-def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch, z):
+def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch, z) -> None:
     """The whole frame, rendered in one piece, holds the bands' pixels and nothing else; the region is tight."""
     camera = smaller(magnified(speedplus, z), 2)
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, z))
@@ -188,13 +188,13 @@ def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needle
 
 
 @pytest.mark.parametrize(("count", "readout"), [(2, 0), (4, 0), (9, -0.1), (9, 1.1)])
-def test_other_shutters_are_refused(make_scene, square, count, readout):
+def test_other_shutters_are_refused(make_scene, square, count, readout) -> None:
     scene = make_scene(*square)
     with pytest.raises(GeometryError):
         Shutter(poses=(scene.T_cam_body,) * count, readout=readout)
 
 
-def test_a_pose_that_is_not_the_middles_is_refused(make_scene, square):
+def test_a_pose_that_is_not_the_middles_is_refused(make_scene, square) -> None:
     scene = moving(make_scene(*square), along=(1, 0, 0))
     with pytest.raises(GeometryError, match="middle"):
         replace(scene, T_cam_body=scene.shutter.poses[0])

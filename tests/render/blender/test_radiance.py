@@ -45,21 +45,21 @@ def render(blender, scene, samples=1, seed=0):
 
 @pytest.mark.parametrize("irradiance", [1e-3, 1.0, 1361.0, 1e6])
 @pytest.mark.parametrize("tilt", [0.0, 60.0, 85.0])
-def test_white_lambertian_gives_irradiance_over_pi(blender, make_scene, square, irradiance, tilt):
+def test_white_lambertian_gives_irradiance_over_pi(blender, make_scene, square, irradiance, tilt) -> None:
     slope = np.radians(tilt)
     light = sun((np.sin(slope), 0, np.cos(slope)), (irradiance,) * 3)
     seen = inner(render(blender, make_scene(*square, lights=[light]), samples=4))
     assert seen == pytest.approx(irradiance * np.cos(slope) / np.pi, rel=RADIOMETRY)
 
 
-def test_colours_of_light_and_surface_multiply(blender, make_scene, square, lambert):
+def test_colours_of_light_and_surface_multiply(blender, make_scene, square, lambert) -> None:
     tinted = replace(lambert, diffuse_color=(0.2, 0.5, 0.8))
     scene = make_scene(*square, materials=[tinted], lights=[sun(irradiance=(10.0, 20.0, 5.0))])
     wanted = np.array([10 * 0.2, 20 * 0.5, 5 * 0.8]) / np.pi
     assert np.allclose(inner(render(blender, scene)), wanted, rtol=RADIOMETRY)
 
 
-def test_lights_add_and_come_and_go(blender, make_scene, square):
+def test_lights_add_and_come_and_go(blender, make_scene, square) -> None:
     one, two = sun(irradiance=(100.0,) * 3), sun((0.6, 0, 0.8), (50.0, 0.0, 0.0))
     scene = make_scene(*square)
     dark = render(blender, scene)
@@ -71,24 +71,24 @@ def test_lights_add_and_come_and_go(blender, make_scene, square):
     assert not means[3].any()
 
 
-def test_background_is_black_and_light_from_behind_lights_nothing(blender, make_scene, square):
+def test_background_is_black_and_light_from_behind_lights_nothing(blender, make_scene, square) -> None:
     assert not render(blender, make_scene(*square, lights=[sun((0, 0, -1))])).rgb.any()
 
 
-def test_emission_is_radiance(blender, make_scene, square, lambert):
+def test_emission_is_radiance(blender, make_scene, square, lambert) -> None:
     glow = replace(lambert, diffuse_color=(0, 0, 0), emissive_color=(3.0, 0.5, 40.0))
     seen = inner(render(blender, make_scene(*square, materials=[glow])))
     assert np.allclose(seen, (3.0, 0.5, 40.0), rtol=RADIOMETRY)
 
 
-def test_shading_follows_the_corner_normals(blender, make_scene, square):
+def test_shading_follows_the_corner_normals(blender, make_scene, square) -> None:
     normal = np.array([0, 0.6, -0.8])  # tilted by 37 degrees from the square's own
     normals = np.tile(normal, (2, 3, 1))
     seen = inner(render(blender, make_scene(*square, lights=[sun()], corner_normals=normals)))
     assert seen == pytest.approx(1361 * 0.8 / np.pi, rel=RADIOMETRY)
 
 
-def test_each_face_has_its_own_material(blender, make_scene, square, lambert):
+def test_each_face_has_its_own_material(blender, make_scene, square, lambert) -> None:
     grey = replace(lambert, diffuse_color=(0.25, 0.25, 0.25))
     scene = make_scene(*square, materials=[lambert, grey], lights=[sun()], face_material=[1, 0])
     face, rgb = blender.visibility(scene).face, render(blender, scene).rgb
@@ -98,7 +98,7 @@ def test_each_face_has_its_own_material(blender, make_scene, square, lambert):
         assert seen == pytest.approx(1361 * reflects / np.pi, rel=RADIOMETRY)
 
 
-def test_a_material_switched_between_frames_takes_effect(blender, make_scene, square, lambert):
+def test_a_material_switched_between_frames_takes_effect(blender, make_scene, square, lambert) -> None:
     white = make_scene(*square, lights=[sun()])
     grey = replace(white, target=replace(white.target, materials=(replace(lambert, diffuse_color=(0.5, 0.5, 0.5)),)))
     first, second, third = (render(blender, scene).rgb for scene in (white, grey, white))
@@ -106,7 +106,7 @@ def test_a_material_switched_between_frames_takes_effect(blender, make_scene, sq
     assert np.array_equal(third, first)
 
 
-def test_clear_dielectric_keeps_its_reflection_and_passes_the_rest(blender, make_scene, square, lambert):
+def test_clear_dielectric_keeps_its_reflection_and_passes_the_rest(blender, make_scene, square, lambert) -> None:
     """Behind a black pane of opacity 1/4 and index 1.5 a glowing square keeps 3/4 of 1 - 4 % (Fresnel, head-on)."""
     points, faces = square
     glow = replace(lambert, path="/glow", diffuse_color=(0, 0, 0), emissive_color=(10.0,) * 3)
@@ -121,7 +121,7 @@ def test_clear_dielectric_keeps_its_reflection_and_passes_the_rest(blender, make
     assert inner(render(blender, scene, samples=64)).mean() == pytest.approx(10 * 0.75 * 0.96, rel=NOISE)
 
 
-def test_sample_count_takes_effect_by_itself(blender, noisy):
+def test_sample_count_takes_effect_by_itself(blender, noisy) -> None:
     """With its data kept, Blender has been seen to ignore a sample count that changed alone."""
     few, many = render(blender, noisy, samples=1).rgb, render(blender, noisy, samples=16).rgb
     again = render(blender, noisy, samples=1).rgb
@@ -130,7 +130,7 @@ def test_sample_count_takes_effect_by_itself(blender, noisy):
     assert np.square(many - truth).mean() < np.square(few - truth).mean() / 4
 
 
-def test_many_samples_leave_nothing_behind(blender, make_scene, square, speedplus):
+def test_many_samples_leave_nothing_behind(blender, make_scene, square, speedplus) -> None:
     """A render of more than 256 samples is not felt by the next."""
     camera = replace(speedplus, width=16, height=10, fx=20.0, fy=20.0, cx=8.0, cy=5.0)
     scene = make_scene(*square, camera=camera, lights=[sun((0.5, 0, 1), angle=1.0)])
@@ -139,7 +139,7 @@ def test_many_samples_leave_nothing_behind(blender, make_scene, square, speedplu
     assert render(blender, scene, samples=5).rgb.tobytes() == first
 
 
-def test_seed_takes_effect_by_itself_and_only_as_noise(blender, noisy):
+def test_seed_takes_effect_by_itself_and_only_as_noise(blender, noisy) -> None:
     one, two = (
         render(blender, noisy, samples=16, seed=1).rgb,
         render(blender, noisy, samples=16, seed=2).rgb,
@@ -149,7 +149,7 @@ def test_seed_takes_effect_by_itself_and_only_as_noise(blender, noisy):
     assert np.array_equal(one, render(blender, noisy, samples=16, seed=1).rgb)
 
 
-def test_frames_do_not_depend_on_their_order(blender, noisy, make_scene, square):
+def test_frames_do_not_depend_on_their_order(blender, noisy, make_scene, square) -> None:
     other = make_scene(*square, lights=[sun((0.6, 0, 0.8))])
     first = render(blender, noisy, samples=4).rgb.tobytes()
     render(blender, other, samples=2, seed=5)
@@ -159,7 +159,7 @@ def test_frames_do_not_depend_on_their_order(blender, noisy, make_scene, square)
     assert render(blender, noisy, samples=4).rgb.tobytes() == first
 
 
-def test_a_pixel_averages_its_own_square(blender, make_scene, square, speedplus):
+def test_a_pixel_averages_its_own_square(blender, make_scene, square, speedplus) -> None:
     """A white square whose left edge leaves three quarters of a column of pixels to it."""
     camera = replace(speedplus, fx=100.0, fy=100.0, distortion=(0.0,) * 5)
     scene = make_scene(*square, camera=camera, t=(0.01, 0, 4), lights=[sun()])  # from column 96 - 25 + 0.25
@@ -168,14 +168,14 @@ def test_a_pixel_averages_its_own_square(blender, make_scene, square, speedplus)
     assert column.mean() == pytest.approx(0.75 * 1361 / np.pi, rel=NOISE)
 
 
-def test_region_is_cut_from_the_same_picture(blender, noisy):
+def test_region_is_cut_from_the_same_picture(blender, noisy) -> None:
     vars(noisy)["picture_region"] = noisy.camera.frame
     whole = render(blender, noisy, samples=4).rgb
     vars(noisy)["picture_region"] = box = Region(x0=50, y0=20, x1=131, y1=97)
     assert np.array_equal(render(blender, noisy, samples=4).rgb, whole[box.slices])
 
 
-def test_range_does_not_change_the_light(blender, noisy):
+def test_range_does_not_change_the_light(blender, noisy) -> None:
     """From 1,000 km through a lens as much longer, the picture is that of 1,000 m, up to its noise."""
     camera, pose = noisy.camera, noisy.T_cam_body
     pictures = []
@@ -189,7 +189,7 @@ def test_range_does_not_change_the_light(blender, noisy):
 
 
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0.3, -0.5, 0.2)])
-def test_suns_shine_along_their_direction(direction):
+def test_suns_shine_along_their_direction(direction) -> None:
     direction = np.asarray(direction) / np.linalg.norm(direction)
     rotation = shining_along(direction)
     assert np.allclose(rotation @ rotation.T, np.eye(3))
@@ -199,7 +199,7 @@ def test_suns_shine_along_their_direction(direction):
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-6, 1e-5, 1e-3])
 @pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, 1)])
-def test_blenders_suns_do_too_where_euler_angles_lock(blender, axis, tilt):
+def test_blenders_suns_do_too_where_euler_angles_lock(blender, axis, tilt) -> None:
     """To float32's rounding: through Euler angles these were up to 5e-5 rad off."""
     import bpy
 
@@ -229,7 +229,7 @@ def test_blenders_suns_do_too_where_euler_angles_lock(blender, axis, tilt):
         {"normal": (0.6, 0.0, 0.8)},
     ],
 )
-def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, values):
+def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, values) -> None:
     scene = make_scene(*square, materials=[Material(path="/World/Looks/Odd", **values)])
     with pytest.raises(UnsupportedError, match="/World/Looks/Odd"):
         render(blender, scene)
@@ -242,12 +242,12 @@ def test_what_cannot_be_drawn_is_named(blender, make_scene, square, lambert, val
     "values",
     [{"irradiance": (-1.0, 1, 1)}, {"irradiance": (np.nan, 1, 1)}, {"angle": 4.0}, {"direction_cam": (0, 0, 2.0)}],
 )
-def test_lights_that_are_no_sun_are_named(blender, make_scene, square, values):
+def test_lights_that_are_no_sun_are_named(blender, make_scene, square, values) -> None:
     with pytest.raises(UnsupportedError, match="/Sun"):
         render(blender, make_scene(*square, lights=[replace(sun(), **values)]))
 
 
-def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speedplus, monkeypatch):
+def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speedplus, monkeypatch) -> None:
     """However the region is cut into renders, every pixel is the same, bit for bit; partly out of the frame too."""
     for t in ((0.0, 0.0, 3.0), (0.5, 0.3, 2.5)):
         scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=t, lights=[sun()])
@@ -260,7 +260,7 @@ def test_bands_are_cut_from_the_same_picture(blender, make_scene, needles, speed
         assert np.array_equal(pictures[0][1], pictures[1][1])
 
 
-def test_a_speck_at_a_pixels_centre_is_hit_as_often_as_its_area_says(blender, make_scene, square, speedplus):
+def test_a_speck_at_a_pixels_centre_is_hit_as_often_as_its_area_says(blender, make_scene, square, speedplus) -> None:
     """But for Cycles' first ray, which always goes there: it is one ray more."""
     samples, side_px, z = 1 << 16, 0.004, 1000.0
     camera = replace(speedplus, cx=95.5, cy=59.5)

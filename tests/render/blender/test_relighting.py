@@ -117,13 +117,13 @@ def as_one(blender, monkeypatch, scene, effort, **options):
         return blender.radiance(scene, effort, **options)
 
 
-def assert_sum(apart, whole, *, samples):
+def assert_sum(apart, whole, *, samples) -> None:
     np.testing.assert_array_equal(apart.coverage, whole.coverage)
     np.testing.assert_allclose(apart.rgb, whole.rgb, rtol=2 * samples * ROUNDING)
 
 
 @EACH
-def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name):
+def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name) -> None:
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)
     apart = blender.radiance(scene, Effort(samples=SAMPLES), seed=1)
@@ -132,7 +132,7 @@ def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name)
     assert_sum(apart, as_one(blender, monkeypatch, scene, Effort(samples=SAMPLES), seed=1), samples=SAMPLES)
 
 
-def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blender, taken, monkeypatch):
+def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blender, taken, monkeypatch) -> None:
     from spin_usd.render.crop import picture_bands
 
     lights, fields = SOURCES["everything"]
@@ -148,7 +148,7 @@ def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blen
         assert_sum(apart, as_one(blender, monkeypatch, case, Effort(samples=64), seed=1), samples=64)
 
 
-def test_each_group_is_what_its_source_makes_alone(blender, taken):
+def test_each_group_is_what_its_source_makes_alone(blender, taken) -> None:
     """The order is that of Groups: lights by their places, then what shines from around, then what glows."""
     lights, fields = SOURCES["everything"]
     groups = blender.radiance(taken(*lights, **fields), Effort(samples=256), seed=1).groups.mean((1, 2))
@@ -160,7 +160,7 @@ def test_each_group_is_what_its_source_makes_alone(blender, taken):
     np.testing.assert_allclose(groups, alone, rtol=0.05)  # what surfaces that do not glow here reflect is alike
 
 
-def test_scenes_of_other_groups_do_not_disturb_one_another(blender, taken):
+def test_scenes_of_other_groups_do_not_disturb_one_another(blender, taken) -> None:
     """In any order, with labels between them, each is rendered as at first; nothing that Blender keeps is left over."""
     made = [taken(*lights, **fields) for lights, fields in SOURCES.values()]
     first = [blender.radiance(scene, Effort(samples=4), seed=2) for scene in made]
@@ -174,7 +174,7 @@ def test_scenes_of_other_groups_do_not_disturb_one_another(blender, taken):
 
 
 @pytest.mark.parametrize("renderer", ["blender", "raycast"])
-def test_a_light_that_reaches_nothing_has_a_plane_of_its_own(request, taken, renderer):
+def test_a_light_that_reaches_nothing_has_a_plane_of_its_own(request, taken, renderer) -> None:
     drawer = RaycastRenderer() if renderer == "raycast" else request.getfixturevalue("blender")
     scene = taken(sun(), replace(RIGHT, lights=frozenset()), LEFT)
     dark = drawer.radiance(scene, Effort(samples=4), seed=1).groups
@@ -182,7 +182,7 @@ def test_a_light_that_reaches_nothing_has_a_plane_of_its_own(request, taken, ren
 
 
 @EACH
-def test_the_preview_relit_is_the_preview(taken, name):
+def test_the_preview_relit_is_the_preview(taken, name) -> None:
     lights, fields = SOURCES[name]
     scene, raycast = taken(*lights, **fields), RaycastRenderer()
     unit = in_unit_light(scene)
@@ -193,7 +193,7 @@ def test_the_preview_relit_is_the_preview(taken, name):
 
 
 @pytest.mark.parametrize("lights", [(sun((1361.0, 1000.0, 0.0)),), (ball((3.0, 2.0, 1.0)),), (dome((0.1, 7.0, 3.0)),)])
-def test_one_light_relit_is_that_light(blender, taken, lights):
+def test_one_light_relit_is_that_light(blender, taken, lights) -> None:
     scene = taken(*lights)
     unit = in_unit_light(scene)
     relit = blender.radiance(unit.scene, Effort(samples=SAMPLES), seed=1).relit(unit.gains)
@@ -202,7 +202,7 @@ def test_one_light_relit_is_that_light(blender, taken, lights):
 
 
 @EACH
-def test_relit_renders_are_unbiased_and_no_noisier(blender, taken, name):
+def test_relit_renders_are_unbiased_and_no_noisier(blender, taken, name) -> None:
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)
     unit = in_unit_light(scene)

@@ -53,7 +53,7 @@ def coverage(blender, scene, samples=SAMPLES):
 
 
 @pytest.mark.parametrize("focus", [0.5, 2.0, 1e6])
-def test_an_edge_out_of_focus_is_that_of_a_uniform_disk(blender, glowing_square, focus):
+def test_an_edge_out_of_focus_is_that_of_a_uniform_disk(blender, glowing_square, focus) -> None:
     """In front of the plane of focus and behind it; the square's left edge lies at column 16, its right one at 48."""
     z = glowing_square.T_cam_body.translation[2]
     found = coverage(blender, defocused(glowing_square, RADIUS_PX, focus * z))[14:34].mean(0)
@@ -62,14 +62,14 @@ def test_an_edge_out_of_focus_is_that_of_a_uniform_disk(blender, glowing_square,
     assert np.abs(found - wanted).max() < EDGE_PX
 
 
-def test_in_focus_it_is_as_sharp_as_a_pinhole(blender, glowing_square):
+def test_in_focus_it_is_as_sharp_as_a_pinhole(blender, glowing_square) -> None:
     z = glowing_square.T_cam_body.translation[2]
     found = coverage(blender, replace(glowing_square, thin_lens=ThinLens(radius=0.1 * z, focus=z)), samples=16)
     assert np.array_equal(found, coverage(blender, glowing_square, samples=16))
     assert found.sum() == 32**2  # edges fall between pixels
 
 
-def test_a_point_becomes_a_disk_and_keeps_its_energy(blender, glowing_square):
+def test_a_point_becomes_a_disk_and_keeps_its_energy(blender, glowing_square) -> None:
     """Second moment of a uniform disk along an axis: radius**2 / 4; of a square or pixel of side 1: 1/12."""
     z, side = glowing_square.T_cam_body.translation[2], 2.0
     small = replace(glowing_square, camera=replace(glowing_square.camera, fx=side / 2 * z, fy=side / 2 * z))
@@ -81,13 +81,13 @@ def test_a_point_becomes_a_disk_and_keeps_its_energy(blender, glowing_square):
     assert np.isclose((found * rows[:, None] ** 2).sum() / found.sum(), wanted, rtol=MOMENT)
 
 
-def test_energy_is_kept(blender, glowing_square):
+def test_energy_is_kept(blender, glowing_square) -> None:
     z = glowing_square.T_cam_body.translation[2]
     found = coverage(blender, defocused(glowing_square, RADIUS_PX, z / 2), samples=SAMPLES)
     assert np.isclose(found.sum(), 32**2, rtol=ENERGY)
 
 
-def test_near_and_far_form_are_one_picture(blender, make_scene, needles, speedplus, monkeypatch):
+def test_near_and_far_form_are_one_picture(blender, make_scene, needles, speedplus, monkeypatch) -> None:
     """The same scene, rays once started at the camera and once at the target: a lens, distortion, depth."""
     scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(1, -0.5, 12))
     scene = defocused(scene, 3.0, 9.0)
@@ -99,7 +99,7 @@ def test_near_and_far_form_are_one_picture(blender, make_scene, needles, speedpl
     assert np.abs(near - far).max() < 2 / 64  # the same rays, but for float32: a sample or two that graze an edge
 
 
-def test_labels_never_know_of_the_lens(blender, make_scene, needles, speedplus):
+def test_labels_never_know_of_the_lens(blender, make_scene, needles, speedplus) -> None:
     far = replace(speedplus, fx=1e3 * speedplus.fx, fy=1e3 * speedplus.fy, distortion=(0.0,) * 5)
     for z, camera in ((4, speedplus), (4000, far)):
         scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.1, 0, z))
@@ -112,7 +112,7 @@ def test_labels_never_know_of_the_lens(blender, make_scene, needles, speedplus):
         assert np.array_equal(blender.radiance(scene, Effort(samples=4), seed=1).rgba, picture)
 
 
-def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch):
+def test_nothing_is_drawn_outside_the_picture_region(blender, make_scene, needles, speedplus, monkeypatch) -> None:
     """The whole frame, rendered in one piece, holds the bands' pixels and nothing else; the region is tight."""
     lens = ThinLens(radius=0.25, focus=2.5)  # 20 px
     scene = make_scene(*needles, camera=speedplus, q=(0.5, -0.3, 0.7, 0.2), t=(0.2, 0.1, 8))

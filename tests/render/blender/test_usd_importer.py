@@ -110,7 +110,7 @@ TRANSFORM = """
 """
 
 
-def texture(name, file, *, output="rgb", space="raw", wrap="repeat", st="Reader", more=""):
+def texture(name, file, *, output="rgb", space="raw", wrap="repeat", st="Reader", more="") -> str:
     """A UsdUVTexture node."""
     wraps = (wrap, wrap) if isinstance(wrap, str) else wrap
     kind = "float3" if output == "rgb" else "float"
@@ -129,7 +129,7 @@ def texture(name, file, *, output="rgb", space="raw", wrap="repeat", st="Reader"
 """
 
 
-def connect(name, node, output="rgb"):
+def connect(name, node, output="rgb") -> str:
     kind = {"diffuseColor": "color3f", "emissiveColor": "color3f", "normal": "normal3f"}.get(name, "float")
     return f"{kind} inputs:{name}.connect = </Asset/Paint/{node}.outputs:{output}>\n"
 
@@ -191,7 +191,7 @@ FAULTS = {
 }  # fmt: skip
 
 
-def write_images(folder):
+def write_images(folder) -> None:
     rng = np.random.default_rng(1)
     write_png(folder / "color.png", rng.integers(20, 255, (8, 8, 3), np.uint8))
     across, down = np.meshgrid(np.arange(32), np.arange(32))
@@ -202,14 +202,14 @@ def write_images(folder):
     write_png(folder / "normal.png", np.rint((tilt * 0.5 + 0.5) * 255).astype(np.uint8))
 
 
-def write_png(path, pixels):
+def write_png(path, pixels) -> None:
     out = OpenImageIO.ImageOutput.create(str(path))
     assert out.open(str(path), OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8"))
     assert out.write_image(pixels)
     out.close()
 
 
-def bump():
+def bump() -> str:
     """Attributes of a smooth hill of triangles, seen from +z, with texture coordinates beyond the image."""
     x, y = np.meshgrid(np.linspace(-1, 1, SIZE + 1), np.linspace(-1, 1, SIZE + 1))
     z = 0.4 * np.exp(-2 * (x**2 + y**2))
@@ -290,17 +290,17 @@ def both(blender, folder, case):
 
 
 @pytest.mark.parametrize("name", list(CASES))
-def test_looks_as_blenders_importer_makes_it(blender, tmp_path, name):
+def test_looks_as_blenders_importer_makes_it(blender, tmp_path, name) -> None:
     assert difference(*both(blender, tmp_path, CASES[name])) < LIKE_THE_IMPORTER
 
 
 @pytest.mark.parametrize("name", list(FAULTS))
-def test_the_importers_faults_are_still_there(blender, tmp_path, name):
+def test_the_importers_faults_are_still_there(blender, tmp_path, name) -> None:
     """So that the list grows no older than the importer."""
     assert difference(*both(blender, tmp_path, FAULTS[name])) > LIKE_THE_IMPORTER
 
 
-def test_a_clear_surface_reflects_as_the_importers_does(blender, tmp_path):
+def test_a_clear_surface_reflects_as_the_importers_does(blender, tmp_path) -> None:
     """Reflection and body alone: the importer refracts what passes, so it never shows what lies behind (alpha 1)."""
     ours, theirs = both(blender, tmp_path, (DIFFUSE + ROUGH + "float inputs:opacity = 0.4\n", ""))
     assert difference(ours[..., :3], theirs[..., :3]) < LIKE_THE_IMPORTER
@@ -308,7 +308,7 @@ def test_a_clear_surface_reflects_as_the_importers_does(blender, tmp_path):
     assert ours[..., 3].max() < 0.5
 
 
-def subset(name, faces):
+def subset(name, faces) -> str:
     return f"""
         def GeomSubset "{name}Faces" ( prepend apiSchemas = ["MaterialBindingAPI"] )
         {{
@@ -326,13 +326,13 @@ PAINTS = "".join(
 )
 
 
-def test_subsets_that_cover_the_mesh_look_as_the_importer_makes_them(blender, tmp_path):
+def test_subsets_that_cover_the_mesh_look_as_the_importer_makes_them(blender, tmp_path) -> None:
     subsets = subset("Paint", range(0, FACES, 3)) + subset("Metal", sorted(set(range(FACES)) - set(range(0, FACES, 3))))
     scene, ours = render_ours(blender, tmp_path, PAINTS, binding=subsets)
     assert difference(ours, render_theirs(blender, tmp_path, scene)) < LIKE_THE_IMPORTER
 
 
-def test_the_importer_loses_the_mesh_binding_beside_subsets(blender, tmp_path):
+def test_the_importer_loses_the_mesh_binding_beside_subsets(blender, tmp_path) -> None:
     """USD: what no subset binds keeps the mesh's own material. Proved by the same with the rest as a subset."""
     rest = sorted(set(range(FACES)) - set(range(0, FACES, 3)))
     one = BOUND.replace("Paint", "Metal") + subset("Paint", range(0, FACES, 3))

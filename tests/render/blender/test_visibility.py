@@ -63,7 +63,7 @@ def edge_distance(scene, row, column, faces):
     return np.linalg.norm(a + s[..., None] * along, axis=-1).min()
 
 
-def assert_sees_what_embree_sees(blender, scene):
+def assert_sees_what_embree_sees(blender, scene) -> None:
     seen = blender.visibility(scene)
     rays = opencv_rays(scene.camera, seen.region)
     expected = embree_faces(scene, rays)
@@ -77,26 +77,26 @@ def assert_sees_what_embree_sees(blender, scene):
 
 
 @pytest.mark.parametrize(("q", "t"), POSES)
-def test_speedplus_lens(blender, make_scene, needles, q, t):
+def test_speedplus_lens(blender, make_scene, needles, q, t) -> None:
     assert_sees_what_embree_sees(blender, make_scene(*needles, q=q, t=t))
 
 
 @pytest.mark.parametrize("k", [(0, 0, 0, 0, 0), (-0.1, 0.02, 0.003, -0.002, 0)])
 @pytest.mark.parametrize(("fx", "fy"), [(250, 210), (210, 250)])
-def test_off_centre_camera_with_oblong_pixels(blender, make_scene, needles, fx, fy, k):
+def test_off_centre_camera_with_oblong_pixels(blender, make_scene, needles, fx, fy, k) -> None:
     camera = Camera(width=192, height=120, fx=fx, fy=fy, cx=81.3, cy=70.9, distortion=k)
     assert_sees_what_embree_sees(blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0, 0, 3)))
 
 
 @pytest.mark.parametrize("range_m", [4.0, 1e3, 1e5, 1e7])
-def test_range_costs_no_precision(blender, make_scene, needles, range_m):
+def test_range_costs_no_precision(blender, make_scene, needles, range_m) -> None:
     focal = 300 * range_m / 4
     camera = Camera(width=192, height=120, fx=focal, fy=focal, cx=96.0, cy=60.0)
     t = (0.1, -0.2, range_m)
     assert_sees_what_embree_sees(blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=t))
 
 
-def test_far_target_through_a_distorted_lens(blender, make_scene, needles, speedplus):
+def test_far_target_through_a_distorted_lens(blender, make_scene, needles, speedplus) -> None:
     camera = replace(speedplus, fx=6000.0, fy=6000.0, distortion=(-50.0, 0.0, 0.3, -0.2, 0.0))
     assert_sees_what_embree_sees(
         blender, make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2), t=(0.9, 0.3, 80))
@@ -104,7 +104,7 @@ def test_far_target_through_a_distorted_lens(blender, make_scene, needles, speed
 
 
 @pytest.mark.parametrize("t", [(0, 0, 0.0), (-0.75, -0.1, 0.3), (0, 0.1, 0.7)])
-def test_camera_inside_the_bounding_box(blender, make_scene, needles, speedplus, t):
+def test_camera_inside_the_bounding_box(blender, make_scene, needles, speedplus, t) -> None:
     """In the tube, beyond the ball, before the tube: what lies behind the camera is not seen."""
     camera = replace(speedplus, fx=80.0, fy=80.0, distortion=(0.0,) * 5)
     scene = make_scene(*needles, camera=camera, t=t)
@@ -113,7 +113,7 @@ def test_camera_inside_the_bounding_box(blender, make_scene, needles, speedplus,
     assert_sees_what_embree_sees(blender, replace(scene, camera=replace(camera, distortion=(-0.02, 0, 0, 0, 0))))
 
 
-def test_a_speck_millimetres_before_the_camera_is_seen(blender, make_scene, needles, square, speedplus):
+def test_a_speck_millimetres_before_the_camera_is_seen(blender, make_scene, needles, square, speedplus) -> None:
     points, faces = 0.05 * needles[0] + np.array([0, 0, 0.1]), needles[1]
     speck = 1.5e-3 * square[0] + np.array([0, 0, 0.015])
     both = np.concatenate([points, speck]), np.concatenate([faces, square[1] + len(points)])
@@ -136,7 +136,7 @@ def squares_at(camera, pixels, half_px):
 @pytest.mark.parametrize(
     ("focal", "distortion", "off_px"), [*((focal, 0.0, PLAIN_PX) for focal in PLAIN_FOCAL), (1.0, 1e-6, SHADER_PX)]
 )
-def test_labels_are_of_the_rays_through_pixel_centres(blender, make_scene, corner, focal, distortion, off_px):
+def test_labels_are_of_the_rays_through_pixel_centres(blender, make_scene, corner, focal, distortion, off_px) -> None:
     """In opposite corners of a large frame, where float32 is coarsest. A triangle beyond the frame makes the target as
     large as plain cameras need."""
     width, height = 1920, 1200
@@ -155,7 +155,7 @@ def test_labels_are_of_the_rays_through_pixel_centres(blender, make_scene, corne
     np.testing.assert_array_equal(seen.face[row, column] // 2, np.arange(len(pixels)))
 
 
-def test_region_is_cut_from_the_same_picture(blender, make_scene, needles):
+def test_region_is_cut_from_the_same_picture(blender, make_scene, needles) -> None:
     camera = Camera(width=199, height=117, fx=250.0, fy=250.0, cx=99.5, cy=58.5)
     scene = make_scene(*needles, camera=camera, q=(0.5, -0.3, 0.7, 0.2))
     vars(scene)["region"] = camera.frame
@@ -168,13 +168,13 @@ def test_region_is_cut_from_the_same_picture(blender, make_scene, needles):
         assert np.array_equal(blender.visibility(scene).face, whole[box.slices])
 
 
-def test_target_out_of_view_gives_empty_arrays(blender, make_scene, needles):
+def test_target_out_of_view_gives_empty_arrays(blender, make_scene, needles) -> None:
     scene = make_scene(*needles, t=(50, 0, 4))
     assert blender.visibility(scene).face.shape == (0, 0)
     assert blender.radiance(scene, Effort(samples=1), seed=0).rgb.shape == (0, 0, 3)
 
 
-def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, square):
+def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, square) -> None:
     a, b = make_scene(*needles), make_scene(*square, q=(1, 0.2, 0, 0))
     far = replace(a, T_cam_body=Transform(to="cam", of="body", rotation=np.eye(3), translation=[0, 0, 90]))
     first = blender.visibility(a).face
@@ -183,7 +183,7 @@ def test_frames_do_not_depend_on_their_order(blender, make_scene, needles, squar
     assert np.array_equal(blender.visibility(a).face, first)
 
 
-def test_duplicate_and_reversed_faces_keep_their_numbers(blender, make_scene, square):
+def test_duplicate_and_reversed_faces_keep_their_numbers(blender, make_scene, square) -> None:
     points, faces = square
     scene = make_scene(points, np.concatenate([faces, faces[:, ::-1], faces]))
     seen = blender.visibility(scene).face
@@ -191,7 +191,7 @@ def test_duplicate_and_reversed_faces_keep_their_numbers(blender, make_scene, sq
     assert (seen >= 0).any()
 
 
-def test_memory_does_not_grow(blender, make_scene, needles):
+def test_memory_does_not_grow(blender, make_scene, needles) -> None:
     camera = Camera(width=64, height=40, fx=100.0, fy=100.0, cx=32.0, cy=20.0, distortion=(-0.1, 0, 0, 0, 0))
     scenes = [make_scene(*needles, camera=camera, t=(0, 0, z)) for z in (4, 40, 5, 50)]  # near and far, four meshes
     rss = psutil.Process().memory_info
@@ -203,6 +203,6 @@ def test_memory_does_not_grow(blender, make_scene, needles):
 
 
 @pytest.mark.parametrize("numbers", [[1.5], [-1.0], [4.0], [np.nan], [np.inf]])
-def test_a_picture_of_no_face_numbers_is_refused(numbers):
+def test_a_picture_of_no_face_numbers_is_refused(numbers) -> None:
     with pytest.raises(RenderError, match="no face's"):
         face_indices(np.array([numbers], np.float32), 3)

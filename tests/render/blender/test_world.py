@@ -65,7 +65,7 @@ def facing(make_scene, square, tiny):
     return make
 
 
-def test_without_domes_and_planets_there_is_no_world(blender, facing):
+def test_without_domes_and_planets_there_is_no_world(blender, facing) -> None:
     import bpy
 
     blender.radiance(facing(lights=[dome()]), Effort(samples=1), seed=0)
@@ -75,7 +75,7 @@ def test_without_domes_and_planets_there_is_no_world(blender, facing):
     assert Surroundings.of(facing(planets=[planet((0, 0, 1e8))])) is None  # no Sun shines on it
 
 
-def test_white_furnace(blender, make_scene, tiny, lambert):
+def test_white_furnace(blender, make_scene, tiny, lambert) -> None:
     """A white convex body in the light of 1 from everywhere is 1 everywhere: it cannot be seen."""
     scene = make_scene(*scenes.box(), camera=tiny, q=(0.8, 0.3, 0.4, 0.2), materials=[lambert], lights=[dome()])
     rgba = blender.radiance(scene, Effort(samples=SAMPLES), seed=0).rgba
@@ -85,7 +85,7 @@ def test_white_furnace(blender, make_scene, tiny, lambert):
 
 
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 1.0), (100.0, 50.0, 0.0)])
-def test_uniform_dome_gives_its_radiance(blender, facing, scale):
+def test_uniform_dome_gives_its_radiance(blender, facing, scale) -> None:
     np.testing.assert_allclose(seen(blender, facing(lights=[dome(scale)]), samples=64), scale, rtol=PRECISION)
 
 
@@ -124,7 +124,7 @@ def irradiance_of(image, rotation, normal):
         (20, 44, np.diag([-1.0, -1, 1])),
     ],
 )
-def test_an_image_lights_from_where_its_patch_is(blender, facing, row, column, turn):
+def test_an_image_lights_from_where_its_patch_is(blender, facing, row, column, turn) -> None:
     """A square that faces the camera; the dome is turned so that the patch is here and there."""
     image = patch(row, column)
     wanted = irradiance_of(image, turn, (0, 0, -1)) / np.pi
@@ -139,7 +139,7 @@ def lambert_phase(angle):
 
 @pytest.mark.parametrize("angle", [0.0, 60.0, 80.0])
 @pytest.mark.parametrize("range_radii", [40.0, 1e5])
-def test_a_far_planet_lights_by_lamberts_phase_law(blender, facing, angle, range_radii):
+def test_a_far_planet_lights_by_lamberts_phase_law(blender, facing, angle, range_radii) -> None:
     """(2/3) albedo E (R / d)^2 phase(angle) on a plane that faces it; the Sun, at the plane's back, lights only it."""
     scene, wanted = far_planet(facing, angle, range_radii)
     got = seen(blender, scene, samples=1024) * np.pi
@@ -149,7 +149,7 @@ def test_a_far_planet_lights_by_lamberts_phase_law(blender, facing, angle, range
 
 @pytest.mark.parametrize("angle", [0.0, 90.0, 120.0, 150.0])
 @pytest.mark.parametrize("range_radii", [1e4, 1e6])
-def test_a_far_planet_has_all_its_light_in_the_image(facing, angle, range_radii):
+def test_a_far_planet_has_all_its_light_in_the_image(facing, angle, range_radii) -> None:
     """Where the Sun stands before the plane too: the image alone."""
     scene, wanted = far_planet(facing, angle, range_radii)
     pixels = Surroundings.of(scene).pixels
@@ -167,7 +167,7 @@ def far_planet(facing, angle, range_radii):
 
 
 @pytest.mark.parametrize("range_radii", [1.1, 2.0])
-def test_a_planet_below_lights_as_its_disc_is_wide(blender, facing, range_radii):
+def test_a_planet_below_lights_as_its_disc_is_wide(blender, facing, range_radii) -> None:
     """Lit evenly it would be E sin^2 of its angular radius; here by the Sun: against quadrature over its surface."""
     radius, albedo = 6.4e6, 0.3
     scene = facing(lights=[sun((0, 0.3, -1))], planets=[planet((0, 0, -range_radii * radius), radius, (albedo,) * 3)])
@@ -191,7 +191,7 @@ def by_quadrature(range_radii, albedo, light, count=1500):
     return (albedo * SUN / np.pi * lit * np.maximum(out, 0) * onto / distance**2 * area).sum()
 
 
-def test_a_change_of_the_world_takes_effect(blender, facing):
+def test_a_change_of_the_world_takes_effect(blender, facing) -> None:
     image = patch(16, 60)
     first = facing(lights=[dome((1.0, 1.0, 1.0), image)])
     second = facing(lights=[dome((1.0, 1.0, 1.0), image, AROUND_X)])
@@ -203,7 +203,7 @@ def test_a_change_of_the_world_takes_effect(blender, facing):
     assert pictures[0] == pictures[3]
 
 
-def test_the_image_does_not_depend_on_how_the_camera_is_turned(facing):
+def test_the_image_does_not_depend_on_how_the_camera_is_turned(facing) -> None:
     """A turned camera sees the same dome and planet from elsewhere: one image, another rotation."""
     scene = facing(lights=[sun((0, 0, 1)), dome(image=patch(10, 8))], planets=[planet((0, 2e7, 3e7))])
     turn = AROUND_X
@@ -231,7 +231,7 @@ def test_the_image_does_not_depend_on_how_the_camera_is_turned(facing):
     assert not np.allclose(one.rotation, two.rotation)
 
 
-def test_reflections_show_the_world(blender, facing):
+def test_reflections_show_the_world(blender, facing) -> None:
     """A mirror that faces the camera shows what is behind the camera, at the brightness it has."""
     mirror = Material(path="/mirror", diffuse_color=(1, 1, 1), metallic=1.0, roughness=0.0)
     pixels = np.ones((32, 64, 4), np.float32)
@@ -242,7 +242,7 @@ def test_reflections_show_the_world(blender, facing):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
-def test_an_eclipse_dims_the_sun_on_the_target_but_not_on_planets(blender, facing, share):
+def test_an_eclipse_dims_the_sun_on_the_target_but_not_on_planets(blender, facing, share) -> None:
     """The light of a planet behind the camera stays, that of the Sun is what the planets leave of it."""
     light = replace(sun((0, 0, 1)), obscuration=share)
     np.testing.assert_allclose(seen(blender, facing(lights=[light]), 64), (1 - share) * SUN / np.pi, rtol=PRECISION)
@@ -254,7 +254,7 @@ def test_an_eclipse_dims_the_sun_on_the_target_but_not_on_planets(blender, facin
     assert wanted > 0
 
 
-def test_a_planet_hides_a_dome_without_a_sun_too(facing):
+def test_a_planet_hides_a_dome_without_a_sun_too(facing) -> None:
     """A black ball that fills the directions within 30 degrees of an axis: of a dome's light all else is left."""
     dark = planet((0, 0, -2e6), 1e6, (0.0,) * 3)
     pixels = Surroundings.of(facing(lights=[dome()], planets=[dark])).pixels
@@ -264,7 +264,7 @@ def test_a_planet_hides_a_dome_without_a_sun_too(facing):
     np.testing.assert_allclose(left, 4 * np.pi - 2 * np.pi * (1 - np.cos(np.radians(30))), rtol=PRECISION)
 
 
-def test_a_planet_that_does_not_illuminate_leaves_the_target_as_it_is_without(blender, facing):
+def test_a_planet_that_does_not_illuminate_leaves_the_target_as_it_is_without(blender, facing) -> None:
     """Of two planets, only the light of the one is there; and it hides no dome's light either."""
     lights = [sun((0, 0, 1)), dome(image=patch(10, 8))]
     one, other = planet((0, 2e7, 3e7)), planet((0, 1e7, -2e7), albedo=(0.9, 0.5, 0.1))

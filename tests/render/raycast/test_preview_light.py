@@ -48,23 +48,23 @@ AREAS = {
 
 @pytest.mark.parametrize("shape", AREAS)
 @pytest.mark.parametrize("tilt", [0.0, 1.0])
-def test_an_area_light_is_its_shown_area_from_afar(shape, tilt):
+def test_an_area_light_is_its_shown_area_from_afar(shape, tilt) -> None:
     size, area = AREAS[shape]
     wanted = np.array([7, 5, 3]) * area(tilt) / RANGE**2 / np.pi
     assert middle([light(shape, size, tilt=tilt)]) == pytest.approx(wanted, rel=EXACT)
 
 
-def test_disks_and_rectangles_shine_to_one_side():
+def test_disks_and_rectangles_shine_to_one_side() -> None:
     for shape in ("disk", "rect"):
         assert not middle([light(shape, AREAS[shape][0], tilt=np.pi)]).any()
 
 
-def test_no_source_gives_more_than_it_has():
+def test_no_source_gives_more_than_it_has() -> None:
     """Against a plane that faces it, pi times its radiance."""
     assert middle([light("disk", (1e3, 1e3))]) == pytest.approx([7, 5, 3], rel=EXACT)
 
 
-def test_cones_focus_and_pictures_shape_the_light():
+def test_cones_focus_and_pictures_shape_the_light() -> None:
     plain = middle([light("disk", (0.1, 0.1), tilt=0.5)])
     for shaping, factor in (
         (Shaping(cone_angle=0.51), 1),
@@ -80,7 +80,7 @@ def test_cones_focus_and_pictures_shape_the_light():
     )
 
 
-def test_a_dome_lights_from_all_around():
+def test_a_dome_lights_from_all_around() -> None:
     """Radiance L from everywhere shows L on white, whatever stands around; an image counts by solid angle."""
     place = Transform(to="cam", of="dome", rotation=np.eye(3), translation=[0, 0, 0])
     dome = DomeLight(path="/d", T_cam_dome=place, radiance=(2.0, 4.0, 6.0))
@@ -91,7 +91,7 @@ def test_a_dome_lights_from_all_around():
     assert mean_radiance(lit) == pytest.approx(np.array([2, 4, 6]) / 3, rel=1e-4)  # the mean of z^2 over a sphere
 
 
-def test_shadows_end_at_the_light():
+def test_shadows_end_at_the_light() -> None:
     """A plate beyond the light shades nothing; one between does, unless the light casts none or links it not."""
     for z, shaded in ((-3.5, False), (-1.5, True)):
         points = np.concatenate([POINTS, 0.05 * POINTS + (0.3, 0, z)])
@@ -110,13 +110,13 @@ def test_shadows_end_at_the_light():
             assert (picture.rgb[rows // 2, columns // 2, 0] == 0) == is_shaded
 
 
-def test_linked_lights_reach_their_groups_only():
+def test_linked_lights_reach_their_groups_only() -> None:
     sun = DistantLight(path="/s", direction_cam=(0.0, 0.0, 1.0), irradiance=(1.0, 1.0, 1.0), lights=frozenset({1}))
     for group, lit in ((0, False), (1, True)):
         assert middle([sun], face_group=np.full(2, group)).any() == lit
 
 
-def test_an_eclipse_dims_the_sun():
+def test_an_eclipse_dims_the_sun() -> None:
     sun = DistantLight(path="/s", direction_cam=(0.0, 0.0, 1.0), irradiance=(np.pi,) * 3)
     whole = middle([sun])
     assert middle([replace(sun, obscuration=0.25)]) == pytest.approx(0.75 * whole)
@@ -124,7 +124,7 @@ def test_an_eclipse_dims_the_sun():
     assert not middle([replace(sun, obscuration=1.0)]).any()
 
 
-def test_the_preview_shows_textures():
+def test_the_preview_shows_textures() -> None:
     image = Image(name="i", pixels=np.random.default_rng(0).random((4, 4, 4), np.float32))
     st = ((POINTS[:, :2] + 1) / 2)[FACES]
     colour = Texture(path="/t", image=image)

@@ -42,7 +42,7 @@ def faces_by_trial(s):
     return face.reshape(region.shape), unsure.reshape(region.shape)
 
 
-def assert_sees_what_trial_sees(s, least=50):
+def assert_sees_what_trial_sees(s, least=50) -> None:
     face, unsure = faces_by_trial(s)
     found = RENDERER.visibility(s)
     assert found.region == s.region
@@ -53,7 +53,7 @@ def assert_sees_what_trial_sees(s, least=50):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("camera", [SMALL, BARREL])
-def test_sees_the_nearest_triangle(seed, camera):
+def test_sees_the_nearest_triangle(seed, camera) -> None:
     q = np.random.default_rng(seed).normal(size=4)
     points, faces, parts = soup(seed)
     assert_sees_what_trial_sees(
@@ -63,7 +63,7 @@ def test_sees_the_nearest_triangle(seed, camera):
 
 @pytest.mark.parametrize("z", [1.0, 1e3, 1e5, 1e7])
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_range_and_size_cost_no_precision(z, size):
+def test_range_and_size_cost_no_precision(z, size) -> None:
     """A long lens shows the same at 10,000 km as a wide one nearby, and a millimetre as a kilometre; far off axis."""
     points, faces, parts = soup(7, size=0.2)
     focal, aside = 60 * z, 0.3
@@ -77,7 +77,7 @@ def test_range_and_size_cost_no_precision(z, size):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_camera_among_the_triangles_sees_none_behind_it(seed):
+def test_a_camera_among_the_triangles_sees_none_behind_it(seed) -> None:
     points, faces, parts = soup(seed, count=60)
     q = np.random.default_rng(seed).normal(size=4)
     s = scene(target(points, faces, parts=parts), T_cam_body=pose(q, (0.1, 0.2, 0.3)))
@@ -87,7 +87,7 @@ def test_a_camera_among_the_triangles_sees_none_behind_it(seed):
 
 
 @pytest.mark.parametrize("z", [2.5, 1e6])
-def test_a_closed_body_has_no_holes(z):
+def test_a_closed_body_has_no_holes(z) -> None:
     """No ray slips between two triangles that share an edge."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     focal = 150 * z
@@ -103,7 +103,7 @@ def test_a_closed_body_has_no_holes(z):
     assert (face[inside] >= 0).all()
 
 
-def test_rays_aimed_at_edges_do_not_slip_between_the_triangles():
+def test_rays_aimed_at_edges_do_not_slip_between_the_triangles() -> None:
     """Through the edges of a ball's near half one would see its far half; where no random ray goes."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     s = scene(target(ball.vertices, ball.faces), T_cam_body=pose((0.1, 0.7, 0.3, -0.2), (0.3, -0.2, 4)))
@@ -118,7 +118,7 @@ def test_rays_aimed_at_edges_do_not_slip_between_the_triangles():
     assert (middles[face, 2] < 4).all()
 
 
-def test_the_same_faces_whatever_the_region():
+def test_the_same_faces_whatever_the_region() -> None:
     """A pixel's face does not depend on which other pixels are drawn with it."""
     points, faces, parts = soup(2)
     s = scene(target(points, faces, parts=parts))
@@ -128,13 +128,13 @@ def test_the_same_faces_whatever_the_region():
     assert one[0] == whole.face[row, 20]
 
 
-def test_nothing_in_view_is_an_empty_picture():
+def test_nothing_in_view_is_an_empty_picture() -> None:
     s = scene(target(*box()), T_cam_body=pose(t=(0, 0, -5)))
     assert RENDERER.visibility(s).face.shape == (0, 0)
     assert RENDERER.radiance(s, Effort(samples=2), seed=0).rgb.shape == (0, 0, 3)
 
 
-def test_meshes_are_kept_apart_and_let_go():
+def test_meshes_are_kept_apart_and_let_go() -> None:
     renderer = RaycastRenderer()
     near, far = scene(target(*box())), scene(target(*box((-0.1,) * 3, (0.1,) * 3)))
     first = renderer.visibility(near).face
@@ -165,14 +165,14 @@ def middle(s, samples=1):
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 85])
 @pytest.mark.parametrize("material", [WHITE, Material(path="/c", diffuse_color=(0.2, 0.5, 0.7))])
-def test_a_matt_plate_reflects_by_lamberts_law(degrees, material):
+def test_a_matt_plate_reflects_by_lamberts_law(degrees, material) -> None:
     angle = np.radians(degrees)
     light = sun((np.sin(angle), 0, np.cos(angle)), (1361.0, 100.0, 1.0))
     expected = np.array(light.irradiance) * material.diffuse_color * np.cos(angle) / np.pi
     np.testing.assert_allclose(middle(lit_square(material, lights=[light])), expected, rtol=RADIANCE)
 
 
-def test_lights_add_and_emission_needs_none():
+def test_lights_add_and_emission_needs_none() -> None:
     lights = [sun((0, 0, 1)), sun((1, 0, 1), (1.0, 2.0, 3.0))]
     glowing = replace(WHITE, emissive_color=(4.0, 5.0, 6.0))
     alone = [middle(lit_square(lights=[light])) for light in lights]
@@ -180,12 +180,12 @@ def test_lights_add_and_emission_needs_none():
     np.testing.assert_allclose(middle(lit_square(glowing, lights=lights)), np.add(sum(alone), (4, 5, 6)), rtol=RADIANCE)
 
 
-def test_light_from_behind_does_not_shine_through():
+def test_light_from_behind_does_not_shine_through() -> None:
     np.testing.assert_array_equal(middle(lit_square(lights=[sun((0, 0, -1))])), 0)
     np.testing.assert_array_equal(middle(lit_square(lights=[sun((1, 0, -1e-6))])), 0)
 
 
-def test_metals_are_not_black():
+def test_metals_are_not_black() -> None:
     gold = Material(path="/gold", diffuse_color=(1, 0.8, 0.3), metallic=1.0)
     specular = Material(path="/s", diffuse_color=(0, 0, 0), specular_color=(1, 0.8, 0.3), use_specular_workflow=True)
     for material in (gold, specular):
@@ -194,7 +194,7 @@ def test_metals_are_not_black():
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_shadows_are_hard_and_where_they_belong(size):
+def test_shadows_are_hard_and_where_they_belong(size) -> None:
     """A small plate above a large one, the Sun at 45 degrees: its shadow is the plate itself, moved aside."""
     small, height = 0.2, 0.5
     points = np.concatenate([SQUARE, SQUARE * small - (0, 0, height)]) * size
@@ -218,7 +218,7 @@ def test_shadows_are_hard_and_where_they_belong(size):
     np.testing.assert_array_equal(lit[~rim], ~shaded[~rim])
 
 
-def test_a_round_body_does_not_shade_itself():
+def test_a_round_body_does_not_shade_itself() -> None:
     """No speckles: on a faceted sphere with smooth normals all that faces the Sun is lit."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     normals = np.asarray(ball.vertices)[ball.faces]
@@ -231,7 +231,7 @@ def test_a_round_body_does_not_shade_itself():
     np.testing.assert_allclose(rgb[facing, 0], expected, rtol=0.02)
 
 
-def test_samples_fill_the_pixel():
+def test_samples_fill_the_pixel() -> None:
     """The light gathered from a small glowing triangle is that of its exact area."""
     corners = np.array([[-0.31, -0.22, 0], [0.17, 0.33, 0], [0.27, -0.19, 0]])
     camera = Camera(width=24, height=24, fx=30, fy=30, cx=12, cy=12)
@@ -243,7 +243,7 @@ def test_samples_fill_the_pixel():
     assert total == pytest.approx(area, rel=SILHOUETTE)
 
 
-def test_the_seed_decides_the_samples():
+def test_the_seed_decides_the_samples() -> None:
     points, faces, parts = soup(4)
     s = scene(target(points, faces, parts=parts, materials=(WHITE,)), lights=[sun((0.3, 0.2, 1))])
     first, again, other = (RENDERER.radiance(s, Effort(samples=4), seed=seed).rgb for seed in (1, 1, 2))
@@ -251,7 +251,7 @@ def test_the_seed_decides_the_samples():
     assert (first != other).any()
 
 
-def test_one_sample_is_the_pixel_centre():
+def test_one_sample_is_the_pixel_centre() -> None:
     """Then the preview shows exactly what the labels describe."""
     points, faces, parts = soup(4)
     s = scene(target(points, faces, parts=parts, materials=(replace(WHITE, emissive_color=(1, 1, 1)),)))
@@ -259,5 +259,5 @@ def test_one_sample_is_the_pixel_centre():
     np.testing.assert_array_equal(bright, RENDERER.visibility(s).face >= 0)
 
 
-def test_versions_name_what_decides():
+def test_versions_name_what_decides() -> None:
     assert set(RENDERER.versions()) == {"embreex", "numpy"}

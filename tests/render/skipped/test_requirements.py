@@ -38,7 +38,7 @@ def left(scene, effort=Effort(), keep=()):  # noqa: B008 - frozen
     return {each.what for each in Requirements.of(scene, effort, frozenset(keep)).left_out}
 
 
-def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_need():
+def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_need() -> None:
     scene = a_scene(MATT)
     assert left(scene) == {*DEEP_SPACE, "material inputs"}
     required = Requirements.of(scene, Effort(bounces=3))
@@ -48,7 +48,7 @@ def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_ne
 
 
 @pytest.mark.parametrize("what", RULES)
-def test_what_is_to_be_kept_is_kept(what):
+def test_what_is_to_be_kept_is_kept(what) -> None:
     scene = a_scene(MATT, lights=(), points_faces=scenes.box())
     assert what not in left(scene, keep=RULES)
     assert left(scene) - left(scene, keep=[what]) <= {what}
@@ -69,7 +69,7 @@ def test_what_is_to_be_kept_is_kept(what):
         (replace(MATT, metallic=textured(0.0, 0.1)), False),
     ],
 )
-def test_only_matt_materials_go_without_glossy_bounces(material, matt):
+def test_only_matt_materials_go_without_glossy_bounces(material, matt) -> None:
     assert ("glossy bounces" in left(a_scene(MATT, material))) == matt
 
 
@@ -84,7 +84,7 @@ def test_only_matt_materials_go_without_glossy_bounces(material, matt):
         (replace(MATT, opacity=textured(0.4, 0.9), opacity_threshold=0.5), True),
     ],
 )
-def test_rays_may_go_on_through_what_is_clear_or_cut_out_or_a_lamp(material, clear):
+def test_rays_may_go_on_through_what_is_clear_or_cut_out_or_a_lamp(material, clear) -> None:
     assert ("transparent layers" not in left(a_scene(MATT, material))) == clear
     assert "transparent layers" not in left(a_scene(material, lights=(SUN, BALL)))
 
@@ -104,14 +104,14 @@ def test_rays_may_go_on_through_what_is_clear_or_cut_out_or_a_lamp(material, cle
         ((SUN,), (MATT,), (EARTH,), False),
     ],
 )
-def test_lights_are_chosen_among_where_there_are_several(lights, materials, planets, tree):
+def test_lights_are_chosen_among_where_there_are_several(lights, materials, planets, tree) -> None:
     scene = a_scene(*materials, lights=lights, planets=planets)
     assert ("light tree" not in left(scene)) == tree
     assert "light tree" not in left(scene, Effort(light_tree=False))  # the user's choice, not ours
     assert not Requirements.of(scene, Effort(light_tree=False)).light_tree
 
 
-def test_the_sky_is_there_where_it_shines_and_searched_where_it_varies():
+def test_the_sky_is_there_where_it_shines_and_searched_where_it_varies() -> None:
     assert "world" in left(a_scene(MATT))
     assert {"world", "world sampling"} & left(a_scene(MATT, lights=(SUN, DOME))) == {"world sampling"}
     starry = replace(DOME, image=image(0.0, 1.0))
@@ -120,7 +120,7 @@ def test_the_sky_is_there_where_it_shines_and_searched_where_it_varies():
     assert "world" in left(a_scene(MATT, planets=(replace(EARTH, illuminates=False),)))
 
 
-def test_convex_targets_seen_from_outside_have_no_bounces_nor_shadows():
+def test_convex_targets_seen_from_outside_have_no_bounces_nor_shadows() -> None:
     box, tilted = scenes.box(), {"bounces", "shadow rays"}
     assert left(a_scene(MATT, points_faces=box)) >= tilted
     assert left(a_scene(METAL, points_faces=box)) >= tilted
@@ -134,7 +134,7 @@ def test_convex_targets_seen_from_outside_have_no_bounces_nor_shadows():
     assert Requirements.of(a_scene(MATT, points_faces=box), Effort(bounces=4)).bounces == 0
 
 
-def test_smooth_convex_targets_keep_their_shadows():
+def test_smooth_convex_targets_keep_their_shadows() -> None:
     """Their shading turns to the light where their faces do not."""
     scene = a_scene(MATT, points_faces=scenes.box())
     normals = np.repeat(scene.target.mesh.points[scene.target.mesh.faces] * 2 / np.sqrt(3), 1, 0)
@@ -142,7 +142,7 @@ def test_smooth_convex_targets_keep_their_shadows():
     assert left(replace(scene, target=smooth)) & {"bounces", "shadow rays"} == {"bounces"}
 
 
-def test_what_glows_is_looked_for_unless_it_lights_nothing():
+def test_what_glows_is_looked_for_unless_it_lights_nothing() -> None:
     assert "glowing faces as lights" not in left(a_scene(GLOWING))
     assert left(a_scene(GLOWING, points_faces=scenes.box())) >= {"glowing faces as lights", "light tree"}
     black = replace(MATT, emissive_color=textured((0.0, 0, 0), (0, 0, 0.0)))
@@ -150,7 +150,7 @@ def test_what_glows_is_looked_for_unless_it_lights_nothing():
 
 
 @pytest.mark.parametrize("asked", [0, 1, 2, 4, 8])
-def test_late_bounces_hold_too_little_light_only_where_all_is_dark_and_matt(asked):
+def test_late_bounces_hold_too_little_light_only_where_all_is_dark_and_matt(asked) -> None:
     effort = Effort(bounces=asked)
     kept = Requirements.of(a_scene(DARK), effort).bounces
     missing = sum(0.05**n for n in range(kept + 1, 200))
@@ -160,7 +160,7 @@ def test_late_bounces_hold_too_little_light_only_where_all_is_dark_and_matt(aske
         assert Requirements.of(a_scene(DARK, bright), effort).bounces == asked
 
 
-def test_light_is_traced_where_there_is_any():
+def test_light_is_traced_where_there_is_any() -> None:
     for lights in ((), (replace(SUN, obscuration=1.0),), (replace(SUN, lights=frozenset()),)):
         assert "shading" in left(a_scene(MATT, lights=lights))
         assert "shading" not in left(a_scene(replace(MATT, opacity=0.5), lights=lights))  # coverage depends on it
@@ -169,7 +169,7 @@ def test_light_is_traced_where_there_is_any():
         assert "shading" not in left(a_scene(MATT, lights=lights))
 
 
-def test_inputs_that_change_nothing_are_not_looked_up():
+def test_inputs_that_change_nothing_are_not_looked_up() -> None:
     rough, flat = textured(0.1, 0.9), textured((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
     some = [
         replace(MATT, roughness=rough, clearcoat_roughness=rough, specular_color=textured((0.1,) * 3, (0.2,) * 3)),
@@ -191,7 +191,7 @@ def test_inputs_that_change_nothing_are_not_looked_up():
     )
 
 
-def test_primvars_and_materials_that_no_face_shows_are_not_needed():
+def test_primvars_and_materials_that_no_face_shows_are_not_needed() -> None:
     values = np.random.default_rng(0).random((4, 3, 3)).astype(np.float32)
     primvars = {"colour": values, "idle": values, "st": values[..., :2]}
     seen = replace(MATT, diffuse_color=Primvar(name="colour"))
@@ -206,7 +206,7 @@ def test_primvars_and_materials_that_no_face_shows_are_not_needed():
 
 
 @pytest.mark.parametrize(("metres", "shown"), [(0.0, False), (1e-8, False), (1e-3, True), (1.0, True)])
-def test_blur_that_does_not_show_is_left_out(metres, shown):
+def test_blur_that_does_not_show_is_left_out(metres, shown) -> None:
     still = a_scene(MATT, camera=PINHOLE, points_faces=scenes.box())
     there = still.T_cam_body
     poses = tuple(replace(there, translation=there.translation + np.array([metres * s, 0, 0])) for s in (-1, 0, 1))
@@ -222,13 +222,13 @@ def test_blur_that_does_not_show_is_left_out(metres, shown):
         assert ("camera shader" not in left(blurred)) == shown
 
 
-def test_what_turns_in_place_moves():
+def test_what_turns_in_place_moves() -> None:
     still = a_scene(MATT, points_faces=scenes.box())
     turned = (scenes.pose(q=(1, s * 1e-3, 0, 0)) for s in (-1, 0, 1))
     assert "motion blur" not in left(replace(still, shutter=Shutter(poses=tuple(turned))))
 
 
-def test_a_scene_in_unit_light_needs_what_it_needs_in_its_own():
+def test_a_scene_in_unit_light_needs_what_it_needs_in_its_own() -> None:
     for lights in ((SUN, BALL, DOME), (), (replace(SUN, obscuration=1.0), TUBE), (replace(SUN, obscuration=1.0),)):
         scene = a_scene(METAL, lights=lights, planets=(EARTH,))
         assert (
@@ -236,6 +236,6 @@ def test_a_scene_in_unit_light_needs_what_it_needs_in_its_own():
         )
 
 
-def test_what_is_wrong_in_materials_is_left_to_be_refused():
+def test_what_is_wrong_in_materials_is_left_to_be_refused() -> None:
     wrong = replace(MATT, roughness=Primvar(name="nowhere"), opacity=Primvar(name="nowhere"), opacity_threshold=0.5)
     assert Requirements.of(a_scene(replace(wrong, diffuse_color=Primvar(name="nowhere"))), Effort()).clear

@@ -132,12 +132,12 @@ def keeping(blender, monkeypatch):
     return render
 
 
-def test_there_is_a_case_of_each():
+def test_there_is_a_case_of_each() -> None:
     assert {name_of(case) for case in CASES} == set(RULES)
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_it_is_switched_off_and_on_again(keeping, case):
+def test_it_is_switched_off_and_on_again(keeping, case) -> None:
     keeping(CASES[case].scene, CASES[case].effort)
     assert CASES[case].off()
     keeping(CASES[case].scene, CASES[case].effort, name_of(case))
@@ -145,7 +145,7 @@ def test_it_is_switched_off_and_on_again(keeping, case):
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if same_of(case) != MEASURED])
-def test_the_picture_is_the_same_with_it(keeping, case):
+def test_the_picture_is_the_same_with_it(keeping, case) -> None:
     scene, effort = CASES[case].scene, CASES[case].effort
     without, kept = keeping(scene, effort), keeping(scene, effort, name_of(case))
     assert without.coverage.any()
@@ -158,7 +158,7 @@ def test_the_picture_is_the_same_with_it(keeping, case):
 
 
 @pytest.mark.parametrize("case", ["light tree beside a sky", "glowing faces as lights"])
-def test_the_picture_is_the_same_but_for_its_noise_which_does_not_grow(keeping, case):
+def test_the_picture_is_the_same_but_for_its_noise_which_does_not_grow(keeping, case) -> None:
     scene, effort = CASES[case].scene, replace(CASES[case].effort, samples=4 * SAMPLES)
     pictures = {
         names: [keeping(scene, effort, *names, seed=seed).rgb for seed in range(4)] for names in ((), (name_of(case),))
@@ -169,14 +169,14 @@ def test_the_picture_is_the_same_but_for_its_noise_which_does_not_grow(keeping, 
 
 
 @pytest.mark.parametrize("case", ["depth of field", "motion blur", "camera shader"])
-def test_rays_that_go_elsewhere_go_there_by_less_than_shows(keeping, case):
+def test_rays_that_go_elsewhere_go_there_by_less_than_shows(keeping, case) -> None:
     scene, effort = CASES[case].scene, CASES[case].effort
     without, kept, other = keeping(scene, effort), keeping(scene, effort, name_of(case)), keeping(scene, effort, seed=9)
     assert rms(kept.rgb - without.rgb) <= UNSEEN * rms(other.rgb - without.rgb)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.03])
-def test_late_bounces_hold_as_little_as_is_said(keeping, monkeypatch, share):
+def test_late_bounces_hold_as_little_as_is_said(keeping, monkeypatch, share) -> None:
     """Were so much of the light little enough: of less there is no trace in so few samples."""
     monkeypatch.setattr("spin_usd.render.skipped.rules.DARK_ENOUGH", share)
     scene, effort = posed(replace(DARK, diffuse_color=(0.15,) * 3)), Effort(samples=64, bounces=8)
@@ -184,7 +184,7 @@ def test_late_bounces_hold_as_little_as_is_said(keeping, monkeypatch, share):
     assert 0 < kept.rgb.sum(dtype=float) - without.rgb.sum(dtype=float) <= share * kept.rgb.sum(dtype=float)
 
 
-def test_what_matters_changes_the_picture_when_it_is_left_out(keeping, monkeypatch):
+def test_what_matters_changes_the_picture_when_it_is_left_out(keeping, monkeypatch) -> None:
     """Each rule, were it to hold where it does not, would be found by the tests above."""
     concave, clear = posed(replace(MATT, diffuse_color=(0.9,) * 3)), posed(replace(METAL, opacity=0.5), **BOX)
     shaded = replace(concave, lights=(replace(SUN, direction_cam=(0.0, 0.8, -0.6)),))
@@ -197,7 +197,7 @@ def test_what_matters_changes_the_picture_when_it_is_left_out(keeping, monkeypat
             assert not np.array_equal(keeping(scene, Effort(samples=SAMPLES)).rgba, right.rgba), name
 
 
-def test_pictures_that_need_different_things_do_not_disturb_one_another(blender, keeping):
+def test_pictures_that_need_different_things_do_not_disturb_one_another(blender, keeping) -> None:
     """Whatever was rendered before, kept or left out, and in a renderer just opened."""
     first = [keeping(case.scene, case.effort).rgba.tobytes() for case in CASES.values()]
     cases = list(CASES.values())
@@ -211,14 +211,14 @@ def test_pictures_that_need_different_things_do_not_disturb_one_another(blender,
         assert keeping(cases[index].scene, cases[index].effort).rgba.tobytes() == first[index]
 
 
-def test_denoised_pictures_are_the_same_too(keeping):
+def test_denoised_pictures_are_the_same_too(keeping) -> None:
     """Whose guides are of the materials that are needed."""
     scene, effort = CASES["material inputs"].scene, Effort(samples=4, denoiser="fast")
     without, kept = keeping(scene, effort), keeping(scene, effort, "material inputs")
     np.testing.assert_allclose(kept.rgb, without.rgb, rtol=1e-4, atol=1e-4 * without.rgb.max())
 
 
-def test_names_that_mean_nothing_are_refused():
+def test_names_that_mean_nothing_are_refused() -> None:
     from spin_usd.render.skipped.rules import known_rules
 
     with pytest.raises(InputError, match="light trees"):

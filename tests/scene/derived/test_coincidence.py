@@ -34,28 +34,28 @@ def pairs(points, faces):
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_every_planted_face_is_found(seed):
+def test_every_planted_face_is_found(seed) -> None:
     for gap in (0.0, 0.9 * GAP):
         points, faces, host = planted(seed, gap)
         assert (len(faces) - 1, host) in pairs(points, faces)
 
 
 @pytest.mark.parametrize("seed", range(25))
-def test_faces_that_a_renderer_can_tell_apart_are_none(seed):
+def test_faces_that_a_renderer_can_tell_apart_are_none(seed) -> None:
     points, faces, _ = planted(seed, 1.1 * GAP)
     assert pairs(points, faces) == set()
 
 
 @settings(max_examples=25)
 @given(unit_quaternions(), st.sampled_from([1e-3, 1.0, 1e3]), st.integers(0, 9))
-def test_place_size_and_order_do_not_matter(q, size, seed):
+def test_place_size_and_order_do_not_matter(q, size, seed) -> None:
     points, faces, _ = planted(seed, 0.0)
     moved = size * (points @ matrix_from_quaternion(q).T + 1000.0 * np.array([1, -2, 3]))
     assert pairs(moved, faces) == pairs(points, faces)
     assert pairs(points, faces[::-1]) == {tuple(len(faces) - 1 - i for i in pair) for pair in pairs(points, faces)}
 
 
-def test_a_mesh_with_every_face_twice():
+def test_a_mesh_with_every_face_twice() -> None:
     """The same way round or the other: each with its twin, both ways."""
     points, faces = box()
     for twin in (faces, faces[:, ::-1]):
@@ -64,7 +64,7 @@ def test_a_mesh_with_every_face_twice():
         assert pairs(points, np.concatenate([faces, twin])) == expected
 
 
-def test_closed_bodies_have_none():
+def test_closed_bodies_have_none() -> None:
     for made in (
         trimesh.creation.icosphere(subdivisions=3),
         trimesh.creation.capsule(),
@@ -73,7 +73,7 @@ def test_closed_bodies_have_none():
         assert pairs(made.vertices, made.faces) == set()
 
 
-def test_many_faces_take_seconds():
+def test_many_faces_take_seconds() -> None:
     """200,000 in one plane, twice: the worst that a plane can be."""
     side = 224
     x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0))

@@ -80,7 +80,7 @@ def keys(s, settings=SETTINGS):
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_scene(change):
+def test_scene(change) -> None:
     make, expected = CHANGES[change]
     before, after = keys(base()), keys(make(base()))
     assert tuple(a != b for a, b in zip(after, before, strict=True)) == expected
@@ -90,19 +90,19 @@ def test_scene(change):
     ("change", "expected"),
     [({}, NOTHING), ({"effort": Effort(samples=5)}, PICTURE), ({"seed": 8}, PICTURE), ({"renderer": "blender"}, ALL)],
 )
-def test_settings(change, expected):
+def test_settings(change, expected) -> None:
     before, after = keys(base()), keys(base(), replace(SETTINGS, **change))
     assert tuple(a != b for a, b in zip(after, before, strict=True)) == expected
 
 
-def test_seeds_differ_by_name_and_dataset_and_fit_blender():
+def test_seeds_differ_by_name_and_dataset_and_fit_blender() -> None:
     frames = [FrameId(index=0, name=f"img{i:06}", time_code=0.0) for i in range(40)]
     seeds = {render_seed(replace(base(), frame=frame), replace(SETTINGS, seed=j)) for frame in frames for j in range(5)}
     assert len(seeds) == 200
     assert all(0 <= seed < 2**31 for seed in seeds)
 
 
-def test_variants_share_the_rays_but_not_the_noise():
+def test_variants_share_the_rays_but_not_the_noise() -> None:
     nominal, dim = base(), replace(base(), frame=replace(base().frame, variant="dim"))
     assert render_seed(nominal, SETTINGS) == render_seed(dim, SETTINGS)
     assert picture_seed(nominal, SETTINGS) != picture_seed(dim, SETTINGS)

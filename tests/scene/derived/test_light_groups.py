@@ -84,7 +84,7 @@ def scaled(light, factor):
 
 
 @EACH
-def test_the_lights_are_the_unit_lights_times_their_gains(name):
+def test_the_lights_are_the_unit_lights_times_their_gains(name) -> None:
     """What reaches the target of each group, and whatever else a light says, is the same."""
     of, unit = SCENES[name], in_unit_light(SCENES[name])
     groups = Groups.of(of)
@@ -106,7 +106,7 @@ def test_the_lights_are_the_unit_lights_times_their_gains(name):
 
 
 @EACH
-def test_a_scene_in_unit_light_is_its_own(name):
+def test_a_scene_in_unit_light_is_its_own(name) -> None:
     once = in_unit_light(SCENES[name])
     twice = in_unit_light(once.scene)
     for one, two in zip(once.scene.lights, twice.scene.lights, strict=True):
@@ -117,7 +117,7 @@ def test_a_scene_in_unit_light_is_its_own(name):
 
 @pytest.mark.parametrize("name", [name for name, of in SCENES.items() if of.lights and not Groups.of(of).emission])
 @pytest.mark.parametrize("factor", [1e-3, 0.9, 2.0, 1e4])
-def test_all_lights_may_be_so_much_stronger(name, factor):
+def test_all_lights_may_be_so_much_stronger(name, factor) -> None:
     of = SCENES[name]
     stronger, unit = in_unit_light(of.lit_by(tuple(scaled(light, factor) for light in of.lights))), in_unit_light(of)
     for one, two in zip(unit.scene.lights, stronger.scene.lights, strict=True):
@@ -143,7 +143,7 @@ BRIGHTER, WARMER, CYAN = (1.0, 1.0, 1.0), (1.05, 0.99, 0.97), (0.0, 1.2, 1.0)
     ("name", "colour"),  # a dome that lacks a colour is another
     [(n, c) for n in INDEPENDENT for c in (BRIGHTER, WARMER, CYAN) if (n, c) != ("dome", CYAN)],
 )
-def test_one_light_may_be_stronger_and_of_another_colour(name, colour):
+def test_one_light_may_be_stronger_and_of_another_colour(name, colour) -> None:
     """Within CLASS of what it was among the others, only gains change: to the last bit, so that renders are found."""
     light, factor = INDEPENDENT[name]
     others = () if isinstance(light, DistantLight) else (sun(), lamp((50.0, 60.0, 70.0), "sphere", (0.3,)))
@@ -156,7 +156,7 @@ def test_one_light_may_be_stronger_and_of_another_colour(name, colour):
 
 
 @pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3, 1.0, 7.0, 1e3])
-def test_rays_are_shared_out_by_strength_to_the_nearest_class(ratio):
+def test_rays_are_shared_out_by_strength_to_the_nearest_class(ratio) -> None:
     """Among the unit lights, the one brings the other's share of irradiance to within the square root of CLASS."""
     of = scene(sun((2.0,) * 3), replace(sun((2 * ratio,) * 3), direction_cam=(0, 1, 0)))
     one, other = (light.irradiance[0] for light in in_unit_light(of).scene.lights)
@@ -164,12 +164,12 @@ def test_rays_are_shared_out_by_strength_to_the_nearest_class(ratio):
 
 
 @pytest.mark.parametrize("left", [1e-4, 1e-2, 0.9])
-def test_a_sun_in_eclipse_gets_fewer_rays(left):
+def test_a_sun_in_eclipse_gets_fewer_rays(left) -> None:
     (unit,) = in_unit_light(scene(sun(obscuration=1 - left), planets=[planet()])).scene.lights
     assert CLASS**-0.5 <= unit.at_target[0] / unit.irradiance[0] / left <= CLASS**0.5
 
 
-def test_a_planet_that_is_only_seen_decides_the_picture_but_not_the_render():
+def test_a_planet_that_is_only_seen_decides_the_picture_but_not_the_render() -> None:
     bare, seen, lighting = (scene(sun(), planets=planets) for planets in ([], [planet(illuminates=False)], [planet()]))
     assert (
         KeyMaker(SETTINGS).keys(bare).radiance

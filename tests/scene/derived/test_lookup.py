@@ -28,7 +28,7 @@ def rgba_at(st, **fields):
 
 @pytest.mark.parametrize(("wrap", "border"), [("clamp", cv2.BORDER_REPLICATE), ("black", cv2.BORDER_CONSTANT),
                                               ("repeat", cv2.BORDER_WRAP), ("mirror", cv2.BORDER_REFLECT)])  # fmt: skip
-def test_looks_up_as_opencv_does_an_image_padded_with_its_border(wrap, border):
+def test_looks_up_as_opencv_does_an_image_padded_with_its_border(wrap, border) -> None:
     margin = 4 * max(IMAGE.pixels.shape[:2])
     padded = cv2.copyMakeBorder(IMAGE.pixels, margin, margin, margin, margin, border, value=(0, 0, 0, 0))
     height, width = IMAGE.pixels.shape[:2]
@@ -37,7 +37,7 @@ def test_looks_up_as_opencv_does_an_image_padded_with_its_border(wrap, border):
     assert np.abs(rgba_at(ST, wrap=(wrap, wrap)) - wanted).max() < REMAP
 
 
-def test_texel_centres_are_the_texels_and_the_lower_left_corner_is_the_origin():
+def test_texel_centres_are_the_texels_and_the_lower_left_corner_is_the_origin() -> None:
     height, width = IMAGE.pixels.shape[:2]
     rows, columns = np.mgrid[:height, :width].reshape(2, -1)
     st = np.stack([(columns + 0.5) / width, 1 - (rows + 0.5) / height], -1)
@@ -46,7 +46,7 @@ def test_texel_centres_are_the_texels_and_the_lower_left_corner_is_the_origin():
     assert st[rows == height - 1, 1].max() < st[rows == 0, 1].min()
 
 
-def test_each_axis_wraps_its_own_way():
+def test_each_axis_wraps_its_own_way() -> None:
     """A picture that is a product of its axes: so is its look-up, whatever the wraps."""
     s, t = RNG.random(8), RNG.random(5)
     product = Image(name="p", pixels=np.repeat((t[:, None] * s)[..., None], 4, 2))
@@ -60,7 +60,7 @@ def test_each_axis_wraps_its_own_way():
         assert np.allclose(values[0], values[1] * values[2], atol=1e-6)  # float32 texels
 
 
-def test_scale_and_bias_come_last_and_each_output_is_its_channel():
+def test_scale_and_bias_come_last_and_each_output_is_its_channel() -> None:
     scale, bias = (2.0, 3.0, 4.0, 5.0), (0.1, 0.2, 0.3, 0.4)
     plain = rgba_at(ST, wrap=("black", "repeat"))
     for i, output in enumerate("rgba"):
@@ -68,12 +68,12 @@ def test_scale_and_bias_come_last_and_each_output_is_its_channel():
         assert np.allclose(found[:, 0], plain[:, i] * scale[i] + bias[i], atol=EXACT)
 
 
-def test_coordinates_follow_their_matrix():
+def test_coordinates_follow_their_matrix() -> None:
     where = Coordinates(matrix=(0.0, -2.0, 0.25, 1.0, 3.0, -1.0))
     assert np.allclose(placed(where, np.array([[0.5, 0.125]])), [[0.0, -0.125]], atol=EXACT)
 
 
-def test_each_tile_is_an_image_clamped_to_its_own_square():
+def test_each_tile_is_an_image_clamped_to_its_own_square() -> None:
     other = Image(name="o", pixels=RNG.random((3, 2, 4), np.float32))
     images = (((0, 0), IMAGE), ((1, 0), other), ((0, 2), IMAGE))
     tiled = Texture(path="/t", image=Tiles(name="t", images=images))
@@ -89,7 +89,7 @@ def test_each_tile_is_an_image_clamped_to_its_own_square():
     assert (found.max(0) <= high[:3]).all()
 
 
-def test_an_edge_belongs_to_the_tile_beside_it_if_there_is_one():
+def test_an_edge_belongs_to_the_tile_beside_it_if_there_is_one() -> None:
     other = Image(name="o", pixels=RNG.random((3, 2, 4), np.float32))
     corners = np.array([[1.0, 0.5], [2.0, 0.5], [0.5, 1.0]])
     tiled = look_up(Texture(path="/t", image=Tiles(name="t", images=(((0, 0), IMAGE), ((1, 0), other)))), corners)
@@ -108,7 +108,7 @@ CORNERS = RNG.random((2, 3, 2)).astype(np.float32)
 FACE, WEIGHTS = np.array([0, 1, 1], np.int32), np.array([[1, 0, 0], [0, 1, 0], [0.25, 0.5, 0.25]])
 
 
-def test_primvars_are_interpolated_over_their_faces():
+def test_primvars_are_interpolated_over_their_faces() -> None:
     mesh = target(POINTS, FACES, primvars={"st": CORNERS}).mesh
     found = values_at(Primvar(name="st"), mesh, FACE, WEIGHTS)
     assert np.allclose(found[:2], [CORNERS[0, 0], CORNERS[1, 1]])
@@ -119,7 +119,7 @@ def test_primvars_are_interpolated_over_their_faces():
     assert np.allclose(values_at(constant, mesh, FACE, WEIGHTS), look_up(texture(), np.array([[0.3, 0.6]])))
 
 
-def test_each_face_takes_its_own_material_and_holes_are_below_the_threshold():
+def test_each_face_takes_its_own_material_and_holes_are_below_the_threshold() -> None:
     opacity = np.array([[0.2, 0.2, 0.2], [0.2, 0.5, 0.8]], np.float32)[..., None]
     holed = Material(path="/a", opacity=Primvar(name="o"), opacity_threshold=0.5, diffuse_color=(1, 0, 0))
     faint = Material(path="/b", opacity=0.1, diffuse_color=(0, 1, 0))

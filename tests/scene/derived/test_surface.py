@@ -47,7 +47,7 @@ def at_range(z, seed):
 
 @pytest.mark.parametrize("z", RANGES)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_points_are_exact_at_any_range(z, seed):
+def test_points_are_exact_at_any_range(z, seed) -> None:
     """On their own ray and on their own triangle, to the rounding of the range."""
     s = at_range(z, seed)
     surface = visible_surface(s, RaycastRenderer().visibility(s))
@@ -66,14 +66,14 @@ def test_points_are_exact_at_any_range(z, seed):
 
 
 @pytest.mark.parametrize("z", RANGES)
-def test_points_project_onto_their_own_pixels(z):
+def test_points_project_onto_their_own_pixels(z) -> None:
     s = at_range(z, 2)
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     uv = s.camera.project(s.T_cam_body.points(surface.body))
     np.testing.assert_allclose(uv, np.stack([surface.columns + 0.5, surface.rows + 0.5], -1), rtol=0, atol=1e-6)
 
 
-def test_rows_columns_and_parts_are_those_of_the_pixels():
+def test_rows_columns_and_parts_are_those_of_the_pixels() -> None:
     points, faces, parts = soup(3)
     s = scene(target(points, faces, parts=parts))
     visibility = RaycastRenderer().visibility(s)
@@ -85,7 +85,7 @@ def test_rows_columns_and_parts_are_those_of_the_pixels():
     np.testing.assert_array_equal(surface.part, parts[surface.face])
 
 
-def test_a_triangle_seen_edge_on_keeps_its_own_depth():
+def test_a_triangle_seen_edge_on_keeps_its_own_depth() -> None:
     """A renderer may see a triangle whose plane holds the ray; its depth then is one of the triangle's."""
     camera = Camera(width=3, height=3, fx=3, fy=3, cx=1.5, cy=1.5)
     s = scene(target([[0, -1, -1], [0, 1, -1], [0, 0, 1.0]], [[0, 1, 2]]), camera=camera, T_cam_body=pose(t=(0, 0, 5)))
@@ -97,7 +97,7 @@ def test_a_triangle_seen_edge_on_keeps_its_own_depth():
     assert np.isfinite(surface.body).all()
 
 
-def test_nothing_visible_is_no_points():
+def test_nothing_visible_is_no_points() -> None:
     s = scene(target(*soup(0)[:2]), T_cam_body=pose(t=(0, 0, -9)))
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     assert s.region.empty
@@ -112,7 +112,7 @@ def sphere():
 
 
 @pytest.mark.parametrize("camera", [SMALL, SPEEDPLUS])
-def test_shading_normals_of_a_sphere_are_its_radii(camera):
+def test_shading_normals_of_a_sphere_are_its_radii(camera) -> None:
     s = scene(sphere(), camera=camera, T_cam_body=pose((0.3, 0.2, -0.7, 0.5), (0.4, 0.1, 6)))
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     normals = shading_normals(s, surface.face, surface.body)
@@ -124,7 +124,7 @@ def test_shading_normals_of_a_sphere_are_its_radii(camera):
     np.testing.assert_allclose(normals[inside], radii[inside], rtol=0, atol=SPHERE_NORMAL)
 
 
-def test_normals_face_the_camera_from_either_side():
+def test_normals_face_the_camera_from_either_side() -> None:
     points, faces, parts = soup(5)
     s = scene(target(points, faces, parts=parts))
     surface = visible_surface(s, RaycastRenderer().visibility(s))

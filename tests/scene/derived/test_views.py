@@ -45,7 +45,7 @@ def seen(*places, target=None, lights=(SUN,), camera=CAMERA):
     return collector.views()
 
 
-def test_sizes_and_distances_are_those_of_the_bounding_box():
+def test_sizes_and_distances_are_those_of_the_bounding_box() -> None:
     found = seen((0, 0, 5), (0, 3, 4), (0, 0, 7))
     assert found.size == (1.0, 0.5, 0.2)
     assert found.distance == (5.0, 7.0)
@@ -53,11 +53,11 @@ def test_sizes_and_distances_are_those_of_the_bounding_box():
     assert summary(found).startswith("target 1 x 0.5 x 0.2 m, 5 to 7 m from the camera, ")
 
 
-def test_a_ball_is_as_large_as_it_was_made():
+def test_a_ball_is_as_large_as_it_was_made() -> None:
     assert seen((0, 0, 9), target=ball()).size == pytest.approx((2, 2, 2), rel=0.01)
 
 
-def test_each_picture_is_of_its_kind():
+def test_each_picture_is_of_its_kind() -> None:
     found = seen((0, 0, 5), (0, 0, -8), (8, 0, 5), (2.9, 0, 5), (0.1, 0, 0.05), (0, 0, 8000))
     kinds = {kind: some.names for kind, some in found.of.items() if kind != "small"}
     assert kinds == {BEHIND: ("1",), OUTSIDE: ("2",), CUT_OFF: ("3",), INSIDE: ("4",), FEW_PIXELS: ("5",)}
@@ -65,14 +65,14 @@ def test_each_picture_is_of_its_kind():
     assert "in 1 of 6 pictures the target is behind the camera (1)" in " ".join(sentences(found))
 
 
-def test_views_come_back_from_json():
+def test_views_come_back_from_json() -> None:
     import json
 
     found = seen((0, 0, 5), (0, 0, -8))
     assert Views.from_json(json.loads(json.dumps(found.as_json()))) == found
 
 
-def test_a_side_that_faces_away_from_the_sun_is_told_and_no_light_at_all_apart():
+def test_a_side_that_faces_away_from_the_sun_is_told_and_no_light_at_all_apart() -> None:
     from_behind = replace(SUN, direction_cam=(0.0, 0.0, -1.0))
     assert seen((0, 0, 5)).count(UNLIT, DARK) == 0
     assert seen((0, 0, 5), lights=(from_behind,)).count(UNLIT) == 1
@@ -84,7 +84,7 @@ def test_a_side_that_faces_away_from_the_sun_is_told_and_no_light_at_all_apart()
 
 
 @pytest.mark.parametrize("angle", [0, 40, 90, 140, 180])
-def test_of_a_ball_the_lit_share_is_that_of_the_moon(angle):
+def test_of_a_ball_the_lit_share_is_that_of_the_moon(angle) -> None:
     """(1 + cos) / 2 of the angle between camera and Sun."""
     axes = ball().mesh.face_axes
     to_light = np.array([np.sin(np.radians(angle)), 0, np.cos(np.radians(angle))])
@@ -92,7 +92,7 @@ def test_of_a_ball_the_lit_share_is_that_of_the_moon(angle):
     assert found == pytest.approx((1 + np.cos(np.radians(angle))) / 2, abs=HALF_CELL)
 
 
-def test_the_few_axes_of_a_body_stand_for_all_its_faces():
+def test_the_few_axes_of_a_body_stand_for_all_its_faces() -> None:
     target = ball(3000)
     corners = target.mesh.points[target.mesh.faces]
     few = target.mesh.face_axes
@@ -102,7 +102,7 @@ def test_the_few_axes_of_a_body_stand_for_all_its_faces():
     assert few.sum(0) == pytest.approx(upright.sum(0))
 
 
-def test_a_mesh_in_places_has_the_axes_of_its_copies():
+def test_a_mesh_in_places_has_the_axes_of_its_copies() -> None:
     from spin_usd.scene.instances import Instances
 
     target = a_box()
@@ -115,7 +115,7 @@ def test_a_mesh_in_places_has_the_axes_of_its_copies():
     assert np.abs(moved) == pytest.approx(np.abs(copies))  # a mirror turns them over
 
 
-def test_which_way_corners_go_round_does_not_matter():
+def test_which_way_corners_go_round_does_not_matter() -> None:
     points, faces = scenes.box()
     directions = sphere(20)
     shares = [
@@ -126,7 +126,7 @@ def test_which_way_corners_go_round_does_not_matter():
     assert np.array_equal(shares[0], shares[2])
 
 
-def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades():
+def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
     """Two boxes in front of a plate, which shade one another: what is said is of their faces alone, so of pictures that
     show much light none is told, and of those without any nearly all are."""
     target, renderer, rng = scenes.target(*scenes.boxes()), RaycastRenderer(), np.random.default_rng(3)
@@ -158,16 +158,16 @@ def rendered_share(renderer, scene, to_light):
     ("size", "units", "likely"),
     [(110, 1, 100), (1100, 1, 1000), (0.0011, 1000, 1), (0.011, 100, 1), (3937, 1, 1000), (1e-9, 1, None)],
 )
-def test_the_likely_unit_is_the_usual_one_that_fits(size, units, likely):
+def test_the_likely_unit_is_the_usual_one_that_fits(size, units, likely) -> None:
     def fits(scale):
         return size * scale < 10
 
     assert likely_units(np.array([size, 0, 0]), units, fits) == likely
 
 
-def test_plausible_sizes_are_those_of_crafts():
+def test_plausible_sizes_are_those_of_crafts() -> None:
     assert [is_plausible((0, edge, 0)) for edge in (0.019, 0.02, 109, 200, 201)] == [False, True, True, True, False]
 
 
-def test_sizes_are_written_without_exponents():
+def test_sizes_are_written_without_exponents() -> None:
     assert size_text((1113.88, 0.75, 0.00031)) == "1110 x 0.75 x 0.00031 m"

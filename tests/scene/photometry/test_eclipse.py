@@ -43,7 +43,7 @@ def overlap(r, s, d):
 
 @pytest.mark.parametrize("size", [0.2, 0.9, 1.0, 1.3, 40.0])
 @pytest.mark.parametrize("step", np.linspace(0, 1.05, 8))
-def test_what_a_planet_hides_is_the_overlap_of_two_discs(size, step):
+def test_what_a_planet_hides_is_the_overlap_of_two_discs(size, step) -> None:
     """From the middle of the Sun to beyond its edge; the angles are small, so that the sky there is flat."""
     half = SUN.angle / 2
     apart = half * (abs(size - 1) + step * (1 + size - abs(size - 1))) if size != 0.2 else half * step * 1.2
@@ -52,7 +52,7 @@ def test_what_a_planet_hides_is_the_overlap_of_two_discs(size, step):
     assert found == pytest.approx(overlap(half, size * half, apart), abs=SHARE + flat)
 
 
-def test_all_and_nothing_are_exact():
+def test_all_and_nothing_are_exact() -> None:
     half = SUN.angle / 2
     assert obscuration(SUN, (planet(TO_SUN, np.sin(half * 1.0001)),), PLACE) == 1
     assert obscuration(SUN, (planet(tilted(half * 3.001), np.sin(half * 2)),), PLACE) == 0
@@ -62,7 +62,7 @@ def test_all_and_nothing_are_exact():
     assert obscuration(point, (planet(tilted(0.1001), np.sin(0.1)),), PLACE) == 0
 
 
-def test_two_planets_hide_what_either_hides():
+def test_two_planets_hide_what_either_hides() -> None:
     half = SUN.angle / 2
     one, other = planet(tilted(half), np.sin(half)), planet(tilted(-half), np.sin(half), distance=2e8)
     share = obscuration(SUN, (one,), PLACE)
@@ -70,7 +70,7 @@ def test_two_planets_hide_what_either_hides():
     assert obscuration(SUN, (one, other), PLACE) == pytest.approx(2 * share, abs=SHARE)  # they touch
 
 
-def test_an_ellipsoid_turns_with_its_axes():
+def test_an_ellipsoid_turns_with_its_axes() -> None:
     """One half as wide as the Sun across, and wide along the way: it hides an ellipse of half the area."""
     half = SUN.angle / 2
     rotation = np.stack([ASIDE, np.cross(TO_SUN, ASIDE), TO_SUN], -1)
@@ -78,7 +78,7 @@ def test_an_ellipsoid_turns_with_its_axes():
     assert found == pytest.approx(0.5, abs=SHARE)
 
 
-def test_rays_of_large_lights_bring_irradiance_evenly():
+def test_rays_of_large_lights_bring_irradiance_evenly() -> None:
     """Half of a hemisphere's irradiance comes from within 45 degrees: sin^2 of it."""
     wide = replace(SUN, angle=np.pi)
     cosine = disc(wide) @ TO_SUN
@@ -87,7 +87,7 @@ def test_rays_of_large_lights_bring_irradiance_evenly():
     assert obscuration(wide, (planet(TO_SUN, np.sin(np.pi / 6)),), PLACE) == pytest.approx(0.25, abs=SHARE)
 
 
-def test_without_planets_and_for_other_lights_nothing_changes():
+def test_without_planets_and_for_other_lights_nothing_changes() -> None:
     axes = Transform(to="cam", of="dome", rotation=np.eye(3), translation=np.zeros(3))
     dome = DomeLight(path="/D", T_cam_dome=axes, radiance=(1.0,) * 3)
     lights = (SUN, dome)
@@ -99,7 +99,7 @@ def test_without_planets_and_for_other_lights_nothing_changes():
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.0093, 0.3])
-def test_the_balls_that_spare_the_rays_change_nothing(angle):
+def test_the_balls_that_spare_the_rays_change_nothing(angle) -> None:
     """Flattened planets all around a light, near its edges above all, against every ray."""
     rng = np.random.default_rng(3)
     light, found = replace(SUN, angle=angle), set()

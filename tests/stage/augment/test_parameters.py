@@ -230,12 +230,12 @@ def scenes(tmp_path_factory):
     return {**found, "nominal": scene("nominal")}
 
 
-def test_there_is_a_case_for_every_parameter():
+def test_there_is_a_case_for_every_parameter() -> None:
     assert set(PARAMETERS) <= set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_it_changes_what_it_says_and_nothing_else(scenes, name):
+def test_it_changes_what_it_says_and_nothing_else(scenes, name) -> None:
     before, after = flat(scenes["nominal"]), flat(scenes[name])
     changed = {
         path
@@ -250,12 +250,12 @@ def test_it_changes_what_it_says_and_nothing_else(scenes, name):
             np.testing.assert_allclose(after[path], value, rtol=FLOAT32, atol=ROUNDED)
 
 
-def test_stops_double_the_signal(scenes):
+def test_stops_double_the_signal(scenes) -> None:
     ratio = scenes["exposure.stops"].sensor.exposure / scenes["nominal"].sensor.exposure
     assert ratio == pytest.approx(2**1.5, rel=FLOAT32)
 
 
-def test_the_planet_stands_and_lies_as_drawn(scenes):
+def test_the_planet_stands_and_lies_as_drawn(scenes) -> None:
     placed = scenes["earth.direction"].environment.planets[0].T_cam_planet
     own = scenes["nominal"].environment.planets[0].T_cam_planet
     far = np.linalg.norm(own.translation)
@@ -267,24 +267,24 @@ def test_the_planet_stands_and_lies_as_drawn(scenes):
     np.testing.assert_allclose(turned.quaternion, ATTITUDE, atol=1e-8)
 
 
-def test_a_warmer_sun_is_redder(scenes):
+def test_a_warmer_sun_is_redder(scenes) -> None:
     r, _, b = scenes["sun.temperature"].lights[1].irradiance
     assert r > 1000 > b
 
 
 @pytest.mark.parametrize("own", UNITS)
-def test_units_are_sizes_of_one_another(own):
+def test_units_are_sizes_of_one_another(own) -> None:
     pint_like = {"deg": 1, "rad": 180 / np.pi, "ms": 1e-3, "us": 1e-6, "km": 1e3, "mm": 1e-3, "kW/m2": 1e3}
     for unit, factor in UNITS[own].items():
         assert factor == pytest.approx(pint_like.get(unit, 1))
     assert UNITS[own][own] == 1
 
 
-def test_limits_are_those_of_the_reader():
+def test_limits_are_those_of_the_reader() -> None:
     with pytest.raises(InputError, match=re.escape("optics.glare: may be drawn as 2; choose numbers from 0 to 1")):
         parameter_named("optics.glare").check(2.0)
 
 
-def test_a_name_that_is_none_says_which_was_meant():
+def test_a_name_that_is_none_says_which_was_meant() -> None:
     with pytest.raises(InputError, match=r"sun.irradiace: is no parameter; did you mean sun.irradiance\?"):
         parameter_named("sun.irradiace")

@@ -72,7 +72,7 @@ PER_FRAME = """
 """
 
 
-def test_the_same_specification_gives_the_same_bytes(stage, spec, tmp_path):
+def test_the_same_specification_gives_the_same_bytes(stage, spec, tmp_path) -> None:
     shutil.copytree(stage.parent, tmp_path / "other")
     for root in (stage, tmp_path / "other" / "dataset.usda"):
         augment_stage(stage=root, spec=spec(PER_FRAME))
@@ -82,7 +82,7 @@ def test_the_same_specification_gives_the_same_bytes(stage, spec, tmp_path):
     assert files(stage.parent) == first
 
 
-def test_another_parameter_changes_no_other_draw(stage, spec):
+def test_another_parameter_changes_no_other_draw(stage, spec) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     before = scenes(stage)
     more = PER_FRAME + '"sun.factor" = { distribution = "uniform", low = 0.5, high = 2 }\n'
@@ -93,7 +93,7 @@ def test_another_parameter_changes_no_other_draw(stage, spec):
     assert len({s.lights[0].direction_cam for s in after}) == 3
 
 
-def test_fewer_pictures_have_the_draws_they_had(stage, spec, tmp_path):
+def test_fewer_pictures_have_the_draws_they_had(stage, spec, tmp_path) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     author_stage(poses=POSES, target="tango", camera="speedplus", out=tmp_path / "few", frames="1:2")
     augment_stage(stage=tmp_path / "few" / "dataset.usda", spec=spec(PER_FRAME))
@@ -101,7 +101,7 @@ def test_fewer_pictures_have_the_draws_they_had(stage, spec, tmp_path):
     np.testing.assert_allclose(one.lights[0].direction_cam, three[1].lights[0].direction_cam, atol=1e-12)
 
 
-def test_another_specification_replaces_the_first(stage, spec):
+def test_another_specification_replaces_the_first(stage, spec) -> None:
     plain = files(stage.parent)
     augment_stage(stage=stage, spec="relight")
     augment_stage(stage=stage, spec=spec(PER_FRAME))
@@ -123,7 +123,7 @@ def test_another_specification_replaces_the_first(stage, spec):
         ("augmentations/notes.txt", 1),
     ],
 )
-def test_what_a_user_put_or_edited_there_is_not_replaced(stage, spec, name, runs):
+def test_what_a_user_put_or_edited_there_is_not_replaced(stage, spec, name, runs) -> None:
     """Before the first run and after it; once it is out of the way, a run goes on."""
     for _ in range(runs):
         augment_stage(stage=stage, spec=spec(PER_FRAME))
@@ -140,7 +140,7 @@ def test_what_a_user_put_or_edited_there_is_not_replaced(stage, spec, name, runs
     augment_stage(stage=stage, spec="relight")
 
 
-def test_a_link_of_the_users_is_not_replaced(stage, spec, tmp_path):
+def test_a_link_of_the_users_is_not_replaced(stage, spec, tmp_path) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     link = stage.parent / FOLDER / SET / "mine"
     link.symlink_to(tmp_path)
@@ -149,7 +149,7 @@ def test_a_link_of_the_users_is_not_replaced(stage, spec, tmp_path):
     assert link.is_symlink()
 
 
-def test_out_replaces_its_own_root_and_no_other_file(stage, spec):
+def test_out_replaces_its_own_root_and_no_other_file(stage, spec) -> None:
     more = stage.parent / "more.usda"
     augment_stage(stage=stage, spec="relight", out=more)
     augment_stage(stage=stage, spec=spec(PER_FRAME), out=more)
@@ -161,7 +161,7 @@ def test_out_replaces_its_own_root_and_no_other_file(stage, spec):
     assert files(stage.parent) == before
 
 
-def test_the_root_keeps_its_text_and_its_sublayers(stage, spec):
+def test_the_root_keeps_its_text_and_its_sublayers(stage, spec) -> None:
     text = stage.read_text().replace("#usda 1.0\n", "#usda 1.0\n# A comment.\n", 1)
     stage.write_text(text)
     augment_stage(stage=stage, spec=spec(PER_FRAME))
@@ -171,7 +171,7 @@ def test_the_root_keeps_its_text_and_its_sublayers(stage, spec):
     assert after.replace(line, "") == text
 
 
-def test_out_is_another_root_and_the_stage_stays(stage, spec):
+def test_out_is_another_root_and_the_stage_stays(stage, spec) -> None:
     before = files(stage.parent)
     augment_stage(stage=stage, spec=spec(PER_FRAME), out=stage.parent / "more.usda")
     after = files(stage.parent)
@@ -182,7 +182,7 @@ def test_out_is_another_root_and_the_stage_stays(stage, spec):
         augment_stage(stage=stage, spec=spec(PER_FRAME), out=stage.parent.parent / "x.usda")
 
 
-def test_many_pictures_go_into_a_binary_layer(stage, spec, monkeypatch):
+def test_many_pictures_go_into_a_binary_layer(stage, spec, monkeypatch) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     in_text = [scene.lights[0].direction_cam for scene in scenes(stage)]
     monkeypatch.setattr(augmenting, "MOST_IN_TEXT", 2)
@@ -191,14 +191,14 @@ def test_many_pictures_go_into_a_binary_layer(stage, spec, monkeypatch):
     assert [scene.lights[0].direction_cam for scene in scenes(stage)] == in_text
 
 
-def test_provenance_names_the_specification(stage, spec):
+def test_provenance_names_the_specification(stage, spec) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     layer = Sdf.Layer.FindOrOpen(str(stage.parent / "layers" / "augmentations" / "a.usda"))
     said = layer.customLayerData["spin"]["spec"]
     assert (said["name"], said["seed"], len(said["sha256"])) == ("spec", "5", 64)
 
 
-def test_drawn_values_are_stronger_than_the_selected_variants(stage, spec):
+def test_drawn_values_are_stronger_than_the_selected_variants(stage, spec) -> None:
     body = 'select = { camera = "rich" }\n[augmentation.sample]\n'
     augment_stage(stage=stage, spec=spec(body + '"optics.glare" = { distribution = "fixed", value = 0.25 }'))
     optics = scenes(stage)[0].optics
@@ -206,7 +206,7 @@ def test_drawn_values_are_stronger_than_the_selected_variants(stage, spec):
     assert optics.psf_sigma > 0  # rich's own
 
 
-def test_factors_are_of_the_selected_variants_values(stage, spec):
+def test_factors_are_of_the_selected_variants_values(stage, spec) -> None:
     body = 'select = { environment = "plain" }\n'
     augment_stage(stage=stage, spec=spec(body))
     own = {light.path: light.irradiance for light in scenes(stage)[0].lights}
@@ -219,7 +219,7 @@ def test_factors_are_of_the_selected_variants_values(stage, spec):
         np.testing.assert_allclose(now[path], np.array(irradiance) * (1 if path == strongest else 2), rtol=1e-6)
 
 
-def test_the_eight_cells_are_eight_pictures(stage):
+def test_the_eight_cells_are_eight_pictures(stage) -> None:
     found = set()
     for name in CELLS:
         augment_stage(stage=stage, spec=name, out=stage.parent / f"{name}.usda")
@@ -228,7 +228,7 @@ def test_the_eight_cells_are_eight_pictures(stage):
     assert len(CELLS) == len(found) == 8
 
 
-def test_isda_differs_in_light_materials_and_background_with_the_same_labels(stage):
+def test_isda_differs_in_light_materials_and_background_with_the_same_labels(stage) -> None:
     augment_stage(stage=stage, spec="isda")
     variants = [scenes(stage, f"isda_{i}") for i in (1, 2, 3)]
     for three in zip(*variants, strict=True):
@@ -240,7 +240,7 @@ def test_isda_differs_in_light_materials_and_background_with_the_same_labels(sta
             assert to_sun[2] <= np.cos(np.radians(30)) + 1e-6
 
 
-def test_relighting_needs_one_render(stage):
+def test_relighting_needs_one_render(stage) -> None:
     augment_stage(stage=stage, spec="relight")
     every = [scenes(stage, f"relight_{i + 1}")[0] for i in range(10)]
     assert len({scene.sensor for scene in every}) == 10
@@ -301,7 +301,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
     ],
 )
-def test_what_cannot_be_is_one_sentence_and_nothing_is_written(stage, spec, body, sentence):
+def test_what_cannot_be_is_one_sentence_and_nothing_is_written(stage, spec, body, sentence) -> None:
     before = files(stage.parent)
     with pytest.raises(InputError, match=sentence):
         augment_stage(stage=stage, spec=spec(body))
@@ -309,7 +309,7 @@ def test_what_cannot_be_is_one_sentence_and_nothing_is_written(stage, spec, body
     assert not list(stage.parent.rglob(".*"))
 
 
-def test_what_a_killed_run_left_is_removed_and_what_another_run_writes_is_not(stage, spec):
+def test_what_a_killed_run_left_is_removed_and_what_another_run_writes_is_not(stage, spec) -> None:
     (stage.parent / "layers" / ".augmentations.1073741824").mkdir()
     (stage.parent / ".dataset.1073741824.usda").write_text("mine")
     with hidden_folder(stage.parent, "augment", beside=stage.name) as other:
@@ -321,7 +321,7 @@ def test_what_a_killed_run_left_is_removed_and_what_another_run_writes_is_not(st
         assert set(stage.parent.rglob(".*")) == others
 
 
-def test_a_constant_direction_holds_in_all_pictures(stage, spec):
+def test_a_constant_direction_holds_in_all_pictures(stage, spec) -> None:
     augment_stage(stage=stage, spec=spec(SUN % "" + "target_lit_deg = 60\nsun_from_boresight_deg = 140"))
     for scene in scenes(stage):
         to_sun = -np.array(scene.lights[0].direction_cam)
@@ -330,7 +330,7 @@ def test_a_constant_direction_holds_in_all_pictures(stage, spec):
         assert to_sun[2] <= np.cos(np.radians(140)) + 1e-6
 
 
-def test_the_command(stage, spec, spin_usd):
+def test_the_command(stage, spec, spin_usd) -> None:
     done = spin_usd("augment", stage, "--spec", spec(PER_FRAME))
     assert "1 augmentation of spec: a" in done.stdout
     many = spin_usd("augment", stage, "--spec", spec("count = 12"))

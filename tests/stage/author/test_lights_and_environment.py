@@ -23,7 +23,7 @@ def scene(root):
     return reader.scene(reader.frames[0])
 
 
-def test_those_that_travel_along_are_told_apart_by_their_kind():
+def test_those_that_travel_along_are_told_apart_by_their_kind() -> None:
     assert surroundings_names("lights") == ("lightbox", "sun", "sunlamp")
     assert surroundings_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "stars")
 
@@ -31,14 +31,14 @@ def test_those_that_travel_along_are_told_apart_by_their_kind():
 @pytest.mark.parametrize(
     ("lights", "kinds"), [("sun", [DistantLight]), ("lightbox", [AreaLight] * 6), ("sunlamp", [AreaLight])]
 )
-def test_lights_by_name(tmp_path, lights, kinds):
+def test_lights_by_name(tmp_path, lights, kinds) -> None:
     root = authored(tmp_path / "stage", lights=lights)
     assert [type(light) for light in scene(root).lights] == kinds
     assert not check_stage(root)
 
 
 @pytest.mark.parametrize("name", surroundings_names("environment"))
-def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name):
+def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name) -> None:
     root = authored(tmp_path / "stage", environment=name)
     own, there = Usd.Stage.Open(str(surroundings_by_name(name, "environment"))), Usd.Stage.Open(root)
     names = [prim.GetName() for prim in own.GetDefaultPrim().GetChildren()]
@@ -52,20 +52,20 @@ def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name):
     assert not check_stage(root)
 
 
-def test_they_stand_instead_of_the_presets_own(tmp_path):
+def test_they_stand_instead_of_the_presets_own(tmp_path) -> None:
     root = authored(tmp_path / "stage", preset="speedplus_synthetic", lights="sunlamp", environment="earth")
     assert [type(light) for light in scene(root).lights] == [AreaLight]
     assert len(scene(root).environment.planets) == 1
     assert scene(root).sensor.auto_exposure is not None
 
 
-def test_a_file_is_as_good_as_a_name(tmp_path):
+def test_a_file_is_as_good_as_a_name(tmp_path) -> None:
     given = authored(tmp_path / "file", lights=surroundings_by_name("lightbox", "lights"))
     named = authored(tmp_path / "name", lights="lightbox")
     assert StageReader(given).stage_hash == StageReader(named).stage_hash
 
 
-def test_the_wrong_kind_and_unknown_names_are_refused(tmp_path):
+def test_the_wrong_kind_and_unknown_names_are_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="default prim is not Environment"):
         authored(tmp_path / "a", environment=surroundings_by_name("sun", "lights"))
     with pytest.raises(InputError, match="name one of lightbox, sun, sunlamp"):

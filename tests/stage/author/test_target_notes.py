@@ -43,7 +43,7 @@ def modelled(path):
     return path
 
 
-def test_a_target_that_moves_is_told_in_the_stages_own_time_codes(make_stage, tmp_path):
+def test_a_target_that_moves_is_told_in_the_stages_own_time_codes(make_stage, tmp_path) -> None:
     """The panel's 12 time codes a second are 24 of the stage's: its samples lie at 2 and 6 there."""
     (tmp_path / "panel.usda").write_text(PANEL)
     metadata = "metersPerUnit = 1\ntimeCodesPerSecond = 24\nstartTimeCode = 0\nendTimeCode = 7"
@@ -54,7 +54,7 @@ def test_a_target_that_moves_is_told_in_the_stages_own_time_codes(make_stage, tm
     )
 
 
-def test_a_target_that_only_its_poses_move_is_not(make_stage):
+def test_a_target_that_only_its_poses_move_is_not(make_stage) -> None:
     pose = "double3 xformOp:translate.timeSamples = {\n0: (0, 0, -9),\n1: (0, 0, -10),\n}\n"
     assert target_notes(make_stage(pose=f'{pose}uniform token[] xformOpOrder = ["xformOp:translate"]')) == ()
 
@@ -63,14 +63,14 @@ def draw_modes(path):
     return [each.where for each in check_stage(path) if each.code == "draw-mode"]
 
 
-def test_a_stand_in_is_told_by_author_and_check(make_stage):
+def test_a_stand_in_is_told_by_author_and_check(make_stage) -> None:
     path = modelled(make_stage(CARDS.format(kind="component", apply="")))
     said = "/World/Target/Craft asks to be drawn as cards; its geometry is rendered instead"
     assert target_notes(path) == (said,)
     assert draw_modes(path) == ["/World/Target/Craft"]
 
 
-def test_a_group_has_a_stand_in_only_where_it_says_so(make_stage):
+def test_a_group_has_a_stand_in_only_where_it_says_so(make_stage) -> None:
     silent = modelled(make_stage(CARDS.format(kind="group", apply=""), name="silent.usda"))
     applied = modelled(make_stage(CARDS.format(kind="group", apply="uniform bool model:applyDrawMode = 1")))
     assert (target_notes(silent), draw_modes(silent)) == ((), [])
@@ -78,7 +78,7 @@ def test_a_group_has_a_stand_in_only_where_it_says_so(make_stage):
 
 
 @pytest.mark.parametrize(("scheme", "told"), [("", True), ('uniform token subdivisionScheme = "catmullClark"', False)])
-def test_normals_that_the_default_scheme_ignores_are_told(make_stage, scheme, told):
+def test_normals_that_the_default_scheme_ignores_are_told(make_stage, scheme, told) -> None:
     mesh = f"""def Mesh "Fin"
     {{
         int[] faceVertexCounts = [4]

@@ -60,12 +60,12 @@ def instanced(tmp_path):
     return write
 
 
-def test_many_prototypes_hash_alike_each_time_and_anywhere(instanced):
+def test_many_prototypes_hash_alike_each_time_and_anywhere(instanced) -> None:
     paths = [instanced(f"copy_{i}") for i in range(6)]
     assert len({stage_hash(open_stage(path)) for path in paths}) == 1
 
 
-def test_the_hash_follows_what_instances_are_of(instanced):
+def test_the_hash_follows_what_instances_are_of(instanced) -> None:
     first = instanced("a")
     swapped = instanced("b")
     swapped.write_text(swapped.read_text().replace("def Cone", "def Plane"))
@@ -79,12 +79,12 @@ def text(**options):
     return flattened_text(layer)
 
 
-def test_prototypes_of_prototypes_are_named_by_who_refers_to_them():
+def test_prototypes_of_prototypes_are_named_by_who_refers_to_them() -> None:
     assert text(inner=1, outer=2, size=3) == text(inner=2, outer=1, size=3) == text(inner=17, outer=4, size=3)
     assert text(inner=1, outer=2, size=3) != text(inner=1, outer=2, size=4)
 
 
-def test_one_prototype_is_written_as_usd_writes_it():
+def test_one_prototype_is_written_as_usd_writes_it() -> None:
     """So the hashes of such stages stay what they were."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.ImportFromString('#usda 1.0\ndef Xform "Flattened_Prototype_1"\n{\n}\n')

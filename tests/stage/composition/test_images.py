@@ -39,7 +39,7 @@ def decode(tmp_path):
     return read
 
 
-def write(path, values, kind):
+def write(path, values, kind) -> None:
     spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
     output = oiio.ImageOutput.create(str(path))
     output.open(str(path), spec)
@@ -47,7 +47,7 @@ def write(path, values, kind):
     output.close()
 
 
-def test_png_of_8_and_16_bits(decode):
+def test_png_of_8_and_16_bits(decode) -> None:
     alpha = np.full((6, 8, 1), 128)
     eight = decode("a.png", data=png(np.concatenate([RGB, alpha], -1), color=6)).image.pixels
     np.testing.assert_allclose(eight, np.concatenate([RGB, alpha], -1) / 255, atol=FLOAT32)
@@ -57,13 +57,13 @@ def test_png_of_8_and_16_bits(decode):
     assert (sixteen[..., 3] == 1).all()
 
 
-def test_alpha_is_not_multiplied_into_the_colors(decode):
+def test_alpha_is_not_multiplied_into_the_colors(decode) -> None:
     clear = np.zeros((2, 2, 4), int)
     clear[..., 0] = 255
     np.testing.assert_array_equal(decode("a.png", data=png(clear, color=6)).image.pixels[..., 0], 1)
 
 
-def test_grey_and_grey_with_alpha(decode):
+def test_grey_and_grey_with_alpha(decode) -> None:
     grey = RGB[..., :1].astype(int)
     found = decode("a.png", data=png(grey, color=0)).image.pixels
     np.testing.assert_allclose(found[..., :3], np.repeat(grey / 255, 3, -1), atol=FLOAT32)
@@ -73,7 +73,7 @@ def test_grey_and_grey_with_alpha(decode):
 
 
 @pytest.mark.parametrize("mode", ["L", "RGB", "CMYK"])
-def test_jpeg(decode, tmp_path, mode):
+def test_jpeg(decode, tmp_path, mode) -> None:
     smooth = PillowImage.fromarray(np.kron(RGB, np.ones((16, 16, 1), np.uint8))).convert(mode)
     smooth.save(tmp_path / "a.jpg", quality=95, subsampling=0)
     expected = np.asarray(PillowImage.open(tmp_path / "a.jpg").convert("RGB"), float) / 255
@@ -82,7 +82,7 @@ def test_jpeg(decode, tmp_path, mode):
     assert (found[..., 3] == 1).all()
 
 
-def test_float_files(decode, tmp_path):
+def test_float_files(decode, tmp_path) -> None:
     """EXR keeps numbers of any size; Radiance HDR has 8 bits of mantissa for the three together; TIFF as it is."""
     values = np.random.default_rng(1).uniform(0, 5, (6, 8, 3)).astype(np.float32)
     write(tmp_path / "a.exr", values, "float")
@@ -94,7 +94,7 @@ def test_float_files(decode, tmp_path):
     assert (np.abs(decode("a.hdr").image.pixels[..., :3] - values) <= largest / 64).all()
 
 
-def test_srgb_decodes_colors_and_not_alpha(decode):
+def test_srgb_decodes_colors_and_not_alpha(decode) -> None:
     half = np.full((2, 2, 4), 188)
     found = decode("a.png", "sRGB", data=png(half, color=6)).image.pixels
     np.testing.assert_allclose(found[..., :3], srgb.decode(np.float32([188 / 255]))[0])
@@ -120,7 +120,7 @@ SRGB = (b"sRGB", b"\0")
         (2, 8, (gamma_chunk(1 / 1.8),), False),
     ],
 )
-def test_auto_follows_the_metadata_and_then_bits_and_channels(decode, color, depth, chunks, decoded):
+def test_auto_follows_the_metadata_and_then_bits_and_channels(decode, color, depth, chunks, decoded) -> None:
     """The table of the UsdPreviewSurface specification, "sourceColorSpace"."""
     channels = {0: 1, 2: 3, 4: 2, 6: 4}[color]
     half = 188 * (257 if depth == 16 else 1)
@@ -130,7 +130,7 @@ def test_auto_follows_the_metadata_and_then_bits_and_channels(decode, color, dep
     assert value == pytest.approx(srgb.decode(np.float32([raw]))[0] if decoded else raw, abs=FLOAT32)
 
 
-def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch):
+def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch) -> None:
     calls = []
     original = images._decode
     monkeypatch.setattr(images, "_decode", lambda *a: calls.append(a) or original(*a))
@@ -142,14 +142,14 @@ def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch):
     assert len(calls) == 2
 
 
-def test_what_another_reader_has_decoded_is_not_decoded_again(decode):
+def test_what_another_reader_has_decoded_is_not_decoded_again(decode) -> None:
     first = Images()
     image = decode("a.png", "raw", data=png(RGB.astype(int), color=2), reader=first)
     assert decode("a.png", "raw", reader=Images(before=first.decoded)) is image
     assert decode("a.png", "raw", reader=Images()) is not image
 
 
-def test_an_image_within_a_package(tmp_path):
+def test_an_image_within_a_package(tmp_path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "a.png").write_bytes(png(RGB.astype(int), color=2))
     stage = Usd.Stage.CreateNew(str(tmp_path / "in" / "root.usda"))
@@ -163,7 +163,7 @@ def test_an_image_within_a_package(tmp_path):
     assert found.name == "a.png"
 
 
-def test_wrap_modes_in_the_metadata_and_black_without_them(decode, tmp_path):
+def test_wrap_modes_in_the_metadata_and_black_without_them(decode, tmp_path) -> None:
     spec = oiio.ImageSpec(4, 4, 3, "half")
     spec.attribute("wrapmodes", "mirror,periodic")
     output = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
@@ -175,7 +175,7 @@ def test_wrap_modes_in_the_metadata_and_black_without_them(decode, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["png", "jpg", "tif", "exr", "hdr", "tga"])
-def test_a_file_cut_short_is_named(decode, tmp_path, suffix):
+def test_a_file_cut_short_is_named(decode, tmp_path, suffix) -> None:
     noise = np.random.default_rng(0).random((64, 64, 3)).astype(np.float32)
     write(tmp_path / f"a.{suffix}", noise, "float" if suffix in ("exr", "hdr") else "uint8")
     data = (tmp_path / f"a.{suffix}").read_bytes()
@@ -202,12 +202,12 @@ def bomb():
         ("tile.<UDIM>.png", None, UnsupportedError, "is a set of tiles"),
     ],
 )
-def test_what_is_no_image_is_refused_by_name(decode, name, data, error, saying):
+def test_what_is_no_image_is_refused_by_name(decode, name, data, error, saying) -> None:
     with pytest.raises(error, match=f"^/Texture: its image @./{name}@ {saying}"):
         decode(name, data=data)
 
 
-def test_numbers_that_are_not_finite_and_channels_without_a_meaning(decode, tmp_path):
+def test_numbers_that_are_not_finite_and_channels_without_a_meaning(decode, tmp_path) -> None:
     values = np.zeros((4, 4, 3), np.float32)
     values[1, 2, 0] = np.nan
     write(tmp_path / "nan.exr", values, "float")
@@ -223,7 +223,7 @@ def test_numbers_that_are_not_finite_and_channels_without_a_meaning(decode, tmp_
         decode("ids.exr")
 
 
-def test_an_image_outside_the_stages_folder(tmp_path):
+def test_an_image_outside_the_stages_folder(tmp_path) -> None:
     """Also where no layer names it in so many words: here an expression makes the path."""
     (tmp_path / "secret.png").write_bytes(png(RGB.astype(int), color=2))
     (tmp_path / "in").mkdir()
@@ -239,13 +239,13 @@ def test_an_image_outside_the_stages_folder(tmp_path):
         Images().read(prim.GetAttribute("inputs:file").Get(), "raw", prim)
 
 
-def test_one_image_has_a_limit(decode, monkeypatch):
+def test_one_image_has_a_limit(decode, monkeypatch) -> None:
     monkeypatch.setattr(images, "MAX_PIXELS", 47)
     with pytest.raises(StageError, match=r"a.png@ has 8 x 6 pixels, more than 47"):
         decode("a.png", data=png(RGB.astype(int), color=2))
 
 
-def test_all_images_together_have_a_limit(decode, monkeypatch):
+def test_all_images_together_have_a_limit(decode, monkeypatch) -> None:
     monkeypatch.setattr(images, "MAX_TOTAL_PIXELS", 60)
     reader, data = Images(), png(RGB.astype(int), color=2)
     decode("a.png", data=data, reader=reader)

@@ -39,7 +39,7 @@ def written(tmp_path, name, opened=""):
 
 
 @pytest.mark.parametrize("name", ANYWHERE)
-def test_a_description_names_no_file(tmp_path, name):
+def test_a_description_names_no_file(tmp_path, name) -> None:
     path = written(tmp_path, name)
     assert files_of(path).missing == ()
     copied = copy_stage(path, tmp_path / "copy")
@@ -48,7 +48,7 @@ def test_a_description_names_no_file(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ANYWHERE)
-def test_nor_does_it_in_a_package(tmp_path, name):
+def test_nor_does_it_in_a_package(tmp_path, name) -> None:
     writer = Sdf.ZipFileWriter.CreateNew(str(tmp_path / "craft.usdz"))
     writer.AddFile(str(written(tmp_path, name)), "craft.usda")
     assert writer.Save()
@@ -58,7 +58,7 @@ def test_nor_does_it_in_a_package(tmp_path, name):
 @pytest.mark.parametrize(
     "opened", ["asset texture = @{}@", "asset[] textures = [@{}@]", "asset texture.timeSamples = {{0: @{}@}}"]
 )
-def test_what_is_opened_under_the_same_name_still_is_looked_up(tmp_path, opened):
+def test_what_is_opened_under_the_same_name_still_is_looked_up(tmp_path, opened) -> None:
     assert files_of(written(tmp_path, "W/W.usda", opened.format("W/W.usda"))).missing
     with pytest.raises(StageError, match="the absolute path"):
         files_of(written(tmp_path, "/studio/W.usda", opened.format("/studio/W.usda")))

@@ -81,7 +81,7 @@ def size(stage):
     return stage.GetPrimAtPath("/World/Model").GetAttribute("size").Get()
 
 
-def test_nominal_is_the_stage_without_augmentation(make):
+def test_nominal_is_the_stage_without_augmentation(make) -> None:
     path = make()
     stage = open_stage(path)
     assert size(stage) == 3
@@ -89,7 +89,7 @@ def test_nominal_is_the_stage_without_augmentation(make):
     assert selected_variant(stage) == "nominal"
 
 
-def test_nominal_clears_a_selection_that_the_stage_authors(make):
+def test_nominal_clears_a_selection_that_the_stage_authors(make) -> None:
     """The cube's own size, and the same content as in a stage that authors no selection."""
     path = make("b", selection='variants = {\nstring augmentation = "big"\n}')
     assert size(Usd.Stage.Open(str(path))) == 5
@@ -99,7 +99,7 @@ def test_nominal_clears_a_selection_that_the_stage_authors(make):
     assert size(open_stage(path, variant="big")) == 5
 
 
-def test_a_selection_without_its_variant_set_is_no_variant(tmp_path):
+def test_a_selection_without_its_variant_set_is_no_variant(tmp_path) -> None:
     path = tmp_path / "root.usda"
     path.write_text(
         '#usda 1.0\n(\ndefaultPrim = "A"\n)\ndef "A" (\nvariants = {\nstring augmentation = "x"\n}\n)\n{\n}\n'
@@ -108,12 +108,12 @@ def test_a_selection_without_its_variant_set_is_no_variant(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["Tele", "tele-2"])
-def test_a_variant_that_cannot_name_a_folder_is_refused(make, name):
+def test_a_variant_that_cannot_name_a_folder_is_refused(make, name) -> None:
     with pytest.raises(StageError, match=f"has a variant named '{name}', which cannot name a folder"):
         open_stage(make(more=f'"{name}" {{\n}}'))
 
 
-def test_a_variant_is_selected_without_touching_the_layers(make):
+def test_a_variant_is_selected_without_touching_the_layers(make) -> None:
     path = make()
     before = path.read_bytes()
     stage = open_stage(path, variant="big")
@@ -122,7 +122,7 @@ def test_a_variant_is_selected_without_touching_the_layers(make):
     assert path.read_bytes() == before
 
 
-def test_a_variant_called_nominal_is_selected(make):
+def test_a_variant_called_nominal_is_selected(make) -> None:
     path = make(
         more='"nominal" {\nover "Model"\n{\ndouble size = 7\n}\n}',
         selection='variants = {\nstring augmentation = "big"\n}',
@@ -132,7 +132,7 @@ def test_a_variant_called_nominal_is_selected(make):
     assert variants(stage) == ("nominal", "big", "small")
 
 
-def test_an_unknown_variant_lists_the_known_ones(make):
+def test_an_unknown_variant_lists_the_known_ones(make) -> None:
     with pytest.raises(StageError, match="has no variant 'huge'; choose one of nominal, big, small"):
         open_stage(make(), variant="huge")
 
@@ -154,7 +154,7 @@ PAINTS = {"thin": 1, "thick": 2}
     ("variant", "selections", "coat"),
     [("nominal", {}, None), ("nominal", {"paint": "thin"}, 1), ("thick", {}, 2), ("thick", {"paint": "thin"}, 1)],
 )
-def test_another_set_can_be_selected_and_beats_what_an_augmentation_selects(grouped, variant, selections, coat):
+def test_another_set_can_be_selected_and_beats_what_an_augmentation_selects(grouped, variant, selections, coat) -> None:
     stage = open_stage(grouped, variant=variant, selections=selections)
     attribute = stage.GetPrimAtPath("/World/Model").GetAttribute("coat")
     assert (attribute.Get() if attribute else None) == coat
@@ -168,7 +168,7 @@ def test_another_set_can_be_selected_and_beats_what_an_augmentation_selects(grou
         ({"colour": "red"}, "has no variant set 'colour' on its default prim; choose one of paint"),
     ],
 )
-def test_an_unknown_set_or_variant_of_it_lists_the_known_ones(grouped, selections, saying):
+def test_an_unknown_set_or_variant_of_it_lists_the_known_ones(grouped, selections, saying) -> None:
     with pytest.raises(StageError, match=saying):
         open_stage(grouped, selections=selections)
 
@@ -187,7 +187,7 @@ def test_an_unknown_set_or_variant_of_it_lists_the_known_ones(grouped, selection
     ],
 )
 @pytest.mark.parametrize("where", ["sublayer", "unused variant", "texture"])
-def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, named, saying, where):
+def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, named, saying, where) -> None:
     (tmp_path / "outside.usda").write_text(MODEL)
     if where == "sublayer":
         path = make(layers=f"subLayers = [\n@{named}@\n]")
@@ -217,7 +217,7 @@ def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, n
         ("#usda 1.0\n(\ntimeCodesPerSecond = 0\n)\n", "timeCodesPerSecond is 0"),
     ],
 )
-def test_stages_that_do_not_compose(tmp_path, text, saying):
+def test_stages_that_do_not_compose(tmp_path, text, saying) -> None:
     path = tmp_path / "root.usda"
     path.write_text(text)
     with pytest.raises(StageError, match=saying) as error:
@@ -227,7 +227,7 @@ def test_stages_that_do_not_compose(tmp_path, text, saying):
 
 
 @pytest.mark.parametrize("brackets", ["()", "{}", "[]"])
-def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets):
+def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets) -> None:
     path = tmp_path / "root.usda"
     path.write_text("#usda 1.0\n" + brackets[0] * 200_000 + brackets[1] * 200_000)
     with pytest.raises(StageError, match="nests brackets deeper than 256"):
@@ -236,7 +236,7 @@ def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets):
     assert open_stage(path)
 
 
-def test_files_that_are_no_stage(tmp_path):
+def test_files_that_are_no_stage(tmp_path) -> None:
     with pytest.raises(StageError, match="there is no such stage"):
         open_stage(tmp_path / "none.usda")
     (tmp_path / "model.obj").write_text("")
@@ -247,7 +247,7 @@ def test_files_that_are_no_stage(tmp_path):
         open_stage(tmp_path / "folder.usda")
 
 
-def test_too_many_prims(tmp_path, monkeypatch):
+def test_too_many_prims(tmp_path, monkeypatch) -> None:
     path = tmp_path / "root.usda"
     path.write_text("#usda 1.0\n" + "\n".join(f'def "P{i}"\n{{\n}}' for i in range(30)))
     monkeypatch.setattr("spin_usd.stage.composition.open_stage.MAX_PRIMS", 29)
@@ -257,14 +257,14 @@ def test_too_many_prims(tmp_path, monkeypatch):
     assert open_stage(path)
 
 
-def test_the_hash_is_of_the_content_not_the_place(make, tmp_path):
+def test_the_hash_is_of_the_content_not_the_place(make, tmp_path) -> None:
     path = make()
     moved = tmp_path / "elsewhere" / "deeper"
     shutil.copytree(path.parent, moved)
     assert stage_hash(open_stage(path)) == stage_hash(open_stage(moved / "root.usda"))
 
 
-def test_the_hash_follows_content_assets_and_variant(make):
+def test_the_hash_follows_content_assets_and_variant(make) -> None:
     hashes = [stage_hash(open_stage(make("a")))]
     hashes.append(stage_hash(open_stage(make("b"), variant="big")))
     hashes.append(stage_hash(open_stage(make("c", model=MODEL.replace("size = 3", "size = 4")))))
@@ -274,18 +274,18 @@ def test_the_hash_follows_content_assets_and_variant(make):
     assert len(set(hashes)) == 4
 
 
-def test_the_hash_tells_variants_of_equal_content_apart(make):
+def test_the_hash_tells_variants_of_equal_content_apart(make) -> None:
     path = make(more='"same" {\n}\n"alike" {\n}')
     hashes = {stage_hash(open_stage(path, variant=v)) for v in ("nominal", "same", "alike")}
     assert len(hashes) == 3
 
 
-def test_the_hash_ignores_variants_that_are_not_selected(make):
+def test_the_hash_ignores_variants_that_are_not_selected(make) -> None:
     plain = stage_hash(open_stage(make("a")))
     assert plain == stage_hash(open_stage(make("b", more='"huge" {\n}')))
 
 
-def test_used_files_are_those_of_this_composition(make):
+def test_used_files_are_those_of_this_composition(make) -> None:
     path = make(more='"t" {\ndef "X" (\nprepend payload = @./unused.usda@\n)\n{\n}\n}')
     (path.parent / "unused.usda").write_text(MODEL)
     used = used_files(open_stage(path), path.parent)
@@ -295,7 +295,7 @@ def test_used_files_are_those_of_this_composition(make):
     assert set(with_variant) - set(used) == {"unused.usda"}
 
 
-def test_a_copy_keeps_bytes_and_hash_and_holds_all_variants(make, tmp_path):
+def test_a_copy_keeps_bytes_and_hash_and_holds_all_variants(make, tmp_path) -> None:
     path = make(more='"t" {\ndef "X" (\nprepend payload = @./other/unused.usda@\n)\n{\n}\n}')
     (path.parent / "other" / "textures").mkdir(parents=True)
     (path.parent / "other" / "unused.usda").write_text(MODEL)
@@ -311,7 +311,7 @@ def test_a_copy_keeps_bytes_and_hash_and_holds_all_variants(make, tmp_path):
         assert stage_hash(a) == stage_hash(b)
 
 
-def test_a_copy_that_cannot_be_written_is_one_sentence(make, tmp_path):
+def test_a_copy_that_cannot_be_written_is_one_sentence(make, tmp_path) -> None:
     """A limit on the size of a file stands for a full disk: both fail the write call."""
     path = make(model=MODEL + "#" * 4000)
     code = (
@@ -331,7 +331,7 @@ def test_a_copy_that_cannot_be_written_is_one_sentence(make, tmp_path):
         copy_stage(path, tmp_path / "file")
 
 
-def test_a_copy_is_whole_or_not_at_all(make, tmp_path):
+def test_a_copy_is_whole_or_not_at_all(make, tmp_path) -> None:
     path = make()
     (path.parent / "parts" / "textures" / "paint.png").unlink()
     with pytest.raises(StageError, match=r"@./textures/paint.png@ named by .*model.usda is missing"):
@@ -343,7 +343,7 @@ def test_a_copy_is_whole_or_not_at_all(make, tmp_path):
         copy_stage(make("b"), tmp_path / "full")
 
 
-def test_a_package_may_not_name_what_lies_outside(tmp_path):
+def test_a_package_may_not_name_what_lies_outside(tmp_path) -> None:
     (tmp_path / "secret.usda").write_text(MODEL)
     inside = tmp_path / "inner.usda"
     inside.write_text(f'#usda 1.0\ndef "A" (\nprepend references = @{tmp_path}/secret.usda@\n)\n{{\n}}\n')
@@ -363,7 +363,7 @@ def test_a_package_may_not_name_what_lies_outside(tmp_path):
     assert list(used_files(stage, tmp_path)) == ["good.usdz"]
 
 
-def test_no_target_and_two_targets(make_stage):
+def test_no_target_and_two_targets(make_stage) -> None:
     path = make_stage()
     path.write_text(path.read_text().replace('prepend apiSchemas = ["SpinTargetAPI"]', ""))
     with pytest.raises(StageError, match=r"has 0 target prims \(none\)"):

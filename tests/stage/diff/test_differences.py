@@ -123,16 +123,16 @@ def found(make):
     return find
 
 
-def over(text, metadata=""):
+def over(text, metadata="") -> str:
     return f'over "Model" (\n{metadata}\n)\n{{\n{text}\n}}' if metadata else f'over "Model"\n{{\n{text}\n}}'
 
 
-def test_a_stage_does_not_differ_from_itself(make):
+def test_a_stage_does_not_differ_from_itself(make) -> None:
     path = make(over("double size = 5"))
     assert list(differences(open_stage(path, variant="a"), open_stage(path, variant="a"))) == []
 
 
-def test_a_variant_that_says_the_same_in_other_words_does_not_differ(make):
+def test_a_variant_that_says_the_same_in_other_words_does_not_differ(make) -> None:
     """Equal values, the same file by another path, another comment."""
     path = make()
     assert list(differences(open_stage(path), open_stage(path, variant="same"))) == []
@@ -150,19 +150,19 @@ def test_a_variant_that_says_the_same_in_other_words_does_not_differ(make):
         ("quatd q = (1, 0, 0, 0.5)", "q", None, "(1.0, 0.0, 0.0, 0.5)"),
     ],
 )
-def test_a_constant(found, text, name, before, after):
+def test_a_constant(found, text, name, before, after) -> None:
     (difference,) = found(over(text)).values()
     assert (difference.kind, difference.where) == ("attribute", f"/World/Model.{name}")
     assert (difference.before, difference.after, difference.samples) == (before, after, 0)
 
 
-def test_where_the_stronger_opinions_come_from(found):
+def test_where_the_stronger_opinions_come_from(found) -> None:
     """Its layer, and every variant on the way: of the stage, and of what it refers to."""
     difference = found(over("double size = 5"))["attribute", "/World/Model.size"]
     assert (difference.before_from, difference.after_from) == ("model.usda", "root.usda {augmentation=a}")
 
 
-def test_what_a_selection_brings_names_both_variants(make):
+def test_what_a_selection_brings_names_both_variants(make) -> None:
     path = make()
     listed = list(differences(open_stage(path), open_stage(path, variant="a")))
     assert [(each.kind, each.where) for each in listed] == [("selection", "/World"), ("attribute", "/World/Model.coat")]
@@ -172,7 +172,7 @@ def test_what_a_selection_brings_names_both_variants(make):
     assert coat.after_from == "root.usda {paint=thick}"
 
 
-def test_a_layer_referred_to_in_a_variant_is_listed_with_the_variant(found, tmp_path):
+def test_a_layer_referred_to_in_a_variant_is_listed_with_the_variant(found, tmp_path) -> None:
     (tmp_path / "values.usda").write_text('#usda 1.0\n(\ndefaultPrim = "V"\n)\nover "V"\n{\ndouble size = 9\n}\n')
     listed = found(over("", "prepend references = @./values.usda@"))
     assert set(listed) == {("file", "values.usda"), ("attribute", "/World/Model.size")}
@@ -180,20 +180,20 @@ def test_a_layer_referred_to_in_a_variant_is_listed_with_the_variant(found, tmp_
     assert listed["file", "values.usda"].before is None
 
 
-def test_time_samples_are_counted_and_the_first_is_shown(found):
+def test_time_samples_are_counted_and_the_first_is_shown(found) -> None:
     (difference,) = found(over("double speed.timeSamples = {\n0: 1,\n1: 5,\n2: 3,\n3: 6,\n}")).values()
     assert (difference.before, difference.after) == ("2.0", "5.0")
     assert (difference.samples, difference.time_code) == (2, 1.0)
 
 
-def test_a_constant_over_time_samples_differs_where_the_values_do(found):
+def test_a_constant_over_time_samples_differs_where_the_values_do(found) -> None:
     """Interpolated values count: at 2 the samples say 3 as well."""
     (difference,) = found(over("double speed = 3\ndouble speed.timeSamples = {\n2: 3,\n}")).values()
     assert (difference.samples, difference.time_code) == (2, 0.0)
 
 
 @pytest.mark.parametrize(("file", "same"), [("copy", True), ("rust", False)])
-def test_files_are_shown_with_their_content(found, file, same):
+def test_files_are_shown_with_their_content(found, file, same) -> None:
     listed = found(over(f"asset texture = @./textures/{file}.png@"))
     difference = listed["attribute", "/World/Model.texture"]
     before, after = (text.split() for text in (difference.before, difference.after))
@@ -202,7 +202,7 @@ def test_files_are_shown_with_their_content(found, file, same):
     assert ("file", f"textures/{file}.png") in listed
 
 
-def test_relationships_and_connections(found):
+def test_relationships_and_connections(found) -> None:
     listed = found(over("rel friend = </World/Copies>\ndouble follows.connect = </World/Model.size>"))
     texts = {where: (each.before, each.after) for (_, where), each in listed.items()}
     assert texts == {
@@ -211,7 +211,7 @@ def test_relationships_and_connections(found):
     }
 
 
-def test_schemas_and_metadata(found):
+def test_schemas_and_metadata(found) -> None:
     metadata = 'prepend apiSchemas = ["SpinTargetAPI"]\nkind = "group"'
     listed = found(over('double size = 3 (\ndisplayName = "x"\n)\nint[] numbers (\ncolorSpace = "raw"\n)', metadata))
     texts = {each.name or kind: (each.before, each.after) for (kind, _), each in listed.items()}
@@ -223,24 +223,24 @@ def test_schemas_and_metadata(found):
     }
 
 
-def test_a_prim_that_is_not_active_stands_for_all_below(found):
+def test_a_prim_that_is_not_active_stands_for_all_below(found) -> None:
     listed = found(over('over "Part" (\nactive = false\n)\n{\ndouble size = 7\n}'))
     (difference,) = listed.values()
     assert (difference.kind, difference.before, difference.after) == ("active", "active", "not active")
 
 
-def test_a_new_prim_stands_for_all_below(found):
+def test_a_new_prim_stands_for_all_below(found) -> None:
     listed = found(over('def Xform "New"\n{\ndef Cube "X"\n{\n}\ndef Cube "Y"\n{\n}\n}'))
     (difference,) = listed.values()
     assert (difference.kind, difference.where) == ("prim", "/World/Model/New")
     assert (difference.before, difference.after) == (None, "Xform and 2 prims below")
 
 
-def test_a_prim_that_is_nowhere_defined_is_none(found):
+def test_a_prim_that_is_nowhere_defined_is_none(found) -> None:
     assert found(over('over "Ghost"\n{\ndouble size = 7\n}')) == {}
 
 
-def test_what_differs_inside_an_instance(found):
+def test_what_differs_inside_an_instance(found) -> None:
     (difference,) = found('over "Copies"\n{\nover "A"\n{\ndouble size = 8\n}\n}').values()
     assert (difference.where, difference.after) == ("/World/Copies/A.size", "8.0")
 
@@ -257,7 +257,7 @@ def test_what_differs_inside_an_instance(found):
         over('def Xform "New"\n{\nasset x = @./textures/rust.png@\ndef Cube "X"\n{\n}\n}'),
     ],
 )
-def test_all_that_differs_transplanted_leaves_nothing_that_differs(make, text):
+def test_all_that_differs_transplanted_leaves_nothing_that_differs(make, text) -> None:
     """But the files, which are how the values came there."""
     path = make(text)
     a, b = open_stage(path, selections={"paint": "thick"}), open_stage(path, variant="a")
@@ -269,7 +269,7 @@ def test_all_that_differs_transplanted_leaves_nothing_that_differs(make, text):
     assert not any(stage.GetRootLayer().dirty for stage in (a, b))
 
 
-def test_a_stage_without_default_prim_is_compared(tmp_path):
+def test_a_stage_without_default_prim_is_compared(tmp_path) -> None:
     path = tmp_path / "bare.usda"
     path.write_text('#usda 1.0\ndef "A"\n{\ndouble x = 1\n}\n')
     assert list(differences(open_stage(path), open_stage(path))) == []

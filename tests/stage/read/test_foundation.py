@@ -279,7 +279,7 @@ def Scope "SpinRender"
     return root
 
 
-def with_camera(stage):
+def with_camera(stage) -> None:
     camera = UsdGeom.Camera.Define(stage, "/SpinCamera").GetPrim()
     camera.ApplyAPI("SpinLensAPI")
     camera.GetAttribute("spin:lens:imageSize").Set(Gf.Vec2i(192, 120))
@@ -314,13 +314,13 @@ def data(shared):
     return shared / "data" / "usd-wg-assets"
 
 
-def test_every_stage_of_the_corpus_is_listed(data):
+def test_every_stage_of_the_corpus_is_listed(data) -> None:
     stages = {file.relative_to(data / "foundation").as_posix() for file in (data / "foundation").rglob("*.usda")}
     assert stages == set(EXPECTED)
 
 
 @pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if isinstance(e, Refused)])
-def test_refused(name, data, tmp_path):
+def test_refused(name, data, tmp_path) -> None:
     expected = EXPECTED[name]
     with pytest.raises(SpinError) as error:
         first_scene(reader_of, name, data, tmp_path)
@@ -329,7 +329,7 @@ def test_refused(name, data, tmp_path):
 
 
 @pytest.mark.parametrize("name", [name for name, e in EXPECTED.items() if isinstance(e, Read)])
-def test_read(name, data, tmp_path):
+def test_read(name, data, tmp_path) -> None:
     expected = EXPECTED[name]
     reader = reader_of(name, data, tmp_path)
     assert len(reader.frames) == expected.frames
@@ -356,7 +356,7 @@ def table(data):
     return "\n".join(rows)
 
 
-def outcome(name, expected, data, folder):
+def outcome(name, expected, data, folder) -> str:
     try:
         reader = reader_of(name, data, folder)
         at = next((f for f in reader.frames if f.time_code == getattr(expected, "at", None)), reader.frames[0])

@@ -18,7 +18,7 @@ FAR_TOLERANCE = 2e-9
 SECONDS_PER_FRAME = 5e-3  # measured 0.4 ms; ten times that on a loaded machine
 
 
-def pose(place, turn):
+def pose(place, turn) -> str:
     return f"double3 xformOp:translate = {place}\nquatd xformOp:orient = {turn}\n{ORDER}"
 
 
@@ -27,7 +27,7 @@ def scenes(path):
     return [reader.scene(frame) for frame in reader.frames]
 
 
-def test_a_box_before_the_camera(read_scene):
+def test_a_box_before_the_camera(read_scene) -> None:
     scene = read_scene()
     assert scene.frame.name == "frame_000000"
     assert (scene.camera.width, scene.camera.height, scene.camera.fx, scene.camera.cy) == (200, 120, 250, 60)
@@ -39,7 +39,7 @@ def test_a_box_before_the_camera(read_scene):
     ]
 
 
-def test_the_pose_is_exact_far_from_the_stages_origin(read_scene):
+def test_the_pose_is_exact_far_from_the_stages_origin(read_scene) -> None:
     scene = read_scene(camera=pose(*CAMERA_POSE), pose=pose(*BODY_POSE))
     R_camera, R_body = matrix_from_quaternion(CAMERA_POSE[1]), matrix_from_quaternion(BODY_POSE[1])
     turn = np.diag([1.0, -1, -1])
@@ -61,13 +61,13 @@ def test_the_pose_is_exact_far_from_the_stages_origin(read_scene):
         ("matrix4d xformOp:transform = ((1, 0, 0, 0), (0.5, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1))", "shears"),
     ],
 )
-def test_poses_that_are_none(read_scene, which, xform, saying):
+def test_poses_that_are_none(read_scene, which, xform, saying) -> None:
     name = xform.split()[1]
     with pytest.raises(StageError, match=saying):
         read_scene(**{which: f'{xform}\nuniform token[] xformOpOrder = ["{name}"]'})
 
 
-def test_a_bad_quaternion_in_any_sample_is_found_at_once(make_stage):
+def test_a_bad_quaternion_in_any_sample_is_found_at_once(make_stage) -> None:
     samples = "quatd xformOp:orient.timeSamples = {\n0: (1, 0, 0, 0),\n1: (1, 0, 0, 0),\n2: (0.9, 0, 0, 0),\n}"
     path = make_stage(pose=f'{samples}\nuniform token[] xformOpOrder = ["xformOp:orient"]')
     with pytest.raises(
@@ -76,7 +76,7 @@ def test_a_bad_quaternion_in_any_sample_is_found_at_once(make_stage):
         StageReader(path)
 
 
-def test_an_equal_scale_of_the_camera_changes_nothing(read_scene):
+def test_an_equal_scale_of_the_camera_changes_nothing(read_scene) -> None:
     scaled = read_scene(camera='float3 xformOp:scale = (3, 3, 3)\nuniform token[] xformOpOrder = ["xformOp:scale"]')
     np.testing.assert_allclose(scaled.T_cam_body.matrix, read_scene(name="b.usda").T_cam_body.matrix, atol=1e-15)
 
@@ -91,13 +91,13 @@ def rigged(path, op):
     return reader.scene(reader.frames[0])
 
 
-def test_what_holds_camera_and_target_scales_both(make_stage):
+def test_what_holds_camera_and_target_scales_both(make_stage) -> None:
     scene = rigged(make_stage(), "float3 xformOp:scale = (3, 3, 3)")
     np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 30], atol=1e-14)
     assert np.ptp(scene.target.mesh.points) == pytest.approx(6)
 
 
-def test_a_camera_that_does_not_move_with_the_rest(make_stage):
+def test_a_camera_that_does_not_move_with_the_rest(make_stage) -> None:
     still = make_stage(camera='uniform token[] xformOpOrder = ["!resetXformStack!"]')
     scene = rigged(still, "double3 xformOp:translate = (0, 0, -5)")
     np.testing.assert_allclose(scene.T_cam_body.translation, [0, 0, 15], atol=1e-14)
@@ -115,7 +115,7 @@ def with_frames(path, names):
     return path
 
 
-def test_frames_are_the_captures_samples(make_stage):
+def test_frames_are_the_captures_samples(make_stage) -> None:
     reader = StageReader(with_frames(make_stage(), ["img7", "a.b-c_d"]))
     assert [(f.index, f.name, f.time_code) for f in reader.frames] == [(0, "img7", 0.0), (1, "a.b-c_d", 1.0)]
     assert reader.seed == 42
@@ -123,13 +123,13 @@ def test_frames_are_the_captures_samples(make_stage):
 
 
 @pytest.mark.parametrize("name", ["../evil", "", ".hidden", "a/b", "a b", "x" * 201, "{camera}", "café", "a.tmp-b"])
-def test_names_that_are_no_file_stem(make_stage, name):
+def test_names_that_are_no_file_stem(make_stage, name) -> None:
     with pytest.raises(StageError, match="is no name for a picture"):
         StageReader(with_frames(make_stage(), ["good", name]))
 
 
 @pytest.mark.parametrize(("variant", "focal"), [("nominal", 250), ("tele", 900)])
-def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage, variant, focal):
+def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage, variant, focal) -> None:
     path = make_stage()
     layer = Sdf.Layer.FindOrOpen(str(path))
     stage = Usd.Stage.Open(layer)
@@ -152,7 +152,7 @@ def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage,
     assert reader.variant_selections == ({} if variant == "nominal" else {"augmentation": "tele"})
 
 
-def test_the_selections_of_every_prim_are_told(make_stage):
+def test_the_selections_of_every_prim_are_told(make_stage) -> None:
     """By the set's name for the default prim, by path and set for what lies below it, instances too; none where nothing
     is selected."""
     path = make_stage()
@@ -175,7 +175,7 @@ def test_the_selections_of_every_prim_are_told(make_stage):
     }
 
 
-def test_names_are_unique(make_stage):
+def test_names_are_unique(make_stage) -> None:
     with pytest.raises(StageError, match="'same' names two pictures"):
         StageReader(with_frames(make_stage(), ["same", "other", "same"]))
     with pytest.raises(StageError, match="'SAME' names two pictures"):
@@ -185,7 +185,7 @@ def test_names_are_unique(make_stage):
 RANGE = "metersPerUnit = 1\nstartTimeCode = 0\nendTimeCode = 3"
 
 
-def test_a_static_target_is_one_object(make_stage):
+def test_a_static_target_is_one_object(make_stage) -> None:
     moving = "double3 xformOp:translate.timeSamples = {\n0: (0, 0, -10),\n3: (3, 0, -13),\n}"
     found = scenes(make_stage(metadata=RANGE, pose=f'{moving}\nuniform token[] xformOpOrder = ["xformOp:translate"]'))
     assert len(found) == 4
@@ -203,7 +203,7 @@ def test_a_static_target_is_one_object(make_stage):
         "0: [(1, 0, 0)],\n1: [(0, 1, 0)],\n2: [(0, 1, 0)],\n3: [(1, 0, 0)],\n}",
     ],
 )
-def test_a_target_that_changes_is_read_again_and_kept_while_equal(make_stage, varying):
+def test_a_target_that_changes_is_read_again_and_kept_while_equal(make_stage, varying) -> None:
     a, b, c, d = (s.target for s in scenes(make_stage(f'def Cube "Box"\n{{\n{varying}\n}}', metadata=RANGE)))
     assert a is not b
     assert b is c
@@ -212,20 +212,20 @@ def test_a_target_that_changes_is_read_again_and_kept_while_equal(make_stage, va
     assert keys[0] == keys[2] != keys[1]
 
 
-def test_a_target_that_grows_by_its_own_scale(make_stage):
+def test_a_target_that_grows_by_its_own_scale(make_stage) -> None:
     growing = "float3 xformOp:scale.timeSamples = {\n0: (1, 1, 1),\n3: (4, 4, 4),\n}"
     found = scenes(make_stage(metadata=RANGE, pose=f'{growing}\nuniform token[] xformOpOrder = ["xformOp:scale"]'))
     assert [float(np.ptp(s.target.mesh.points)) for s in found] == pytest.approx([2, 4, 6, 8])
 
 
-def test_a_lens_that_zooms_is_read_at_each_frame(make_stage):
+def test_a_lens_that_zooms_is_read_at_each_frame(make_stage) -> None:
     path = make_stage(metadata=RANGE)
     zoom = "double spin:lens:fx.timeSamples = {\n0: 250,\n3: 280,\n}"
     path.write_text(path.read_text().replace("double spin:lens:fx = 250", zoom))
     assert [s.camera.fx for s in scenes(path)] == [250, 260, 270, 280]
 
 
-def test_lights_move_with_what_holds_them(make_stage):
+def test_lights_move_with_what_holds_them(make_stage) -> None:
     world = """
     def Xform "Rig"
     {
@@ -255,7 +255,7 @@ def test_lights_move_with_what_holds_them(make_stage):
         ('class Cube "Earth" {}', False),
     ],
 )
-def test_geometry_outside_the_target_is_never_dropped_in_silence(make_stage, world, refused):
+def test_geometry_outside_the_target_is_never_dropped_in_silence(make_stage, world, refused) -> None:
     path = make_stage(world=world)
     if refused:
         with pytest.raises(UnsupportedError, match=r"^/World/(Earth|Group/Earth|Hair): "):
@@ -268,12 +268,12 @@ def test_geometry_outside_the_target_is_never_dropped_in_silence(make_stage, wor
     ("metadata", "saying"),
     [("metersPerUnit = 0", "metersPerUnit is 0"), ("metersPerUnit = -1", "metersPerUnit is -1")],
 )
-def test_units_that_are_none(make_stage, metadata, saying):
+def test_units_that_are_none(make_stage, metadata, saying) -> None:
     with pytest.raises(StageError, match=saying):
         StageReader(make_stage(metadata=metadata))
 
 
-def test_thousands_of_frames_cost_little_each(make_stage):
+def test_thousands_of_frames_cost_little_each(make_stage) -> None:
     path = make_stage(pose="")
     stage = Usd.Stage.Open(str(path))
     target = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Target"))

@@ -109,20 +109,20 @@ def on_part(target, end, name, *, points):
     return values_at(getattr(material, name), target.mesh, face.astype(np.int32), weights)
 
 
-def test_every_stage_of_the_assets_is_listed(assets):
+def test_every_stage_of_the_assets_is_listed(assets) -> None:
     found = {f.relative_to(assets).as_posix() for f in assets.rglob("*.usd*")}
     assert {name for name in found if not name.startswith("foundation/")} == set(EXPECTED)
 
 
 @pytest.mark.parametrize("name", EXPECTED)
-def test_read(read_asset, name):
+def test_read(read_asset, name) -> None:
     target = read_asset(name)
     assert len(target.parts) == EXPECTED[name].parts
     assert {texture.image.name for texture in textures(target)} == EXPECTED[name].images
 
 
 @pytest.mark.parametrize(("part", "color"), [("U", [0, 1, 0]), ("V", [0, 0, 1]), ("UV", [0, 1, 1])])
-def test_each_offset_shows_the_quarter_with_its_own_letters(read_asset, part, color):
+def test_each_offset_shows_the_quarter_with_its_own_letters(read_asset, part, color) -> None:
     """In the image U is green, V blue, UV cyan, and what is not supported yellow."""
     target = read_asset("TextureTransformTest/TextureTransformTest.usd")
     shown = np.median(on_part(target, f"/Offset_{part}", "diffuse_color", points=2000), axis=0)
@@ -130,7 +130,7 @@ def test_each_offset_shows_the_quarter_with_its_own_letters(read_asset, part, co
 
 
 @pytest.mark.parametrize("panel", ["Rotation", "Scale", "All"])
-def test_the_arrow_points_at_the_mark_that_says_correct(read_asset, panel):
+def test_the_arrow_points_at_the_mark_that_says_correct(read_asset, panel) -> None:
     """Its marks lie where they would with the panel's centre as origin: the exporter lost their parents' places."""
     target = read_asset("TextureTransformTest/TextureTransformTest.usd")
     face, weights = pixels(target, f"/{panel}", 400_000)
@@ -162,7 +162,7 @@ def pixels(target, end, count):
 @pytest.mark.parametrize(
     ("level", "constant", "textured"), [("000", 0.0, 0.0), ("033", 0.33, 0.6), ("066", 0.66, 0.66)]
 )
-def test_roughness_by_texture_is_that_of_the_constant_beside_it(read_asset, level, constant, textured):
+def test_roughness_by_texture_is_that_of_the_constant_beside_it(read_asset, level, constant, textured) -> None:
     """But for the middle one, whose texture the stage calls raw and the other two sRGB: 153 of 255 is then 0.6."""
     target = read_asset("RoughnessTest/RoughnessTest.usdz")
     numbers = {"000": ("", "_001"), "033": ("_002", "_003"), "066": ("_004", "_005")}[level]
@@ -173,7 +173,7 @@ def test_roughness_by_texture_is_that_of_the_constant_beside_it(read_asset, leve
 
 
 @pytest.mark.parametrize("kind", ["usda", "usdz"])
-def test_the_three_normal_maps_are_one_by_their_scale_and_bias(read_asset, kind):
+def test_the_three_normal_maps_are_one_by_their_scale_and_bias(read_asset, kind) -> None:
     """Each has an axis turned or shifted in the file, and turned back by scale and bias."""
     target = read_asset(f"NormalsTextureBiasAndScale/NormalsTextureBiasAndScale.{kind}")
     plain, *others = (m.normal for m in target.materials)
@@ -184,7 +184,7 @@ def test_the_three_normal_maps_are_one_by_their_scale_and_bias(read_asset, kind)
         assert np.abs(look_up(other, st) - expected).mean() < EIGHT_BITS
 
 
-def test_texture_coordinates_put_each_corner_in_its_color(read_asset):
+def test_texture_coordinates_put_each_corner_in_its_color(read_asset) -> None:
     """The squares are named by their place, and tinted yellow, orange red, blue and green from the top left on."""
     target = read_asset("TextureCoordinateTest/TextureCoordinateTest.usda")
     tints = {
@@ -199,7 +199,7 @@ def test_texture_coordinates_put_each_corner_in_its_color(read_asset):
 
 
 @pytest.mark.parametrize("other", ["jpeg_rgb_8-bit", "png_rgb_16-bit"])
-def test_one_picture_in_several_formats(read_asset, other):
+def test_one_picture_in_several_formats(read_asset, other) -> None:
     first, second = (
         next(t for t in textures(read_asset(f"TextureFileFormatTests/{n}.usda")) if t.output == "rgb").image.pixels
         for n in ("png_rgb_8-bit", other)

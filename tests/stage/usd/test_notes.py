@@ -62,7 +62,7 @@ def read(make_stage):
 
 
 @pytest.mark.parametrize("name", FOREIGN)
-def test_what_is_not_a_preview_surface_has_its_display_color(read, make_stage, tmp_path, name):
+def test_what_is_not_a_preview_surface_has_its_display_color(read, make_stage, tmp_path, name) -> None:
     (tmp_path / "paint.mtlx").write_text('<?xml version="1.0"?>\n<materialx version="1.38">\n</materialx>\n')
     (tmp_path / "paint.glslfx").write_text("-- glslfx version 0.1\n")
     scope, paint = FOREIGN[name]
@@ -75,7 +75,7 @@ def test_what_is_not_a_preview_surface_has_its_display_color(read, make_stage, t
     assert "error" not in {finding.severity for finding in told.values()}
 
 
-def test_a_document_does_not_excuse_what_else_does_not_compose(make_stage, tmp_path):
+def test_a_document_does_not_excuse_what_else_does_not_compose(make_stage, tmp_path) -> None:
     (tmp_path / "paint.mtlx").write_text("<materialx/>")
     both = "(\n prepend references = [@./paint.mtlx@</Materials>, @./none.usda@]\n)"
     with pytest.raises(StageError, match=r"does not compose: .*none\.usda"):
@@ -83,7 +83,7 @@ def test_a_document_does_not_excuse_what_else_does_not_compose(make_stage, tmp_p
 
 
 @pytest.mark.parametrize("interpolation", ["constant", "uniform"])
-def test_a_display_color_above_one_is_one(read, interpolation):
+def test_a_display_color_above_one_is_one(read, interpolation) -> None:
     colors = "(1.2, 0.5, 0.5)" if interpolation == "constant" else "(1.2, 0.5, 0.5), (0.1, 0.2, 3)"
     color = f'color3f[] primvars:displayColor = [{colors}] (\n interpolation = "{interpolation}"\n)'
     mesh = f"""def Mesh "M"
@@ -103,7 +103,7 @@ def test_a_display_color_above_one_is_one(read, interpolation):
         np.testing.assert_allclose(values, [[1, 0.5, 0.5], [0.1, 0.2, 1]], atol=FLOAT32)
 
 
-def test_a_mesh_without_faces_is_passed_over(read):
+def test_a_mesh_without_faces_is_passed_over(read) -> None:
     target, codes = read('def Cube "Box"\n{\n}\ndef Mesh "Empty"\n{\n}')
     assert (len(target.parts), codes) == (1, ["mesh-empty"])
     with pytest.raises(StageError, match="the target has no geometry"):
@@ -111,7 +111,7 @@ def test_a_mesh_without_faces_is_passed_over(read):
 
 
 @pytest.mark.parametrize("kind", ["quath", "quatf", "quatd"])
-def test_a_rounded_orientation_is_normalised(read, make_stage, kind):
+def test_a_rounded_orientation_is_normalised(read, make_stage, kind) -> None:
     """By hand: 0.7071 twice is a quarter turn about x, which takes y to z."""
     text = f"""def Xform "Turned"
 {{
@@ -130,7 +130,7 @@ def test_a_rounded_orientation_is_normalised(read, make_stage, kind):
     np.testing.assert_allclose(corners.max(0), [2, 3, 5], atol=2 * FLOAT32)
 
 
-def test_what_is_normalised_is_what_usd_places_for_a_whole_quaternion(read, make_stage):
+def test_what_is_normalised_is_what_usd_places_for_a_whole_quaternion(read, make_stage) -> None:
     """Ops in one list, an inverse one among them, against UsdGeom's own product of them."""
     ops = ["xformOp:translate", "!invert!xformOp:orient", "xformOp:rotateXYZ", "xformOp:scale"]
     text = f"""def Cube "Box"
@@ -149,14 +149,14 @@ def test_what_is_normalised_is_what_usd_places_for_a_whole_quaternion(read, make
     np.testing.assert_allclose(rounded.mesh.points, reader.scene(reader.frames[0]).target.mesh.points, atol=1e-12)
 
 
-def test_what_was_not_merely_rounded_is_refused(read):
+def test_what_was_not_merely_rounded_is_refused(read) -> None:
     order = 'uniform token[] xformOpOrder = ["xformOp:orient"]'
     text = f'def Cube "Box"\n{{\n quatd xformOp:orient = (1, 0.3, 0, 0)\n {order}\n}}'
     with pytest.raises(StageError, match="which is not a rotation; normalise it"):
         read(text)
 
 
-def test_nothing_is_noted_of_what_is_rendered_as_it_says(read):
+def test_nothing_is_noted_of_what_is_rendered_as_it_says(read) -> None:
     target, codes = read(
         PAINTED.format(
             scope="", paint=PAINT.format(output="surface", shader='uniform token info:id = "UsdPreviewSurface"')

@@ -46,7 +46,7 @@ def render(blender, scene, denoiser="none", samples=SAMPLES):
 
 
 @pytest.mark.parametrize("quality", QUALITIES)
-def test_each_group_is_nearer_to_the_truth_and_as_bright(blender, noisy, converged, quality):
+def test_each_group_is_nearer_to_the_truth_and_as_bright(blender, noisy, converged, quality) -> None:
     plain, denoised = render(blender, noisy), render(blender, noisy, quality)
     for before, after, truth in zip(plain.groups, denoised.groups, converged.groups, strict=True):
         assert np.square(after - truth).mean() < np.square(before - truth).mean() / GAIN
@@ -55,14 +55,14 @@ def test_each_group_is_nearer_to_the_truth_and_as_bright(blender, noisy, converg
 
 
 @pytest.mark.parametrize("quality", QUALITIES)
-def test_coverage_stays_and_no_light_leaves_it(blender, noisy, quality):
+def test_coverage_stays_and_no_light_leaves_it(blender, noisy, quality) -> None:
     plain, denoised = render(blender, noisy), render(blender, noisy, quality)
     np.testing.assert_array_equal(denoised.coverage, plain.coverage)
     assert not denoised.groups[:, denoised.coverage == 0].any()
     assert denoised.groups.min() >= 0
 
 
-def test_qualities_differ_and_leave_nothing_behind(blender, noisy):
+def test_qualities_differ_and_leave_nothing_behind(blender, noisy) -> None:
     """In any order, between labels and other scenes, with any number of threads."""
     import bpy
 
@@ -80,7 +80,7 @@ def test_qualities_differ_and_leave_nothing_behind(blender, noisy):
             bpy.context.scene.render.threads_mode = "AUTO"
 
 
-def test_bands_leave_no_seams(blender, noisy, monkeypatch):
+def test_bands_leave_no_seams(blender, noisy, monkeypatch) -> None:
     pictures = []
     for cost in (1e18, 0.0):  # one band; as many as there are
         monkeypatch.setattr("spin_usd.render.crop.BAND_COST_SAMPLES", cost)
@@ -88,7 +88,7 @@ def test_bands_leave_no_seams(blender, noisy, monkeypatch):
     np.testing.assert_array_equal(*pictures)
 
 
-def test_a_target_without_light_stays_dark(blender, noisy):
+def test_a_target_without_light_stays_dark(blender, noisy) -> None:
     dark = render(blender, replace(noisy, lights=()), "fast")
     assert dark.groups.shape == (0, *noisy.picture_region.shape, 3)
     unseen = replace(noisy.lights[0], lights=frozenset())
@@ -109,7 +109,7 @@ def picture(shape, groups, seed=0):
     return Radiance(region=region, groups=lit, coverage=np.ones(shape, np.float32)), guides
 
 
-def test_each_group_is_denoised_by_itself(denoiser):
+def test_each_group_is_denoised_by_itself(denoiser) -> None:
     """And none is taken for one of the picture before, of the same size."""
     noisy, guides = picture((20, 30), groups=3)
     together = denoiser.denoised(noisy, guides, "balanced").groups
@@ -119,14 +119,14 @@ def test_each_group_is_denoised_by_itself(denoiser):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 40), (17, 2)])
-def test_pictures_may_be_very_small(denoiser, shape):
+def test_pictures_may_be_very_small(denoiser, shape) -> None:
     noisy, guides = picture(shape, groups=2)
     denoised = denoiser.denoised(noisy, guides, "fast")
     assert denoised.groups.shape == noisy.groups.shape
     np.testing.assert_allclose(denoised.groups.sum((1, 2, 3)), noisy.groups.sum((1, 2, 3)), rtol=SUMMED)
 
 
-def test_it_makes_smooth_what_is_noisy_the_right_way_up(denoiser):
+def test_it_makes_smooth_what_is_noisy_the_right_way_up(denoiser) -> None:
     noisy, guides = picture((40, 30), groups=1)
     step = np.repeat([1.0, 9.0], 20)[:, None, None].astype(np.float32)
     lit = replace(noisy, groups=step * noisy.groups)

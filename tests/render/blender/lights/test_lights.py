@@ -39,7 +39,7 @@ TURNED = (
 )
 
 
-def lux(kind, *attributes, at=(0, 0, -2), turn=None, scale=(1, 1, 1), api=(), metadata="metersPerUnit = 1"):
+def lux(kind, *attributes, at=(0, 0, -2), turn=None, scale=(1, 1, 1), api=(), metadata="metersPerUnit = 1") -> str:
     """The text of a stage with one light of intensity L at `at`, turned about x, y, z by `turn` degrees."""
     place = AT.format(at) if turn is None and scale == (1, 1, 1) else TURNED.format(at, turn or (0, 0, 0), scale)
     applied = f"(\nprepend apiSchemas = {list(api)}\n)".replace("'", '"') if api else ""
@@ -262,7 +262,7 @@ def measured(blender, scene, samples=SAMPLES):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_irradiance(blender, plane, case, record_property):
+def test_irradiance(blender, plane, case, record_property) -> None:
     text, expected = CASES[case]
     expected = np.broadcast_to(np.asarray(expected, float), 3)
     found = measured(blender, plane(read(text)))
@@ -272,12 +272,12 @@ def test_irradiance(blender, plane, case, record_property):
 
 
 @pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "RectLight", "CylinderLight"])
-def test_light_from_behind_the_plane_is_none(blender, plane, kind):
+def test_light_from_behind_the_plane_is_none(blender, plane, kind) -> None:
     assert not measured(blender, plane(read(lux(kind, at=(0.3, 0.2, -6), turn=(180, 0, 0)))), samples=16).any()
 
 
 @pytest.mark.parametrize("kind", ["DiskLight", "RectLight"])
-def test_flat_lights_shine_to_one_side_only(blender, plane, kind):
+def test_flat_lights_shine_to_one_side_only(blender, plane, kind) -> None:
     assert not measured(blender, plane(read(lux(kind, turn=(180, 0, 0)))), samples=16).any()
     edge_on = measured(blender, plane(read(lux(kind, turn=(0, 90, 0)))), samples=16)
     assert edge_on.max() < EDGE * by.sphere(L, (0, 0, -2), 0.5, P, N)
@@ -285,7 +285,7 @@ def test_flat_lights_shine_to_one_side_only(blender, plane, kind):
 
 
 @pytest.mark.parametrize("range_m", [4.0, 100.0, 4e5])
-def test_the_range_does_not_change_the_light(blender, plane, range_m):
+def test_the_range_does_not_change_the_light(blender, plane, range_m) -> None:
     """Near and far, where Blender's world has its origin at the target and rays start there."""
     scene, shift = plane(read(lux("SphereLight", at=OFF))), np.array([0, 0, range_m - 4])
     camera = replace(CAMERA, fx=1000 * range_m, fy=1000 * range_m)
@@ -296,7 +296,7 @@ def test_the_range_does_not_change_the_light(blender, plane, range_m):
     assert found == pytest.approx(by.sphere(L, OFF, 0.5, P, N), rel=RADIOMETRY)
 
 
-def test_an_image_lies_upright_on_its_rectangle(blender, plane):
+def test_an_image_lies_upright_on_its_rectangle(blender, plane) -> None:
     """Seen from the lit side its top left corner is at +x, +y (UsdLux.RectLight): only that quarter shines, in red."""
     pixels = np.zeros((2, 2, 4), np.float32)
     pixels[0, 0] = 1, 0, 0, 1
@@ -311,7 +311,7 @@ MIRROR = Material(path="/mirror", diffuse_color=(1, 1, 1), metallic=1.0, roughne
 
 
 @pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "RectLight", "CylinderLight"])
-def test_reflections_show_what_the_camera_does_not(blender, make_scene, square, kind):
+def test_reflections_show_what_the_camera_does_not(blender, make_scene, square, kind) -> None:
     """A lamp between the camera and a mirror: its own side is seen in the mirror, it is not in the way."""
     lights = read(lux(kind, at=(0, 0, -2)))
     seen = blender.radiance(
@@ -343,7 +343,7 @@ LAMPS = {
 
 
 @pytest.mark.parametrize("kind", LAMPS)
-def test_shadows_and_links(blender, make_scene, kind):
+def test_shadows_and_links(blender, make_scene, kind) -> None:
     """Which stripes are lit, as lights reach one group or the other and are shadowed by one or the other or none. Each
     follows in the next render, whatever the one before was."""
     (light,) = read(LAMPS[kind])
@@ -375,7 +375,7 @@ def test_shadows_and_links(blender, make_scene, kind):
         assert (links, lit(**dict(links))[0]) == (links, wanted)
 
 
-def test_frames_do_not_depend_on_the_lights_before(blender, make_scene):
+def test_frames_do_not_depend_on_the_lights_before(blender, make_scene) -> None:
     """Every picture's bytes are the same after any other and after none: lights of all kinds come, go, change and are
     linked."""
     base = stripes(make_scene)
@@ -403,7 +403,7 @@ def test_frames_do_not_depend_on_the_lights_before(blender, make_scene):
         assert blender.radiance(scenes[i], Effort(samples=3), seed=5).rgb.tobytes() == first[i]
 
 
-def test_many_lamps_add_up(blender, plane):
+def test_many_lamps_add_up(blender, plane) -> None:
     """Chosen among by the light tree, and each alone."""
     texts = [LAMPS[kind] for kind in ("SphereLight", "RectLight", "CylinderLight")]
     texts += [lux("DiskLight", at=OFF), lux("SphereLight", at=(-1, 0.5, -3)), lux("DistantLight", NORMALIZED)]
@@ -412,7 +412,7 @@ def test_many_lamps_add_up(blender, plane):
     assert measured(blender, plane(lights)) == pytest.approx(alone, rel=RADIOMETRY)
 
 
-def test_lamps_do_not_hide_each_other(blender, plane):
+def test_lamps_do_not_hide_each_other(blender, plane) -> None:
     """A ray of a surface that meets a lamp goes on to what lies behind: here a larger one, whose light is mostly found
     that way."""
     near = read(lux("SphereLight", "float inputs:radius = 0.6", at=(0, 0, -3)))
@@ -432,7 +432,7 @@ def test_lamps_do_not_hide_each_other(blender, plane):
         {"image": Image(name="i", pixels=np.ones((1, 1, 4), np.float32))},
     ],
 )
-def test_lamps_that_cannot_be_are_named(blender, plane, values):
+def test_lamps_that_cannot_be_are_named(blender, plane, values) -> None:
     (light,) = read(lux("SphereLight"))
     with pytest.raises(UnsupportedError, match=r"^/Light: .*; "):
         measured(blender, plane([replace(light, **values)]), samples=1)
@@ -441,7 +441,7 @@ def test_lamps_that_cannot_be_are_named(blender, plane, values):
 @pytest.mark.parametrize(
     ("size_m", "distance_m"), [(MOST_M / 200, MOST_M / 2), (2 * LEAST_SIZE_M, 1.0)], ids=["farthest", "smallest"]
 )
-def test_a_sphere_at_the_end_of_what_is_accepted_shines(blender, plane, size_m, distance_m):
+def test_a_sphere_at_the_end_of_what_is_accepted_shines(blender, plane, size_m, distance_m) -> None:
     bright = EMISSIONS.high / L / 2 if size_m < 1 else 1
     exposure = f"float inputs:exposure = {np.log2(bright)}"
     lamp = read(lux("SphereLight", f"float inputs:radius = {size_m}", exposure, at=(0, 0, distance_m - 4)))

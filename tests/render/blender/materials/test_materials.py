@@ -66,7 +66,7 @@ def shows(blender, monkeypatch):
 
         return surface
 
-    def compare(scene, value):
+    def compare(scene, value) -> None:
         monkeypatch.setattr(materials, "surface_material", glow(value))
         monkeypatch.setattr(Surfaces, "primvars", property(lambda it: frozenset(it.target.mesh.primvars)))
         unique = Material(path="/m", emissive_color=(1.0,) * 3, ior=1 + RNG.random())  # not built by the library yet
@@ -83,14 +83,14 @@ def shows(blender, monkeypatch):
 
 
 @pytest.mark.parametrize("wrap", list(itertools.product(WRAPS, WRAPS)))
-def test_textures_are_what_lookup_says(shows, make_scene, square, wrap):
+def test_textures_are_what_lookup_says(shows, make_scene, square, wrap) -> None:
     scene = make_scene(*square, camera=CAMERA, primvars={"st": textured(square)})
     for output, matrix in (("rgb", IDENTITY), ("rgb", MATRIX), ("a", MATRIX)):
         shows(scene, Texture(path="/t", image=IMAGE, output=output, wrap=wrap, coordinates=Coordinates(matrix=matrix)))
 
 
 @pytest.mark.parametrize("output", ["rgb", "g", "a"])
-def test_tiles_are_what_lookup_says(shows, make_scene, square, output):
+def test_tiles_are_what_lookup_says(shows, make_scene, square, output) -> None:
     """Three tiles of two sizes, and nothing where there is a gap."""
     scene = make_scene(*square, camera=CAMERA, primvars={"st": textured(square)})
     other = Image(name="other", pixels=RNG.random((4, 3, 4), np.float32))
@@ -99,7 +99,7 @@ def test_tiles_are_what_lookup_says(shows, make_scene, square, output):
 
 
 @pytest.mark.parametrize("output", OUTPUTS)
-def test_outputs_are_scaled_and_biased(shows, make_scene, square, output):
+def test_outputs_are_scaled_and_biased(shows, make_scene, square, output) -> None:
     scene = make_scene(*square, camera=CAMERA, primvars={"uv": textured(square)})
     scale, bias = (0.5, 0.7, 0.9, 0.8), (0.1, 0.0, 0.05, 0.2)
     where = Coordinates(primvar="uv")
@@ -107,7 +107,7 @@ def test_outputs_are_scaled_and_biased(shows, make_scene, square, output):
 
 
 @pytest.mark.parametrize("size", [1, 3])
-def test_primvars_are_what_lookup_says(shows, make_scene, square, size):
+def test_primvars_are_what_lookup_says(shows, make_scene, square, size) -> None:
     values = RNG.random((2, 3, size), np.float32)
     name = "a name that is longer than what Blender would keep of it, by far: it has room for sixty-seven bytes"
     scene = make_scene(*square, camera=CAMERA, primvars={name: values, name + "!": values / 2})
@@ -123,7 +123,7 @@ INPUTS = {
 @pytest.mark.parametrize("workflow", [False, True])
 @pytest.mark.parametrize("mode", ["transparent", PRESENCE])
 @pytest.mark.parametrize("kind", ["texture", "primvar"])
-def test_a_constant_is_the_same_as_texture_or_primvar(blender, make_scene, square, workflow, mode, kind):
+def test_a_constant_is_the_same_as_texture_or_primvar(blender, make_scene, square, workflow, mode, kind) -> None:
     """One input after the other. A varying emission or opacity makes Cycles choose other paths: the same on average."""
     inputs = INPUTS | {"specular_color": (0.9, 0.5, 0.1)}
     size = {name: np.size(value) for name, value in inputs.items()}
@@ -148,7 +148,9 @@ def test_a_constant_is_the_same_as_texture_or_primvar(blender, make_scene, squar
 
 
 @pytest.mark.parametrize("limit", [0, 1 << 30])
-def test_each_surface_shows_its_own_picture_and_the_unused_are_freed(blender, make_scene, square, monkeypatch, limit):
+def test_each_surface_shows_its_own_picture_and_the_unused_are_freed(
+    blender, make_scene, square, monkeypatch, limit
+) -> None:
     """Cycles has been seen to show the pixels of a picture that was freed, where the next got its address."""
     monkeypatch.setattr(textures, "UNUSED_BYTES", limit)
     for value in np.linspace(0.05, 0.95, 25):
@@ -176,7 +178,7 @@ F0 = [(0.04, 0.04, 0.04), (0.9, 0.6, 0.2), (0.0, 0.1, 0.0), (1.0, 1.0, 1.0), (1.
 
 @pytest.mark.parametrize("f0", F0)
 @pytest.mark.parametrize("as_texture", [False, True])
-def test_the_specular_workflow_reflects_its_colour_head_on(blender, make_scene, square, f0, as_texture):
+def test_the_specular_workflow_reflects_its_colour_head_on(blender, make_scene, square, f0, as_texture) -> None:
     color = uniform(f0) if as_texture else f0
     mirror = replace(BLACK, path="/mirror", specular_color=color, roughness=0.0)
     st = np.concatenate([textured(square)] * 2)
@@ -196,7 +198,7 @@ def test_the_specular_workflow_reflects_its_colour_head_on(blender, make_scene, 
     ],
 )
 @pytest.mark.parametrize("mode", ["transparent", PRESENCE])
-def test_what_is_not_reflected_passes(blender, make_scene, square, values, share, opacity, mode):
+def test_what_is_not_reflected_passes(blender, make_scene, square, values, share, opacity, mode) -> None:
     """Transparent: reflection stays, the rest passes. Presence: all of it is there by that share."""
     material = Material(path="/m", roughness=0.0, opacity=opacity, opacity_mode=mode,
                         **{"diffuse_color": (0, 0, 0), **values})  # fmt: skip
@@ -211,14 +213,14 @@ def test_what_is_not_reflected_passes(blender, make_scene, square, values, share
 
 
 @pytest.mark.parametrize(("mode", "left"), [("transparent", 1.0), (PRESENCE, 0.25)])
-def test_a_clear_surface_still_glows_and_one_that_fades_does_not(blender, make_scene, square, mode, left):
+def test_a_clear_surface_still_glows_and_one_that_fades_does_not(blender, make_scene, square, mode, left) -> None:
     glow = replace(BLACK, emissive_color=(8.0, 4.0, 2.0), opacity=0.25, opacity_mode=mode)
     found = inner(blender.radiance(make_scene(*square, materials=[glow]), Effort(samples=64), seed=0)).mean(0)
     assert found == pytest.approx(left * np.array([8, 4, 2]), rel=NOISE)
 
 
 @pytest.mark.parametrize("opacity", [0.3, 0.5, 0.7])
-def test_a_cut_out_is_there_or_not(blender, make_scene, square, lambert, opacity):
+def test_a_cut_out_is_there_or_not(blender, make_scene, square, lambert, opacity) -> None:
     holed = replace(lambert, opacity=opacity, opacity_threshold=0.5)
     picture = blender.radiance(make_scene(*square, materials=[holed], lights=[SUN]), Effort(samples=4), seed=0)
     there = float(opacity >= 0.5)
@@ -243,7 +245,7 @@ def as_texture(tilt):
 
 
 @pytest.fixture
-def uncorrected(monkeypatch):
+def uncorrected(monkeypatch) -> None:
     """Without Cycles' darkening of what a tilted normal lights at a slant (Conty Estevez and others, 2019)."""
     make = materials.surface_material
 
@@ -267,7 +269,9 @@ AXES = {
 @pytest.mark.parametrize("axes", AXES.values(), ids=AXES)
 @pytest.mark.parametrize("normal", [as_constant, as_primvar, as_texture])
 @pytest.mark.parametrize("smooth", [False, True])
-def test_normal_maps_tilt_along_their_texture(blender, make_scene, square, lambert, uncorrected, axes, normal, smooth):
+def test_normal_maps_tilt_along_their_texture(
+    blender, make_scene, square, lambert, uncorrected, axes, normal, smooth
+) -> None:
     """Lambert's law of the normal x T + y B + z N, T along s and B along t on the surface."""
     points, faces = square
     st = (points[:, :2] @ np.array(axes, float).T)[faces]
@@ -293,7 +297,7 @@ def test_normal_maps_tilt_along_their_texture(blender, make_scene, square, lambe
     assert inner(blender.radiance(scene, Effort(samples=4), seed=0)) == pytest.approx(wanted, rel=RADIOMETRY)
 
 
-def test_a_normal_map_tilts_along_the_primvar_of_its_own_texture(blender, make_scene, square, lambert):
+def test_a_normal_map_tilts_along_the_primvar_of_its_own_texture(blender, make_scene, square, lambert) -> None:
     turned = textured(square)[..., ::-1] * (1, -1)
     normal = replace(as_texture(TILT), coordinates=Coordinates(primvar="other"))
     light = replace(SUN, direction_cam=(0.6, 0.0, 0.8))

@@ -11,7 +11,7 @@ from spin_usd.stage.read.camera.camera import find_camera, read_camera
 FLOAT32 = 1e-5  # USD's apertures are float32; the frustum's numbers are ratios of them
 
 
-def settings(extra="", camera="/World/Camera"):
+def settings(extra="", camera="/World/Camera") -> str:
     return f"""
     def RenderSettings "Settings"
     {{
@@ -35,13 +35,13 @@ def camera_of(path, time=0):
     return read_camera(find_camera(stage), Usd.TimeCode(time))
 
 
-def test_the_lens_is_read_to_the_last_bit(make_stage):
+def test_the_lens_is_read_to_the_last_bit(make_stage) -> None:
     found = camera_of(make_stage(camera="double spin:lens:k1 = -0.22383016606510672\ndouble spin:lens:k3 = 0.1"))
     assert (found.width, found.height, found.fx, found.fy, found.cx, found.cy) == (200, 120, 250, 240, 100, 60)
     assert found.distortion == (-0.22383016606510672, 0, 0, 0, 0.1)
 
 
-def test_apertures_project_as_usds_own_frustum(make_stage):
+def test_apertures_project_as_usds_own_frustum(make_stage) -> None:
     path = make_stage(camera=APERTURES, apis=(), metadata=NAMED, world=settings("int2 resolution = (600, 400)"))
     found = camera_of(path)
     stage = Usd.Stage.Open(str(path))
@@ -63,13 +63,13 @@ def test_apertures_project_as_usds_own_frustum(make_stage):
         ("adjustPixelAspectRatio", 600 / 24, 200 / 16),
     ],
 )
-def test_conform_policies(make_stage, policy, across, down):
+def test_conform_policies(make_stage, policy, across, down) -> None:
     extra = f'int2 resolution = (600, 200)\nuniform token aspectRatioConformPolicy = "{policy}"'
     found = camera_of(make_stage(camera=APERTURES, apis=(), metadata=NAMED, world=settings(extra)))
     np.testing.assert_allclose([found.fx, found.fy], [35 * across, 35 * down], rtol=FLOAT32)
 
 
-def test_render_settings_choose_among_cameras(make_stage):
+def test_render_settings_choose_among_cameras(make_stage) -> None:
     second = 'def Camera "Second" {}\n'
     with pytest.raises(StageError, match="has 2 cameras"):
         camera_of(make_stage(world=second))
@@ -98,7 +98,7 @@ def test_render_settings_choose_among_cameras(make_stage):
         ({"camera": "double spin:lens:k1 = nan"}, StageError, "holds NaN"),
     ],
 )
-def test_cameras_that_are_none(make_stage, options, error, saying):
+def test_cameras_that_are_none(make_stage, options, error, saying) -> None:
     with pytest.raises(error, match=saying):
         camera_of(make_stage(**options))
 
@@ -113,19 +113,19 @@ def test_cameras_that_are_none(make_stage, options, error, saying):
         ("double spin:lens:fx = 250", "", "lacks spin:lens:fx"),
     ],
 )
-def test_lenses_that_are_none(make_stage, old, new, saying):
+def test_lenses_that_are_none(make_stage, old, new, saying) -> None:
     path = make_stage()
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(StageError, match=f"^/World/Camera: .*{saying}"):
         camera_of(path)
 
 
-def test_a_plain_camera_needs_a_resolution(make_stage):
+def test_a_plain_camera_needs_a_resolution(make_stage) -> None:
     with pytest.raises(StageError, match=r"^/World/Camera: has no size in pixels"):
         camera_of(make_stage(apis=()))
 
 
-def test_no_camera_at_all(make_stage):
+def test_no_camera_at_all(make_stage) -> None:
     path = make_stage()
     path.write_text(path.read_text().replace('def Camera "Camera"', 'over "Camera"'))
     with pytest.raises(StageError, match="the stage has no camera"):

@@ -37,12 +37,12 @@ def authored(**texts):
     return "\n".join(f"{TEXTS[field][0]} {schema.OPTICS[field]} = {text}" for field, text in texts.items())
 
 
-def test_every_attribute_reaches_its_field(camera):
+def test_every_attribute_reaches_its_field(camera) -> None:
     found = optics_of(camera(authored(**{field: text for field, (_, text, _) in TEXTS.items()})))
     assert found == Optics(**{field: value for field, (*_, value) in TEXTS.items()})
 
 
-def test_the_schemas_fallbacks_are_the_words_defaults(camera):
+def test_the_schemas_fallbacks_are_the_words_defaults(camera) -> None:
     assert optics_of(camera("")) == Optics() == optics_of(camera("", applied=False))
 
 
@@ -64,13 +64,13 @@ def test_the_schemas_fallbacks_are_the_words_defaults(camera):
         ("vignetting", "(nan, 0, 0)", "vignetting: is (nan, 0, 0); choose numbers from -100 to 100"),
     ],
 )
-def test_optics_that_are_none_are_refused_by_name(camera, field, text, saying):
+def test_optics_that_are_none_are_refused_by_name(camera, field, text, saying) -> None:
     prim = camera(authored(**{field: text}))
     with pytest.raises(StageError) as refusal:
         optics_of(prim)
     assert f"/World/Camera.spin:optics:{saying}" in str(refusal.value)
 
 
-def test_attributes_without_their_api_are_not_ignored(camera):
+def test_attributes_without_their_api_are_not_ignored(camera) -> None:
     with pytest.raises(StageError, match="SpinOpticsAPI is not applied"):
         optics_of(camera(authored(glare="0.1"), applied=False))

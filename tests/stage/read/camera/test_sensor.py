@@ -51,19 +51,19 @@ def authored(**texts):
     return "\n".join(f"{TEXTS[field][0]} {schema.SENSOR[field]} = {text}" for field, text in texts.items())
 
 
-def test_every_attribute_reaches_its_field(camera):
+def test_every_attribute_reaches_its_field(camera) -> None:
     found = sensor_of(camera(authored(**{field: text for field, (_, text, _) in TEXTS.items()}) + EXPOSURE))
     assert {field: getattr(found, field) for field in TEXTS} == {field: value for field, (*_, value) in TEXTS.items()}
     assert (found.time, found.iso) == (0.5, 200)
     assert found.exposure == pytest.approx(2**1 * 0.5 * (200 / 100) / 2**2 * 3)
 
 
-def test_the_schemas_fallbacks_are_the_words_defaults(camera):
+def test_the_schemas_fallbacks_are_the_words_defaults(camera) -> None:
     plain = sensor_of(camera("", applied=False))
     assert sensor_of(camera("")) == plain == Sensor(exposure=plain.exposure, time=plain.time, iso=plain.iso)
 
 
-def test_auto_exposure(camera):
+def test_auto_exposure(camera) -> None:
     text = "double spin:sensor:autoExposure:level = 0.3\ndouble2 spin:sensor:autoExposure:stops = (-2, 1)"
     assert sensor_of(camera(text)).auto_exposure is None
     found = sensor_of(camera(f"{text}\nbool spin:sensor:autoExposure = 1"))
@@ -104,7 +104,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("texts", "saying"), BAD, ids=[saying.split(";")[0] for _, saying in BAD])
-def test_a_sensor_that_is_none_is_refused_by_name(camera, texts, saying):
+def test_a_sensor_that_is_none_is_refused_by_name(camera, texts, saying) -> None:
     prim = camera(authored(**texts))
     with pytest.raises(StageError) as refusal:
         sensor_of(prim)
@@ -124,12 +124,12 @@ def test_a_sensor_that_is_none_is_refused_by_name(camera, texts, saying):
         ("double[] spin:sensor:filter = [1]", "filter: is Vt.DoubleArray(1, (1,)); make it a color3d"),
     ],
 )
-def test_what_is_no_number_or_no_exposure_is_refused(camera, text, saying):
+def test_what_is_no_number_or_no_exposure_is_refused(camera, text, saying) -> None:
     with pytest.raises(StageError) as refusal:
         sensor_of(camera(text))
     assert saying in str(refusal.value)
 
 
-def test_attributes_without_their_api_are_not_ignored(camera):
+def test_attributes_without_their_api_are_not_ignored(camera) -> None:
     with pytest.raises(StageError, match="SpinSensorAPI is not applied"):
         sensor_of(camera(authored(gain="2"), applied=False))

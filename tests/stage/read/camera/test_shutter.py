@@ -40,19 +40,19 @@ def places(shutter):
     return np.array([pose.translation[0] for pose in shutter.poses])
 
 
-def shutter_text(opens, closes, readout=None):
+def shutter_text(opens, closes, readout=None) -> str:
     rolling = "" if readout is None else f"\ndouble spin:shutter:readoutTime = {readout!r}"
     return f"double shutter:open = {opens!r}\ndouble shutter:close = {closes!r}{rolling}"
 
 
-def test_usds_fallback_is_an_instant_and_a_pinhole(reader):
+def test_usds_fallback_is_an_instant_and_a_pinhole(reader) -> None:
     scene = at(reader(), 4)
     assert scene.shutter is None
     assert scene.thin_lens is None
     assert np.isclose(scene.T_cam_body.translation[0], 2.0, atol=SHARP_M)
 
 
-def test_poses_follow_the_trajectory_over_the_exposure(reader):
+def test_poses_follow_the_trajectory_over_the_exposure(reader) -> None:
     """The n-th pose is that of the n-th time, straight from the formula of the motion."""
     scene = at(reader(shutter_text(-0.25, 0.75)), 4)
     times = np.linspace(3.75, 4.75, len(scene.shutter.poses))
@@ -62,7 +62,7 @@ def test_poses_follow_the_trajectory_over_the_exposure(reader):
     assert scene.shutter.readout == 0
 
 
-def test_labels_are_those_of_a_still_stage_at_the_middle(reader):
+def test_labels_are_those_of_a_still_stage_at_the_middle(reader) -> None:
     blurred, still = at(reader(shutter_text(0.0, 2.0)), 3), at(reader(name="still.usda"), 4)
     assert np.array_equal(blurred.T_cam_body.matrix, still.T_cam_body.matrix)
     assert geometry_key(blurred, "blender") == geometry_key(still, "blender")
@@ -72,7 +72,7 @@ def test_labels_are_those_of_a_still_stage_at_the_middle(reader):
 
 
 @pytest.mark.parametrize(("opens", "closes", "share"), [(-0.5, 0.5, 0.5), (0.25, 0.25, 1.0), (-1.5, 1.5, 0.25)])
-def test_rolling_shutter_spreads_about_the_middle_row(reader, opens, closes, share):
+def test_rolling_shutter_spreads_about_the_middle_row(reader, opens, closes, share) -> None:
     scene = at(reader(shutter_text(opens, closes, readout=1 / CODES)), 4)  # one time code
     middle = 4 + (opens + closes) / 2
     half = (closes - opens + 1) / 2
@@ -81,12 +81,12 @@ def test_rolling_shutter_spreads_about_the_middle_row(reader, opens, closes, sha
     assert np.isclose(scene.T_cam_body.translation[0], middle / 2, atol=SHARP_M)
 
 
-def test_poses_rest_before_the_first_time_sample(reader):
+def test_poses_rest_before_the_first_time_sample(reader) -> None:
     found = places(at(reader(shutter_text(-1.0, 1.0)), 0).shutter)
     assert np.allclose(found, np.maximum(np.linspace(-1, 1, len(found)), 0) / 2, atol=SHARP_M)
 
 
-def test_a_camera_that_moves_blurs_too(reader):
+def test_a_camera_that_moves_blurs_too(reader) -> None:
     camera = "double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), 8: (8, 0, 0) }\n"
     camera += 'uniform token[] xformOpOrder = ["xformOp:translate"]\n' + shutter_text(0.0, 1.0)
     still = 'double3 xformOp:translate = (0, 0, -10)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
@@ -94,7 +94,7 @@ def test_a_camera_that_moves_blurs_too(reader):
     assert np.allclose(found, -np.linspace(2, 3, len(found)), atol=SHARP_M)
 
 
-def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader):
+def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader) -> None:
     assert len(at(reader(shutter_text(-1.0, 1.0)), 4).shutter.poses) == 9
     assert len(at(reader(shutter_text(-3.0, 3.0)), 4).shutter.poses) == 9  # 30 degrees in eight steps
     spin = ", ".join(f"{t}: ({int(t % 2 == 0)}, 0, 0, {int(t % 2)})" for t in range(9))  # half a turn per time code
@@ -119,21 +119,21 @@ def test_fast_turns_get_more_poses_until_they_cannot_be_followed(reader):
         ("float fStop = 2\nfloat focalLength = 20", "focusDistance 0"),
     ],
 )
-def test_what_is_no_exposure_or_aperture_is_refused_by_name(reader, camera, message):
+def test_what_is_no_exposure_or_aperture_is_refused_by_name(reader, camera, message) -> None:
     opened = reader(camera)
     with pytest.raises(StageError, match=message) as caught:
         at(opened, 0)
     assert "/World/Camera" in str(caught.value)
 
 
-def test_a_readout_without_its_api_is_not_ignored(make_stage):
+def test_a_readout_without_its_api_is_not_ignored(make_stage) -> None:
     opened = StageReader(make_stage(camera="double spin:shutter:readoutTime = 0.02"))
     with pytest.raises(StageError, match="readoutTime: is authored, but SpinShutterAPI is not applied"):
         at(opened, 0)
 
 
 @pytest.mark.parametrize("metres", [1.0, 0.01])
-def test_aperture_and_focus_in_metres_whatever_the_unit(reader, metres):
+def test_aperture_and_focus_in_metres_whatever_the_unit(reader, metres) -> None:
     """An f/2 lens of 50 mm has an aperture of 25 mm across. USD's focal length is in tenths of a unit."""
     focal, focus = 0.050 / metres * 10, 3.0 / metres
     camera = f"float fStop = 2\nfloat focalLength = {focal}\nfloat focusDistance = {focus}\nfloat exposure:fStop = 11"

@@ -22,7 +22,7 @@ RADII = "double3 spin:planet:radii = (6378137, 6378137, 6356752.3142)"
 AWAY = 'double3 xformOp:translate = (0, 0, -7078137)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
 
 
-def prim(kind, attributes="", name=None):
+def prim(kind, attributes="", name=None) -> str:
     return f"""def Xform "{name or kind.capitalize()}" (
         prepend apiSchemas = ["{APIS[kind]}"]
     )
@@ -35,7 +35,7 @@ def earth(attributes="", place=AWAY):
     return prim("planet", f"{RADII}\n{place}\n{attributes}")
 
 
-def write_png(path, pixels):
+def write_png(path, pixels) -> None:
     pixels = np.asarray(pixels, np.uint8)
     output = oiio.ImageOutput.create(str(path))
     assert output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.UINT8))
@@ -43,12 +43,12 @@ def write_png(path, pixels):
     assert output.close()
 
 
-def test_deep_space_is_empty(read_scene):
+def test_deep_space_is_empty(read_scene) -> None:
     environment = read_scene().environment
     assert (environment.planets, environment.stars, environment.back_plate) == ((), (), None)
 
 
-def test_planet(read_scene):
+def test_planet(read_scene) -> None:
     (planet,) = read_scene(world=earth("color3f spin:planet:albedo = (0.1, 0.2, 0.3)")).environment.planets
     assert planet.radii == (6378137, 6378137, 6356752.3142)
     np.testing.assert_allclose(planet.T_cam_planet.translation, (0, 0, 7078137), rtol=DOUBLE)
@@ -57,12 +57,12 @@ def test_planet(read_scene):
     assert (planet.clouds, planet.atmosphere, planet.illuminates) == (None, 0, True)
 
 
-def test_a_planet_may_be_seen_without_lighting_the_target(read_scene):
+def test_a_planet_may_be_seen_without_lighting_the_target(read_scene) -> None:
     (planet,) = read_scene(world=earth("bool spin:planet:illuminates = 0")).environment.planets
     assert not planet.illuminates
 
 
-def test_lengths_are_in_the_prims_own_units(read_scene):
+def test_lengths_are_in_the_prims_own_units(read_scene) -> None:
     """A planet of radius 6,371 under a scale of 1000, on a stage of centimetres, 70,000 m away."""
     place = """double3 xformOp:translate = (0, 0, -7000000)
         double3 xformOp:scale = (1000, 1000, 1000)
@@ -75,7 +75,7 @@ def test_lengths_are_in_the_prims_own_units(read_scene):
     np.testing.assert_allclose(planet.T_cam_planet.translation, (0, 0, 70000), rtol=DOUBLE)
 
 
-def test_a_far_origin_costs_a_planet_nothing(make_stage):
+def test_a_far_origin_costs_a_planet_nothing(make_stage) -> None:
     """A whole scene 1e11 m from the stage's origin: what remains is the rounding of 1e11 m in double precision."""
     near = StageReader(make_stage(world=earth()))
     place = 'double3 xformOp:translate = (1e11, 2e10, {z})\nuniform token[] xformOpOrder = ["xformOp:translate"]'
@@ -92,7 +92,7 @@ def test_a_far_origin_costs_a_planet_nothing(make_stage):
     )
 
 
-def test_images_of_a_planet(tmp_path, read_scene):
+def test_images_of_a_planet(tmp_path, read_scene) -> None:
     """The albedo is a colour; clouds are an opacity: the grey itself, or alpha where there is one."""
     write_png(tmp_path / "albedo.png", np.full((2, 4, 3), 128))
     write_png(tmp_path / "clouds.png", np.full((2, 4, 1), 51))
@@ -106,13 +106,13 @@ def test_images_of_a_planet(tmp_path, read_scene):
     np.testing.assert_allclose(planet.clouds.pixels[0, 0], (0.5, 0.6, 0.7, 0.4), rtol=FLOAT32)
 
 
-def test_hidden_parts_are_not_there(read_scene):
+def test_hidden_parts_are_not_there(read_scene) -> None:
     hidden = 'token visibility = "invisible"'
     environment = read_scene(world="\n".join((earth(hidden), prim("stars", hidden), prim("plate", hidden)))).environment
     assert (environment.planets, environment.stars, environment.back_plate) == ((), (), None)
 
 
-def test_random_stars_follow_the_law():
+def test_random_stars_follow_the_law() -> None:
     """Counts by magnitude follow N(<m) = 9000 x 10^(0.51 (m - 6.5)), directions are uniform, within five sigma."""
     directions, magnitudes = random_stars(7, 8.0)
     assert len(magnitudes) == star_count(8.0)
@@ -127,12 +127,12 @@ def test_random_stars_follow_the_law():
     assert not np.array_equal(random_stars(8, 8.0)[0][:5], directions[:5])
 
 
-def test_the_suns_magnitude():
+def test_the_suns_magnitude() -> None:
     """IAU 2015 resolution B2, table: the nominal solar irradiance, 1361 W/m2, is of magnitude -26.832."""
     assert irradiance(-26.832) == pytest.approx(1361, rel=1e-3)
 
 
-def test_catalogue(read_scene):
+def test_catalogue(read_scene) -> None:
     """Sirius and a star 5 magnitudes fainter: a hundredth of its light, and red."""
     listed = """double3[] spin:stars:directions = [(0, 0, -2), (3, 0, -4)]
         double[] spin:stars:magnitudes = [-1.46, 3.54]
@@ -145,7 +145,7 @@ def test_catalogue(read_scene):
     assert stars.irradiance[1, 0] > 2 * stars.irradiance[1, 2]
 
 
-def test_back_plate(tmp_path, read_scene):
+def test_back_plate(tmp_path, read_scene) -> None:
     write_png(tmp_path / "a.png", np.full((2, 4, 3), 255))
     plate = """asset[] spin:backPlate:files = [@./a.png@, @./a.png@]
         double3 spin:backPlate:radiance = (10, 20, 30)
@@ -235,7 +235,7 @@ def test_back_plate(tmp_path, read_scene):
         ('def Xform "Bare"\n{\nint64 spin:stars:seed = 1\n}', StageError, "Bare.spin:stars:seed: is authored, but"),
     ],
 )
-def test_what_makes_no_sense_is_refused(read_scene, world, error, saying):
+def test_what_makes_no_sense_is_refused(read_scene, world, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/{saying}"):
         read_scene(world=world)
 
@@ -252,7 +252,7 @@ BOX_RADIUS = np.sqrt(3)  # of the sphere around the target, a cube of 2 m, 10 m 
     ],
     ids=["beside", "before"],
 )
-def test_a_planet_may_come_as_near_the_view_of_the_target_as_it_does_not_touch_it(read_scene, z, touching):
+def test_a_planet_may_come_as_near_the_view_of_the_target_as_it_does_not_touch_it(read_scene, z, touching) -> None:
     assert read_scene(world=prim("planet", SPHERE.format(x=touching + 1e-6, z=z))).environment.planets
     with pytest.raises(UnsupportedError, match=r"^/World/Planet: hides or cuts the target"):
         read_scene(world=prim("planet", SPHERE.format(x=touching - 1e-6, z=z)), name="b.usda")
@@ -268,7 +268,7 @@ def DistantLight "Sun"
 }}"""
 
 
-def test_a_planet_eclipses_the_sun_frame_by_frame(make_stage):
+def test_a_planet_eclipses_the_sun_frame_by_frame(make_stage) -> None:
     """The Sun stands behind the camera, and a planet of a few Suns' size beyond it crosses its disc: the target, a cube
     of 2 m around its origin, is lit, half lit, dark, and lit again. The Sun of the planet stays whole."""
     half = np.tan(np.radians(ANGLE / 2))
@@ -290,7 +290,7 @@ def test_a_planet_eclipses_the_sun_frame_by_frame(make_stage):
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (stages() / "environments").glob("*.usda")))
-def test_our_own_environments_are_read(tmp_path, make_stage, name):
+def test_our_own_environments_are_read(tmp_path, make_stage, name) -> None:
     """By a reference to their default prim; and USD finds no fault with them."""
     shutil.copytree(stages() / "environments", tmp_path / "environments")
     layer = f"@./environments/{name}.usda@"
@@ -307,7 +307,7 @@ def test_our_own_environments_are_read(tmp_path, make_stage, name):
 
 
 @pytest.mark.slow
-def test_the_committed_images_are_what_their_script_makes(tmp_path):
+def test_the_committed_images_are_what_their_script_makes(tmp_path) -> None:
     """Up to what other processors and JPEG libraries round: a fifth of a level in the mean."""
     script = Path(__file__).resolve().parents[3] / "tools" / "build_environments"
     subprocess.run([sys.executable, script, tmp_path], check=True)

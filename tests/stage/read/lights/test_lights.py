@@ -15,7 +15,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 FLOAT32 = 1e-6
 
 
-def sun(attributes="", kind="DistantLight", metadata=""):
+def sun(attributes="", kind="DistantLight", metadata="") -> str:
     return f"""def {kind} "Sun" {metadata}
     {{
         float inputs:intensity = 100
@@ -40,18 +40,18 @@ def light(read_scene, *arguments, **options):
         ("float inputs:angle = 0", (100, 100, 100)),
     ],
 )
-def test_irradiance(read_scene, attributes, irradiance):
+def test_irradiance(read_scene, attributes, irradiance) -> None:
     np.testing.assert_allclose(light(read_scene, attributes).irradiance, irradiance, rtol=FLOAT32)
 
 
-def test_color_temperature_counts_only_where_it_is_enabled(read_scene):
+def test_color_temperature_counts_only_where_it_is_enabled(read_scene) -> None:
     off = "bool inputs:normalize = 1\nfloat inputs:colorTemperature = 3000\n"
     assert light(read_scene, off).irradiance == (100, 100, 100)
     on = read_scene(world=sun(off + "bool inputs:enableColorTemperature = 1"), name="on.usda").lights[0]
     np.testing.assert_allclose(on.irradiance, 100 * np.array(UsdLux.BlackbodyTemperatureAsRgb(3000)), rtol=FLOAT32)
 
 
-def test_direction_is_in_camera_axes(read_scene):
+def test_direction_is_in_camera_axes(read_scene) -> None:
     """A light shines along its own -z. This one, turned 90 degrees about y, shines along world -x; the camera, turned
     90 degrees about x, looks along world +y with +z up: -x is to its left, -x of an OpenCV camera."""
     turned = 'float xformOp:rotateY = 90\nuniform token[] xformOpOrder = ["xformOp:rotateY"]'
@@ -63,7 +63,7 @@ def test_direction_is_in_camera_axes(read_scene):
     np.testing.assert_allclose(straight.direction_cam, (0, 1, 0), atol=1e-15)  # world -z is down, +y of the camera
 
 
-def test_invisible_and_inactive_lights_are_off(read_scene):
+def test_invisible_and_inactive_lights_are_off(read_scene) -> None:
     assert read_scene(world=sun('token visibility = "invisible"')).lights == ()
     assert read_scene(world=sun(metadata="(\nactive = false\n)"), name="b.usda").lights == ()
     assert read_scene(world=sun('token visibility = "invisible"', kind="DomeLight"), name="c.usda").lights == ()
@@ -75,7 +75,7 @@ LIGHT_API = '(prepend apiSchemas = ["MeshLightAPI"])'
 @pytest.mark.parametrize(
     ("kind", "metadata"), [("PortalLight", ""), ("GeometryLight", ""), ("PluginLight", ""), ("Mesh", LIGHT_API)]
 )
-def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata):
+def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata) -> None:
     light = f'def {kind} "Sun" {metadata} {{}}'
     with pytest.raises(UnsupportedError, match=f"^/World/(Target/)?Sun: is a {kind}"):
         read_scene(
@@ -119,7 +119,7 @@ def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata
         ("color3f inputs:color = (-1, 0, 0)", StageError, "its emission is"),
     ],
 )
-def test_what_a_sun_does_not_do_is_refused(read_scene, attributes, error, saying):
+def test_what_a_sun_does_not_do_is_refused(read_scene, attributes, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/Sun(: |[.]){saying}"):
         read_scene(world=sun(attributes))
 
@@ -133,7 +133,7 @@ def test_what_a_sun_does_not_do_is_refused(read_scene, attributes, error, saying
         "float inputs:shaping:focus = -1",
     ],
 )
-def test_a_cone_around_all_rays_of_a_sun_has_no_effect(read_scene, attributes):
+def test_a_cone_around_all_rays_of_a_sun_has_no_effect(read_scene, attributes) -> None:
     (shaped,) = read_scene(world=sun(attributes), name="shaped.usda").lights
     assert vars(shaped) == vars(light(read_scene))
 
@@ -161,7 +161,7 @@ NORMALIZED = "bool inputs:normalize = 1"
         ("CylinderLight", ["float inputs:length = 2", "float inputs:radius = 3"], 1, "cylinder", (2, 3), 12 * np.pi),
     ],
 )
-def test_sizes_and_areas(read_scene, kind, attributes, metres, shape, size, area):
+def test_sizes_and_areas(read_scene, kind, attributes, metres, shape, size, area) -> None:
     metadata = f"metersPerUnit = {metres}"
     found = light(read_scene, "\n".join(attributes), kind=kind) if metres == 1 else None
     for name, extra, emission in (("a.usda", [], 100), ("b.usda", [NORMALIZED], 100 / area)):
@@ -180,7 +180,7 @@ def test_sizes_and_areas(read_scene, kind, attributes, metres, shape, size, area
         ("CylinderLight", (3, 2, 2), (3, 1)),
     ],
 )
-def test_transforms_scale_sizes(read_scene, kind, scale, size):
+def test_transforms_scale_sizes(read_scene, kind, scale, size) -> None:
     assert light(read_scene, placed(scale=scale), kind=kind).size == pytest.approx(size, rel=FLOAT32)
 
 
@@ -219,12 +219,12 @@ def test_transforms_scale_sizes(read_scene, kind, scale, size):
         ("RectLight", "asset inputs:texture:file = @./none.png@", StageError, "its image @./none.png@ does not exist"),
     ],
 )
-def test_what_a_light_with_a_place_does_not_do_is_refused(read_scene, kind, attributes, error, saying):
+def test_what_a_light_with_a_place_does_not_do_is_refused(read_scene, kind, attributes, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/Sun(: |[.]){saying}"):
         read_scene(world=sun(attributes, kind=kind))
 
 
-def test_sheared_lights_are_refused(read_scene):
+def test_sheared_lights_are_refused(read_scene) -> None:
     world = f"""def Xform "Slanted" {{
         {placed(scale=(1, 3, 1))}
         {sun(placed(turn=(0, 0, 45)), kind="RectLight")}
@@ -234,7 +234,7 @@ def test_sheared_lights_are_refused(read_scene):
 
 
 @pytest.mark.parametrize("far", [0.0, 1e11])
-def test_places_are_exact_however_far_the_stage_lies_from_its_origin(make_stage, far):
+def test_places_are_exact_however_far_the_stage_lies_from_its_origin(make_stage, far) -> None:
     """USD's own matrices, in Gf's doubles, around the camera: its rounding is 1e11 / 2^53 m."""
     path = make_stage(world=sun(placed(at=(1, 2, -3), turn=(20, 30, 40)), kind="RectLight"))
     orbit = f'{{\ndouble3 xformOp:translate = ({far}, {far}, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]'
@@ -248,7 +248,7 @@ def test_places_are_exact_however_far_the_stage_lies_from_its_origin(make_stage,
     np.testing.assert_allclose(found.T_cam_light.rotation, np.diag([1, -1, -1]) @ np.array(turn).T, atol=1e-9)
 
 
-def test_spheres_that_are_points(read_scene):
+def test_spheres_that_are_points(read_scene) -> None:
     """From afar a sphere of radiance L is a point of intensity pi r2 L; normalised, a quarter of L."""
     for name, attributes, intensity in (
         ("a", ["bool treatAsPoint = 1", "float inputs:radius = 2"], 400 * np.pi),
@@ -260,7 +260,7 @@ def test_spheres_that_are_points(read_scene):
         np.testing.assert_allclose(found.emission, (intensity,) * 3, rtol=FLOAT32)
 
 
-def test_shaping(read_scene):
+def test_shaping(read_scene) -> None:
     assert light(read_scene, kind="DiskLight").shaping is None
     applied = '(\nprepend apiSchemas = ["ShapingAPI"]\n)'
     (bare,) = read_scene(world=sun(kind="DiskLight", metadata=applied), name="b.usda").lights
@@ -274,7 +274,7 @@ def test_shaping(read_scene):
     assert (full.shaping.softness, full.shaping.focus, full.shaping.focus_tint) == (0.25, 2.0, (1.0, 0.0, 0.5))
 
 
-def test_values_and_places_follow_time(make_stage):
+def test_values_and_places_follow_time(make_stage) -> None:
     attributes = (
         "float inputs:intensity.timeSamples = {0: 1, 1: 3}\nfloat inputs:radius.timeSamples = {0: 1, 1: 2}\n"
         "double3 xformOp:translate.timeSamples = {0: (0, 0, 0), 1: (0, 0, -5)}\n"
@@ -290,19 +290,19 @@ def test_values_and_places_follow_time(make_stage):
     assert third == ()
 
 
-def test_shadows_can_be_off(read_scene):
+def test_shadows_can_be_off(read_scene) -> None:
     for name, kind in (("a", "DistantLight"), ("b", "SphereLight")):
         (found,) = read_scene(world=sun("bool inputs:shadow:enable = 0", kind=kind), name=f"{name}.usda").lights
         assert not found.shadows
 
 
-def write_image(path):
+def write_image(path) -> None:
     """2 x 1 pixels: red, then blue."""
     pixels = np.array([[[1, 0, 0], [0, 0, 4]]], np.float32)
     assert OpenImageIO.ImageBuf(pixels).write(str(path))
 
 
-def test_images_of_rectangles_and_domes(read_scene, tmp_path):
+def test_images_of_rectangles_and_domes(read_scene, tmp_path) -> None:
     write_image(tmp_path / "sky.exr")
     for kind in ("RectLight", "DomeLight"):
         attributes = "asset inputs:texture:file = @./sky.exr@"
@@ -321,7 +321,7 @@ def test_images_of_rectangles_and_domes(read_scene, tmp_path):
         ("DomeLight_1", "Z", "Y", (0, 0, 1), (0, -1, 0), (1, 0, 0)),
     ],
 )
-def test_domes_lie_as_openexr_says(make_stage, kind, pole, up, top, middle, left):
+def test_domes_lie_as_openexr_says(make_stage, kind, pole, up, top, middle, left) -> None:
     """OpenEXR's latitude-longitude images: +y at the top, +z in the middle, longitude pi / 2 at +x, left of the middle.
     DomeLight_1 with its pole along z: +z at the top, -y in the middle."""
     attributes = "" if pole is None else f'uniform token poleAxis = "{pole}"'
@@ -352,7 +352,7 @@ def linked(read_scene, **collections):
     return scene, {name: set(map(int, of)) for name, of in groups.items()}
 
 
-def test_without_links_all_is_one_group(read_scene):
+def test_without_links_all_is_one_group(read_scene) -> None:
     scene, groups = linked(read_scene)
     assert set.union(*groups.values()) == {0}
     assert {(light.lights, light.shadowed_by) for light in scene.lights} == {(None, None)}
@@ -368,7 +368,7 @@ def test_without_links_all_is_one_group(read_scene):
         ("includes", "/World/Target", {"Box", "Ball"}),
     ],
 )
-def test_links_are_what_usd_says_they_are(read_scene, collection, relationship, path, members):
+def test_links_are_what_usd_says_they_are(read_scene, collection, relationship, path, members) -> None:
     scene, groups = linked(read_scene, **{f"{collection}__{relationship}": path})
     by_kind = {type(light): light for light in scene.lights}
     sunlight, lamp = by_kind[DistantLight], by_kind[AreaLight]
@@ -382,7 +382,7 @@ def test_links_are_what_usd_says_they_are(read_scene, collection, relationship, 
     assert all(len(of) == 1 for of in groups.values())
 
 
-def test_links_to_what_is_no_gprim_are_refused(read_scene):
+def test_links_to_what_is_no_gprim_are_refused(read_scene) -> None:
     subset = """def Mesh "Box" {
         int[] faceVertexCounts = [3]
         int[] faceVertexIndices = [0, 1, 2]
@@ -399,7 +399,7 @@ def test_links_to_what_is_no_gprim_are_refused(read_scene):
         read_scene(world=sun(expression), name="b.usda")
 
 
-def test_lights_in_point_instancers_are_refused(read_scene):
+def test_lights_in_point_instancers_are_refused(read_scene) -> None:
     world = """def PointInstancer "Many" {
         rel prototypes = </World/Many/Lamp>
         int[] protoIndices = [0]

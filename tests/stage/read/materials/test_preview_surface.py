@@ -44,7 +44,7 @@ def read_material(read_scene):
     return read
 
 
-def test_constants(read_material):
+def test_constants(read_material) -> None:
     found = read_material(
         """color3f inputs:diffuseColor = (0.1, 0.2, 0.3)
         color3f inputs:emissiveColor = (0.5, 0, 0)
@@ -66,7 +66,7 @@ def test_constants(read_material):
     assert (found.clearcoat_roughness, found.opacity, found.ior) == (0.125, 0.5, 1.25)
 
 
-def test_fallbacks_are_those_of_usds_own_shader_definition(read_material):
+def test_fallbacks_are_those_of_usds_own_shader_definition(read_material) -> None:
     node = Sdr.Registry().GetShaderNodeByIdentifier("UsdPreviewSurface")
     default = {name: node.GetShaderInput(name).GetDefaultValue() for name in node.GetShaderInputNames()}
     found = read_material()
@@ -85,7 +85,7 @@ def test_fallbacks_are_those_of_usds_own_shader_definition(read_material):
         np.testing.assert_allclose(value, default[name], atol=FLOAT32, err_msg=name)
 
 
-def test_values_from_the_materials_interface(read_material):
+def test_values_from_the_materials_interface(read_material) -> None:
     found = read_material(
         "color3f inputs:diffuseColor.connect = </World/Target/Paint.inputs:tint>",
         interface="color3f inputs:tint = (0.5, 0.25, 1)",
@@ -94,7 +94,7 @@ def test_values_from_the_materials_interface(read_material):
 
 
 @pytest.mark.parametrize(("opacity", "seen"), [(0.4, 0.0), (0.6, 1.0)])
-def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen):
+def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen) -> None:
     assert read_material(f"float inputs:opacity = {opacity}\nfloat inputs:opacityThreshold = 0.5").opacity == seen
 
 
@@ -133,17 +133,17 @@ def test_a_threshold_makes_opacity_all_or_nothing(read_material, opacity, seen):
         ),
     ],
 )
-def test_what_is_no_constant_is_refused_by_name(read_material, inputs, nodes, error, saying):
+def test_what_is_no_constant_is_refused_by_name(read_material, inputs, nodes, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/Target/Paint/{saying}"):
         read_material(inputs, nodes=nodes)
 
 
-def test_a_binding_to_nothing_is_an_error(read_scene):
+def test_a_binding_to_nothing_is_an_error(read_scene) -> None:
     with pytest.raises(StageError, match=r"^/World/Target/Box: is bound to /World/Target/None, which is no material"):
         read_scene(material().replace("= </World/Target/Paint>", "= </World/Target/None>"))
 
 
-def test_a_binding_that_a_reference_leaves_behind_is_an_error(read_scene, tmp_path):
+def test_a_binding_that_a_reference_leaves_behind_is_an_error(read_scene, tmp_path) -> None:
     """USD drops a target outside of what is referenced with a mere warning; it must not turn into grey."""
     (tmp_path / "model.usda").write_text(
         """#usda 1.0
@@ -165,7 +165,7 @@ def Scope "Materials"
         read_scene('def "Box" (\nreferences = @./model.usda@</Box>\n)\n{\n}')
 
 
-def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene):
+def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene) -> None:
     geometry = """
     def Xform "Group" (
         prepend apiSchemas = ["MaterialBindingAPI"]
@@ -181,7 +181,7 @@ def test_bindings_are_inherited_and_full_wins_over_all_purpose(read_scene):
     assert [m.path for m in read_scene(geometry).target.materials] == ["/World/Target/Full"]
 
 
-def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene):
+def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene) -> None:
     geometry = """
     def Xform "Group"
     {
@@ -214,12 +214,12 @@ def test_display_color_is_the_diffuse_color_where_nothing_is_bound(read_scene):
         ("float[] primvars:displayOpacity = [-1]", "displayOpacity: its displayOpacity is -1; keep it"),
     ],
 )
-def test_a_display_color_that_is_none_is_refused(read_scene, authored, saying):
+def test_a_display_color_that_is_none_is_refused(read_scene, authored, saying) -> None:
     with pytest.raises(StageError, match=rf"^/World/Target/Box.primvars:{saying}"):
         read_scene(f'def Cube "Box"\n{{\n{authored}\n}}')
 
 
-def test_primvars_are_held_to_what_the_input_can_be(read_scene):
+def test_primvars_are_held_to_what_the_input_can_be(read_scene) -> None:
     reader = """def Shader "Reader" {
         uniform token info:id = "UsdPrimvarReader_float3"
         string inputs:varname = "tint"
@@ -234,7 +234,7 @@ def test_primvars_are_held_to_what_the_input_can_be(read_scene):
         read_scene(text.replace(bound, authored.format(3)), name="b.usda")
 
 
-def test_a_display_color_that_varies_over_a_shape_is_refused(read_scene):
+def test_a_display_color_that_varies_over_a_shape_is_refused(read_scene) -> None:
     geometry = 'def Cube "Box"\n{\ncolor3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)]\n}'
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Box.primvars:displayColor: varies over the Cube"):
         read_scene(geometry)

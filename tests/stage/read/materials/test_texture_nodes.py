@@ -92,13 +92,13 @@ def shown(target, value, points):
     return np.array(result)
 
 
-def test_the_first_row_of_an_image_is_at_t_1(read_target):
+def test_the_first_row_of_an_image_is_at_t_1(read_target) -> None:
     target = read_target()
     found = shown(target, target.materials[0].diffuse_color, [(0.25, 0.75), (0.75, 0.75), (0.25, 0.25), (0.75, 0.25)])
     np.testing.assert_allclose(found, [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], atol=FLOAT32)
 
 
-def test_scale_bias_and_single_outputs(read_target):
+def test_scale_bias_and_single_outputs(read_target) -> None:
     target = read_target(
         """float inputs:opacity.connect = </World/Target/Paint/Texture.outputs:a>
         float inputs:roughness.connect = </World/Target/Paint/Texture.outputs:r>""",
@@ -110,7 +110,7 @@ def test_scale_bias_and_single_outputs(read_target):
     np.testing.assert_allclose(shown(target, material.opacity, [(0.25, 0.75), (0.75, 0.75)])[:, 0], alpha, atol=FLOAT32)
 
 
-def test_a_texture_that_leaves_what_the_input_can_be_is_refused(read_target):
+def test_a_texture_that_leaves_what_the_input_can_be_is_refused(read_target) -> None:
     saying = (
         r"^/World/Target/Paint/Surface: its diffuseColor is 2, by /World/Target/Paint/Texture; keep it between 0 and 1"
     )
@@ -119,7 +119,7 @@ def test_a_texture_that_leaves_what_the_input_can_be_is_refused(read_target):
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "mirror", "clamp", "black"])
-def test_wrap_modes(read_target, wrap):
+def test_wrap_modes(read_target, wrap) -> None:
     """st runs from -1 to 2, so the middle third is the image; s wraps, t is clamped."""
     wide = ST.replace("(0, 0), (1, 0), (1, 1), (0, 1)", "(-1, -1), (2, -1), (2, 2), (-1, 2)")
     target = read_target(primvars=wide, texture=f'token inputs:wrapS = "{wrap}"\ntoken inputs:wrapT = "clamp"')
@@ -130,7 +130,7 @@ def test_wrap_modes(read_target, wrap):
     np.testing.assert_allclose(found, expected.get(wrap, [k, k, r, g, k, k]), atol=FLOAT32)
 
 
-def test_without_a_wrap_mode_an_image_ends_in_black(read_target):
+def test_without_a_wrap_mode_an_image_ends_in_black(read_target) -> None:
     """The default is useMetadata, and a PNG file has none."""
     assert read_target().materials[0].diffuse_color.wrap == ("black", "black")
 
@@ -147,7 +147,7 @@ TRANSFORM = """def Shader "{name}"
 """
 
 
-def test_transforms_scale_then_rotate_counter_clockwise_then_translate(read_target):
+def test_transforms_scale_then_rotate_counter_clockwise_then_translate(read_target) -> None:
     """Source: the specification: in * scale * rotate + translation. And a chain is one after the other."""
     first = TRANSFORM.format(name="T1", source="Reader", rotation=90, scale=(2, 3), translation=(10, 20))
     matrix = read_target(st="T1", nodes=first).materials[0].diffuse_color.coordinates.matrix
@@ -157,7 +157,7 @@ def test_transforms_scale_then_rotate_counter_clockwise_then_translate(read_targ
     np.testing.assert_allclose(both, [0, -1.5, 4, 2, 0, 20], atol=FLOAT32)
 
 
-def test_the_readers_fallback_where_the_gprim_lacks_the_primvar(read_target):
+def test_the_readers_fallback_where_the_gprim_lacks_the_primvar(read_target) -> None:
     target = read_target(primvars="", reader="float2 inputs:fallback = (0.25, 0.75)")
     texture = target.materials[0].diffuse_color
     assert texture.coordinates == Coordinates(primvar=None, constant=(0.25, 0.75))
@@ -165,7 +165,7 @@ def test_the_readers_fallback_where_the_gprim_lacks_the_primvar(read_target):
     np.testing.assert_allclose(shown(target, texture, [(0.9, 0.1)]), [[1, 0, 0]], atol=FLOAT32)
 
 
-def test_one_material_on_gprims_with_and_without_its_primvar_is_two(read_scene, tmp_path):
+def test_one_material_on_gprims_with_and_without_its_primvar_is_two(read_scene, tmp_path) -> None:
     (tmp_path / "a.png").write_bytes(png(PIXELS, color=6))
     text = STAGE.format(inputs=RGB, primvars=ST, st="Reader", texture="", interface="", reader="", nodes="")
     mesh = text[: text.index("def Material")]
@@ -176,7 +176,7 @@ def test_one_material_on_gprims_with_and_without_its_primvar_is_two(read_scene, 
     np.testing.assert_array_equal(target.mesh.primvars["st"][2:], 0)  # of the square without it
 
 
-def test_varname_through_the_interface(read_target):
+def test_varname_through_the_interface(read_target) -> None:
     target = read_target(
         interface='string inputs:uv = "map1"',
         primvars=ST.replace("primvars:st", "primvars:map1"),
@@ -187,7 +187,7 @@ def test_varname_through_the_interface(read_target):
     assert set(target.mesh.primvars) == {"map1"}
 
 
-def test_primvar_readers_of_numbers_and_colors(read_target):
+def test_primvar_readers_of_numbers_and_colors(read_target) -> None:
     nodes = """def Shader "Rough"
         {
             uniform token info:id = "UsdPrimvarReader_float"
@@ -212,7 +212,7 @@ def test_primvar_readers_of_numbers_and_colors(read_target):
     np.testing.assert_allclose(found, [[0.3, 0.4, 0.5]], atol=FLOAT32)
 
 
-def test_an_interface_of_a_node_graph(read_target):
+def test_an_interface_of_a_node_graph(read_target) -> None:
     graph = """def NodeGraph "Graph"
         {
             color3f outputs:out.connect = </World/Target/Paint/Graph/Inner.outputs:rgb>
@@ -229,7 +229,7 @@ def test_an_interface_of_a_node_graph(read_target):
     assert texture.diffuse_color.coordinates == Coordinates(primvar=None)
 
 
-def test_the_fallback_counts_where_no_file_is_authored_or_none_is_there(read_target):
+def test_the_fallback_counts_where_no_file_is_authored_or_none_is_there(read_target) -> None:
     bare = "float4 inputs:fallback = (0.25, 0.5, 0.75, 1)\nfloat4 inputs:scale = (9, 9, 9, 9)"
     text = f"asset inputs:file = @@\n{bare}"
     target = read_target(texture=text)
@@ -245,7 +245,7 @@ MISSING += "float3 outputs:rgb\n}"
 MISSING_RGB = RGB.replace("Texture.outputs", "Missing.outputs")
 
 
-def test_a_normal_map(read_target):
+def test_a_normal_map(read_target) -> None:
     texture = "float4 inputs:scale = (2, 2, 2, 1)\nfloat4 inputs:bias = (-1, -1, -1, 0)"
     inputs = "normal3f inputs:normal.connect = </World/Target/Paint/Texture.outputs:rgb>"
     normal = read_target(inputs, texture=texture).materials[0].normal
@@ -300,22 +300,22 @@ MATERIALX = 'def Shader "Noise"\n{\nuniform token info:id = "ND_noise2d_color3"\
         ({"inputs": 'token inputs:opacityMode = "glass"'}, UnsupportedError, "/Surface.inputs:opacityMode: is 'glass'"),
     ],
 )
-def test_what_cannot_be_shown_right_is_refused_by_name(read_target, options, error, saying):
+def test_what_cannot_be_shown_right_is_refused_by_name(read_target, options, error, saying) -> None:
     with pytest.raises(error, match=f"^/World/Target/Paint{saying}"):
         read_target(**options)
 
 
-def test_a_primvar_of_another_type(read_target):
+def test_a_primvar_of_another_type(read_target) -> None:
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Square.primvars:st: is float\[\], and .* 2 numbers"):
         read_target(primvars='float[] primvars:st = [0, 1, 1, 0] (\ninterpolation = "vertex"\n)')
 
 
-def test_a_color_space_that_usd_does_not_name(read_target):
+def test_a_color_space_that_usd_does_not_name(read_target) -> None:
     with pytest.raises(UnsupportedError, match=re.escape("/Missing.inputs:sourceColorSpace: is 'ACEScg'")):
         read_target(MISSING_RGB, nodes=MISSING.replace("none.png@", 'a.png@\ntoken inputs:sourceColorSpace = "ACEScg"'))
 
 
-def test_a_texel_decides_the_hash_and_the_look_but_not_the_geometry(read_target, tmp_path):
+def test_a_texel_decides_the_hash_and_the_look_but_not_the_geometry(read_target, tmp_path) -> None:
     before = read_target()
     reader = StageReader(tmp_path / "stage.usda")
     assert "a.png" in reader.used_files
@@ -344,7 +344,7 @@ def tiled(make_stage, tmp_path):
     return make_stage(text.replace("asset inputs:file = @./a.png@", TILED))
 
 
-def test_tiles_lie_where_their_numbers_say(tiled):
+def test_tiles_lie_where_their_numbers_say(tiled) -> None:
     reader = StageReader(tiled)
     target = reader.scene(reader.frames[0]).target
     points = [(0.125, 0.375), (0.375, 0.375), (0.625, 0.875), (0.875, 0.875), (0.75, 0.25), (0.25, 0.75)]
@@ -354,13 +354,13 @@ def test_tiles_lie_where_their_numbers_say(tiled):
     assert {"tiles/a.1001.png", "tiles/a.1012.png"} <= set(reader.used_files)
 
 
-def test_a_changed_tile_is_another_stage(tiled, tmp_path):
+def test_a_changed_tile_is_another_stage(tiled, tmp_path) -> None:
     before = StageReader(tiled).stage_hash
     (tmp_path / "tiles/a.1012.png").write_bytes(png(PIXELS, color=6))
     assert StageReader(tiled).stage_hash != before
 
 
-def test_tiles_travel_with_a_model_and_in_a_package(tiled, tmp_path):
+def test_tiles_travel_with_a_model_and_in_a_package(tiled, tmp_path) -> None:
     """The stage in a sub-folder refers to a copy of the one at hand, then to a package of it."""
     model = Usd.Stage.Open(str(tiled))
     model.GetPrimAtPath("/World/Target").RemoveAppliedSchema("SpinTargetAPI")
@@ -379,7 +379,7 @@ def test_tiles_travel_with_a_model_and_in_a_package(tiled, tmp_path):
     assert [corner for corner, _ in colors[0]] == [(0, 0), (1, 1)]
 
 
-def test_a_set_without_tiles(tiled, tmp_path):
+def test_a_set_without_tiles(tiled, tmp_path) -> None:
     for file in (tmp_path / "tiles").iterdir():
         file.unlink()
     with pytest.raises(StageError, match=r"^/World/Target/Paint/Texture: its image @./tiles/a.<UDIM>.png@ has no tile"):

@@ -47,7 +47,7 @@ def bspline(points, n, u, v):
     return np.einsum("i,j,ijk->k", wu, wv, net)
 
 
-def test_inside_a_grid_the_limit_is_the_bicubic_b_spline():
+def test_inside_a_grid_the_limit_is_the_bicubic_b_spline() -> None:
     points, counts, indices = grid(6)
     c = refined(cage(points, counts, indices), 2)
     limit = catmull_clark.limit(c)
@@ -58,7 +58,7 @@ def test_inside_a_grid_the_limit_is_the_bicubic_b_spline():
         np.testing.assert_allclose([x, y, z], bspline(points, 6, x, y), atol=1e-9)
 
 
-def test_the_limit_does_not_depend_on_the_level_it_is_taken_from():
+def test_the_limit_does_not_depend_on_the_level_it_is_taken_from() -> None:
     ring = dict.fromkeys([(0, 1), (1, 3), (2, 3), (0, 2)], cages.INFINITE)
     for creases in ({}, ring):
         once, thrice = refined(cage(*CUBE, creases), 1), refined(cage(*CUBE, creases), 3)
@@ -67,7 +67,7 @@ def test_the_limit_does_not_depend_on_the_level_it_is_taken_from():
         np.testing.assert_allclose(a, b, atol=ROUNDING)
 
 
-def test_affine_invariance():
+def test_affine_invariance() -> None:
     rng = np.random.default_rng(3)
     linear, shift = rng.normal(size=(3, 3)), rng.normal(size=3)
     points, counts, indices = CUBE
@@ -76,7 +76,7 @@ def test_affine_invariance():
     np.testing.assert_allclose(a, b, atol=ROUNDING)
 
 
-def test_a_cubes_corner_goes_where_the_valence_rule_says():
+def test_a_cubes_corner_goes_where_the_valence_rule_says() -> None:
     """(n^2 v + 4 sum of neighbours + sum of the quads' far corners) / (n (n + 5)) with n = 3 on the first level."""
     points = catmull_clark.limit(refined(cage(*CUBE), 1))
     # First level: corner 5/9 (1, 1, 1); neighbours (3/4, 3/4, 0) and so on; far corners (1, 0, 0) and so on.
@@ -84,7 +84,7 @@ def test_a_cubes_corner_goes_where_the_valence_rule_says():
     np.testing.assert_allclose(abs(points[:8]), np.full((8, 3), expected), atol=ROUNDING)
 
 
-def test_everything_sharp_keeps_the_shape():
+def test_everything_sharp_keeps_the_shape() -> None:
     creases = dict.fromkeys(CUBE_EDGES, cages.INFINITE)
     c = refined(cage(*CUBE, creases), 2)
     mesh = trimesh.Trimesh(catmull_clark.limit(c), c.indices.reshape(-1, 4)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
@@ -92,7 +92,7 @@ def test_everything_sharp_keeps_the_shape():
     assert mesh.volume == pytest.approx(8)
 
 
-def test_a_sharpness_of_one_lasts_one_step():
+def test_a_sharpness_of_one_lasts_one_step() -> None:
     creases = dict.fromkeys(CUBE_EDGES, 1.0)
     once = refined(cage(*CUBE, creases), 1)
     assert not once.edge_sharpness.any()
@@ -101,7 +101,7 @@ def test_a_sharpness_of_one_lasts_one_step():
     np.testing.assert_allclose(catmull_clark.limit(refined(cage(*CUBE, creases), 2)), smooth, atol=ROUNDING)
 
 
-def test_a_sharpness_of_two_lasts_two_steps():
+def test_a_sharpness_of_two_lasts_two_steps() -> None:
     once = refined(cage(*CUBE, dict.fromkeys(CUBE_EDGES, 2.0)), 1)
     assert set(once.edge_sharpness) == {0.0, 1.0}
     twice = catmull_clark.refine(once)
@@ -109,7 +109,7 @@ def test_a_sharpness_of_two_lasts_two_steps():
     np.testing.assert_allclose(abs(twice.points).max(1), 1)
 
 
-def test_a_boundary_is_a_cubic_b_spline_curve_and_its_corners_stay():
+def test_a_boundary_is_a_cubic_b_spline_curve_and_its_corners_stay() -> None:
     points, counts, indices = grid(4)
     corners = cages.lonely_corners(counts, indices, len(points))
     limit = catmull_clark.limit(refined(cage(points, counts, indices, corners=corners), 2))
@@ -118,7 +118,7 @@ def test_a_boundary_is_a_cubic_b_spline_curve_and_its_corners_stay():
     np.testing.assert_allclose(limit[2], (side[1] + 4 * side[2] + side[3]) / 6, atol=ROUNDING)
 
 
-def test_any_polygon_gives_quadrangles_and_a_closed_surface():
+def test_any_polygon_gives_quadrangles_and_a_closed_surface() -> None:
     prism = np.array([[np.cos(a), np.sin(a), z] for z in (-1, 1) for a in np.linspace(0, 2 * np.pi, 5, endpoint=False)])
     faces = [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], *([i, (i + 1) % 5, 5 + (i + 1) % 5, 5 + i] for i in range(5))]
     counts, indices = np.array([len(f) for f in faces]), np.concatenate(faces)
@@ -140,7 +140,7 @@ def read(**attributes):
     return read_mesh(mesh.GetPrim(), Usd.TimeCode(0))
 
 
-def test_normals_are_smooth_and_point_outwards():
+def test_normals_are_smooth_and_point_outwards() -> None:
     t = read()
     facing = trimesh.Trimesh(t.points, t.corners, process=False).face_normals
     assert ((t.normals * facing[:, None]).sum(-1) > 0.9).all()
@@ -149,7 +149,7 @@ def test_normals_are_smooth_and_point_outwards():
         np.testing.assert_allclose(by_point.setdefault(point, normal), normal, atol=ROUNDING)
 
 
-def test_creases_as_the_schema_writes_them():
+def test_creases_as_the_schema_writes_them() -> None:
     """One crease around the bottom face, one sharpness for it or one for each of its edges: a flat, square bottom."""
     ring = {"creaseIndices": [0, 2, 6, 4, 0], "creaseLengths": [5]}
     for sharpness in ([10.0], [10.0] * 4):
@@ -162,7 +162,7 @@ def test_creases_as_the_schema_writes_them():
         )
 
 
-def test_bilinear_keeps_the_cube_and_its_flat_faces():
+def test_bilinear_keeps_the_cube_and_its_flat_faces() -> None:
     t = read(subdivisionScheme="bilinear")
     mesh = trimesh.Trimesh(t.points, t.corners, process=False)
     assert len(t.corners) == 6 * 16 * 2
@@ -170,7 +170,7 @@ def test_bilinear_keeps_the_cube_and_its_flat_faces():
     np.testing.assert_allclose(t.normals, np.repeat(mesh.face_normals[:, None], 3, axis=1), atol=FLOAT32)
 
 
-def test_left_handed_subdivision_keeps_normals_with_faces():
+def test_left_handed_subdivision_keeps_normals_with_faces() -> None:
     t = read(orientation="leftHanded")
     facing = trimesh.Trimesh(t.points, t.corners, process=False).face_normals
     assert ((t.normals * facing[:, None]).sum(-1) > 0.9).all()

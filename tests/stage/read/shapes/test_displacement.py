@@ -67,7 +67,7 @@ def solid(mesh):
     return trimesh.Trimesh(mesh.points, mesh.faces, process=False)
 
 
-def test_a_constant_grows_a_sphere(read_scene):
+def test_a_constant_grows_a_sphere(read_scene) -> None:
     text = GEOMETRY.format(shape="Sphere", body="", inputs="float inputs:displacement = 0.25")
     mesh = read_scene(text).target.mesh
     radius = np.linalg.norm(mesh.points[np.unique(mesh.faces)], axis=1)
@@ -77,7 +77,7 @@ def test_a_constant_grows_a_sphere(read_scene):
     np.testing.assert_allclose(mesh.corner_normals, outward, atol=0.01)
 
 
-def test_a_cube_stays_closed_and_keeps_its_hard_edges(read_scene):
+def test_a_cube_stays_closed_and_keeps_its_hard_edges(read_scene) -> None:
     """Each corner moves along the mean of its three faces."""
     text = GEOMETRY.format(shape="Cube", body="double size = 2", inputs="float inputs:displacement = 0.5")
     mesh = read_scene(text).target.mesh
@@ -87,7 +87,7 @@ def test_a_cube_stays_closed_and_keeps_its_hard_edges(read_scene):
     np.testing.assert_allclose(mesh.corner_normals, np.repeat(flat[:, None], 3, 1), atol=FLOAT32)
 
 
-def test_a_seam_that_is_closed_but_for_rounding_stays_closed(read_scene):
+def test_a_seam_that_is_closed_but_for_rounding_stays_closed(read_scene) -> None:
     """A tube whose last points are its first, but for the sine of a full turn in float32."""
     angle = np.float32(2 * np.pi) * np.arange(13, dtype=np.float32) / 12
     ring = [(float(np.cos(a)), float(np.sin(a))) for a in angle]
@@ -113,7 +113,7 @@ def ramp(path, texels=16):
     return red / 255
 
 
-def test_an_image_lifts_a_square_to_its_texels(read_scene, tmp_path):
+def test_an_image_lifts_a_square_to_its_texels(read_scene, tmp_path) -> None:
     red = ramp(tmp_path / "a.png")
     target = read_scene(GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)).target
     points = target.mesh.points[np.unique(target.mesh.faces)]
@@ -130,7 +130,7 @@ def test_an_image_lifts_a_square_to_its_texels(read_scene, tmp_path):
     )
 
 
-def test_scaled_gprims_displace_in_their_own_axes(read_scene, tmp_path):
+def test_scaled_gprims_displace_in_their_own_axes(read_scene, tmp_path) -> None:
     """Lengths are of the gprim's own axes: twice as large after a scale of two."""
     ramp(tmp_path / "a.png")
     scale = 'double3 xformOp:scale = (2, 2, 2)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
@@ -139,7 +139,7 @@ def test_scaled_gprims_displace_in_their_own_axes(read_scene, tmp_path):
     np.testing.assert_allclose(two.points, 2 * one.points, atol=FLOAT32)
 
 
-def test_only_the_faces_of_its_material_move_and_all_stay_joined(read_scene, tmp_path):
+def test_only_the_faces_of_its_material_move_and_all_stay_joined(read_scene, tmp_path) -> None:
     ramp(tmp_path / "a.png")
     body = """int[] faceVertexCounts = [4, 4]
         int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 5, 2]
@@ -195,7 +195,7 @@ def sphere_with_seam():
     return Triangles(points=t.points, corners=t.corners, normals=t.normals, source=t.source, primvars={"st": st})
 
 
-def test_texture_seams_do_not_open():
+def test_texture_seams_do_not_open() -> None:
     """The image does not repeat: its two sides disagree along the seam, and the surface stays closed."""
     texture = Texture(**{**vars(noisy()), "scale": (0.2, 1, 1, 1), "wrap": ("clamp", "clamp")})
     t = sphere_with_seam()
@@ -207,7 +207,7 @@ def test_texture_seams_do_not_open():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_splitting_leaves_no_crack_and_loses_no_area(seed):
+def test_splitting_leaves_no_crack_and_loses_no_area(seed) -> None:
     rng = np.random.default_rng(seed)
     box = trimesh.creation.box((1, 2, 3))
     points, corners = np.array(box.vertices), np.array(box.faces)
@@ -229,7 +229,7 @@ def test_splitting_leaves_no_crack_and_loses_no_area(seed):
     np.testing.assert_allclose(fine.normals[:, 0], face_normals(fine.points, fine.corners), atol=1e-9)
 
 
-def test_too_fine_an_image_is_refused(monkeypatch):
+def test_too_fine_an_image_is_refused(monkeypatch) -> None:
     monkeypatch.setattr(tessellate, "MAX_TRIANGLES", 1000)
     t = sphere_with_seam()
     with pytest.raises(UnsupportedError, match=r"^/Mesh: needs more than 1000 triangles to follow the texels"):
@@ -237,7 +237,7 @@ def test_too_fine_an_image_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize("amount", [1e30, -150])
-def test_a_displacement_out_of_sight_is_refused(read_scene, amount):
+def test_a_displacement_out_of_sight_is_refused(read_scene, amount) -> None:
     text = GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=f"float inputs:displacement = {amount}")
     with pytest.raises(
         StageError, match=r"^/World/Target/Body: is displaced by (1e\+30|150), more than 100 times its own"
@@ -245,20 +245,20 @@ def test_a_displacement_out_of_sight_is_refused(read_scene, amount):
         read_scene(text)
 
 
-def test_sheets_back_to_back_are_refused(read_scene):
+def test_sheets_back_to_back_are_refused(read_scene) -> None:
     body = SQUARE.replace("[4]", "[4, 4]").replace("[0, 1, 2, 3]", "[0, 1, 2, 3, 3, 2, 1, 0]")
     text = GEOMETRY.format(shape="Mesh", body=body, inputs="float inputs:displacement = 0.5")
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Body: is displaced where two of its faces lie back to"):
         read_scene(text)
 
 
-def test_nothing_changes_where_displacement_is_zero(read_scene):
+def test_nothing_changes_where_displacement_is_zero(read_scene) -> None:
     text = GEOMETRY.format(shape="Cube", body="", inputs="float inputs:displacement = 0")
     plain = GEOMETRY.format(shape="Cube", body="", inputs="")
     assert read_scene(text).target.mesh.key == read_scene(plain, name="b.usda").target.mesh.key
 
 
-def test_a_texel_of_the_displacement_changes_the_geometry(read_scene, tmp_path):
+def test_a_texel_of_the_displacement_changes_the_geometry(read_scene, tmp_path) -> None:
     text = GEOMETRY.format(shape="Mesh", body=SQUARE, inputs=TEXTURED)
     ramp(tmp_path / "a.png")
     before = read_scene(text).target.mesh.key
@@ -268,7 +268,7 @@ def test_a_texel_of_the_displacement_changes_the_geometry(read_scene, tmp_path):
     assert read_scene(text, name="b.usda").target.mesh.key != before
 
 
-def test_the_image_is_still_looked_up_where_it_was(read_scene, tmp_path):
+def test_the_image_is_still_looked_up_where_it_was(read_scene, tmp_path) -> None:
     """Texture coordinates follow their points: the height that a corner got is what its own st says."""
     ramp(tmp_path / "a.png")
     color = "color3f inputs:diffuseColor.connect = </World/Target/Paint/Texture.outputs:rgb>"

@@ -44,7 +44,7 @@ def sheet(n):
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_a_step_is_the_one_that_trimesh_takes(name):
+def test_a_step_is_the_one_that_trimesh_takes(name) -> None:
     mesh = CLOSED[name]
     points, faces = trimesh.remesh.subdivide_loop(mesh.vertices, mesh.faces, iterations=1)
     own = refined(of(mesh), 1)
@@ -55,14 +55,14 @@ def test_a_step_is_the_one_that_trimesh_takes(name):
 
 
 @pytest.mark.parametrize("name", CLOSED)
-def test_the_limit_is_where_the_steps_lead(name):
+def test_the_limit_is_where_the_steps_lead(name) -> None:
     c = of(CLOSED[name])
     at_once, after_some = loop.limit(c), refined(c, 7).points[: len(c.points)]
     np.testing.assert_allclose(at_once, after_some, atol=1e-3)  # a step brings it nearer by a constant factor
     np.testing.assert_allclose(at_once, loop.limit(refined(c, 2))[: len(c.points)], atol=ROUNDING)
 
 
-def test_inside_a_regular_sheet_linear_functions_are_kept():
+def test_inside_a_regular_sheet_linear_functions_are_kept() -> None:
     """Points and limit of a linear function on a regular net are the function itself, at the middles too."""
     mesh = sheet(6)
     c = refined(of(mesh), 2)
@@ -77,7 +77,7 @@ def test_inside_a_regular_sheet_linear_functions_are_kept():
     np.testing.assert_allclose(regular, plane[inside], atol=ROUNDING)
 
 
-def test_creases_follow_the_cubic_b_spline_and_sharp_corners_stay():
+def test_creases_follow_the_cubic_b_spline_and_sharp_corners_stay() -> None:
     mesh = CLOSED["icosahedron"]
     a = int(mesh.edges[0, 0])
     ring = [int(v) for v in mesh.vertex_neighbors[a]][:2]
@@ -105,7 +105,7 @@ def read(mesh, **attributes):
     return read_mesh(prim.GetPrim(), time, [find_primvar(prim.GetPrim(), "rest", 3, time)])
 
 
-def test_a_mesh_becomes_a_smooth_closed_surface():
+def test_a_mesh_becomes_a_smooth_closed_surface() -> None:
     read_one = read(CLOSED["icosahedron"])
     surface = trimesh.Trimesh(read_one.points, read_one.corners, process=False)
     assert len(read_one.corners) == 20 * 16
@@ -117,7 +117,7 @@ def test_a_mesh_becomes_a_smooth_closed_surface():
     assert ((read_one.normals * read_one.points[read_one.corners]).sum(-1) > 0.99 * radius.min()).all()
 
 
-def test_vertex_values_follow_the_surface_and_handedness_turns_it():
+def test_vertex_values_follow_the_surface_and_handedness_turns_it() -> None:
     own = read(CLOSED["torus"])
     np.testing.assert_allclose(own.primvars["rest"], own.points[own.corners], atol=FLOAT32)
     assert trimesh.Trimesh(own.points, own.corners, process=False).volume > 0

@@ -56,7 +56,7 @@ def star(radii, tilt):
 
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.floats(0.2, 3.0), min_size=4, max_size=14), st.floats(0, 6.0))
-def test_any_star_shaped_polygon_keeps_its_area_and_winding(radii, tilt):
+def test_any_star_shaped_polygon_keeps_its_area_and_winding(radii, tilt) -> None:
     points = star(np.array(radii), tilt)
     corners, source = triangulate(points, np.array([len(points)]), np.arange(len(points)), "/Mesh")
     assert len(corners) == len(points) - 2
@@ -67,7 +67,7 @@ def test_any_star_shaped_polygon_keeps_its_area_and_winding(radii, tilt):
     assert (areas @ whole > -1e-9).all()  # none turned over: so none overlap
 
 
-def test_faces_of_three_to_nine_corners_keep_their_order():
+def test_faces_of_three_to_nine_corners_keep_their_order() -> None:
     polygons = [star(np.full(n, float(n)), 0.3) for n in range(3, 10)]
     counts = np.array([len(p) for p in polygons])
     corners, source = triangulate(np.concatenate(polygons), counts, np.arange(counts.sum()), "/Mesh")
@@ -76,19 +76,19 @@ def test_faces_of_three_to_nine_corners_keep_their_order():
     assert (np.searchsorted(np.cumsum(counts), corners, side="right") == source[:, None]).all()
 
 
-def test_a_polygon_with_a_hole_by_a_bridge():
+def test_a_polygon_with_a_hole_by_a_bridge() -> None:
     outer = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]]
     inner = [[1, 1, 0], [1, 3, 0], [3, 3, 0], [3, 1, 0]]
     t = triangles(outer + inner, [10], [0, 1, 2, 3, 0, 4, 5, 6, 7, 4])
     assert solid(t).area == pytest.approx(12)
 
 
-def test_a_square_ring_of_cubes_is_closed():
+def test_a_square_ring_of_cubes_is_closed() -> None:
     assert solid(triangles(*CUBE)).is_watertight
     assert solid(triangles(*CUBE)).volume == pytest.approx(1)
 
 
-def test_left_handed_faces_are_turned():
+def test_left_handed_faces_are_turned() -> None:
     points, counts, indices = CUBE
     mirrored = [[-x, y, z] for x, y, z in points]
     t = triangles(mirrored, counts, indices, orientation="leftHanded")
@@ -96,17 +96,17 @@ def test_left_handed_faces_are_turned():
     np.testing.assert_allclose(t.normals[:, 0], solid(t).face_normals, atol=FLOAT32)
 
 
-def test_holes_are_left_out():
+def test_holes_are_left_out() -> None:
     t = triangles(*CUBE, holeIndices=[2, 5])
     assert set(t.source) == {0, 1, 3, 4}
 
 
-def test_triangles_without_area_are_dropped():
+def test_triangles_without_area_are_dropped() -> None:
     t = triangles([*SQUARE, [2, 0, 0]], [4, 3, 3], [0, 1, 2, 3, 0, 1, 4, 0, 0, 2])
     assert list(t.source) == [0, 0]
 
 
-def test_velocities_do_not_move_the_points_of_their_own_sample():
+def test_velocities_do_not_move_the_points_of_their_own_sample() -> None:
     t = triangles(SQUARE, [4], [0, 1, 2, 3], velocities=Vt.Vec3fArray([Gf.Vec3f(1, 1, 1)] * 4))
     np.testing.assert_allclose(t.points, SQUARE)
 
@@ -114,7 +114,7 @@ def test_velocities_do_not_move_the_points_of_their_own_sample():
 @pytest.mark.parametrize(
     ("interpolation", "count"), [("constant", 1), ("uniform", 6), ("vertex", 8), ("varying", 8), ("faceVarying", 24)]
 )
-def test_normals_of_every_interpolation(interpolation, count):
+def test_normals_of_every_interpolation(interpolation, count) -> None:
     stage, mesh = define(*CUBE)
     normals = np.random.default_rng(1).normal(size=(count, 3)).astype(np.float32)
     mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(normals))
@@ -129,7 +129,7 @@ def test_normals_of_every_interpolation(interpolation, count):
     assert stage
 
 
-def test_primvar_normals_win_and_follow_their_indices():
+def test_primvar_normals_win_and_follow_their_indices() -> None:
     stage, mesh = define(*CUBE)
     mesh.CreateNormalsAttr(Vt.Vec3fArray([Gf.Vec3f(1, 0, 0)] * 8))
     primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("normals", mesh.GetNormalsAttr().GetTypeName(), "uniform")
@@ -174,7 +174,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("saying", BAD)
-def test_numbers_that_are_no_mesh(saying):
+def test_numbers_that_are_no_mesh(saying) -> None:
     points, counts, indices, attributes = BAD[saying]
     with pytest.raises(StageError, match=f"^/Mesh.*{saying}"):
         triangles(points, counts, indices, **attributes)
@@ -193,6 +193,6 @@ def test_numbers_that_are_no_mesh(saying):
         ("catmullClark", {"cornerIndices": [0], "cornerSharpnesses": [7.0]}, "cornerSharpnesses such as"),
     ],
 )
-def test_what_subdivision_does_not_do_is_refused(scheme, attributes, saying):
+def test_what_subdivision_does_not_do_is_refused(scheme, attributes, saying) -> None:
     with pytest.raises(UnsupportedError, match=f"^/Mesh: has {saying}"):
         triangles(*CUBE, scheme, **attributes)

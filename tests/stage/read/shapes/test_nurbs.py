@@ -45,7 +45,7 @@ def read(prim):
     return read_gprim(prim, Usd.TimeCode.Default())
 
 
-def test_a_rational_sphere_is_round_closed_and_has_its_normals():
+def test_a_rational_sphere_is_round_closed_and_has_its_normals() -> None:
     prim, _stage = patch(*sphere())
     found = read(prim)
     np.testing.assert_allclose(np.linalg.norm(found.points[np.unique(found.corners)], axis=1), 1, atol=1e-6)
@@ -57,7 +57,7 @@ def test_a_rational_sphere_is_round_closed_and_has_its_normals():
     assert solid.volume == pytest.approx(4 / 3 * np.pi, rel=5 * CHORD)
 
 
-def test_a_range_cuts_the_patch_and_handedness_turns_it():
+def test_a_range_cuts_the_patch_and_handedness_turns_it() -> None:
     prim, _stage = patch(*sphere(), vRange=Gf.Vec2d(1, 2))
     upper = read(prim)
     assert upper.points[np.unique(upper.corners), 2].min() == pytest.approx(0, abs=1e-7)
@@ -65,7 +65,7 @@ def test_a_range_cuts_the_patch_and_handedness_turns_it():
     assert trimesh.Trimesh(read(turned).points, read(turned).corners).volume < 0
 
 
-def test_a_bicubic_patch_is_scipys_surface():
+def test_a_bicubic_patch_is_scipys_surface() -> None:
     x, y = np.linspace(0, 3, 7), np.linspace(0, 2, 6)
     spline = RectBivariateSpline(x, y, np.sin(x)[:, None] * np.cos(y), kx=3, ky=3)
     tx, ty = spline.get_knots()
@@ -78,13 +78,13 @@ def test_a_bicubic_patch_is_scipys_surface():
     assert (found.normals[..., 2] > 0).all()
 
 
-def test_a_flat_patch_takes_few_triangles():
+def test_a_flat_patch_takes_few_triangles() -> None:
     corners = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]], float)
     prim, _stage = patch(corners, ([0, 0, 1, 1], 2), ([0, 0, 1, 1], 2))
     assert len(read(prim).corners) == 8
 
 
-def test_what_is_no_patch():
+def test_what_is_no_patch() -> None:
     points, u, v, weights = sphere()
     prim, _stage = patch(points, (u[0][:-1], 3), v, weights)
     with pytest.raises(StageError, match=r"^/Patch: has 9 points, order 3 and 11 knots along u, which make no patch"):

@@ -55,7 +55,7 @@ def shape(kind, axis=None, **sizes):
 
 @pytest.mark.parametrize("kind", SHAPES)
 @pytest.mark.parametrize("axis", AXES)
-def test_shapes_are_closed_and_have_their_volume(kind, axis):
+def test_shapes_are_closed_and_have_their_volume(kind, axis) -> None:
     sizes, volume = SHAPES[kind]
     t = shape(kind, axis if kind not in ("Cube", "Sphere") else None, **sizes)
     mesh = trimesh.Trimesh(t.points, t.corners, process=False)
@@ -67,7 +67,7 @@ def test_shapes_are_closed_and_have_their_volume(kind, axis):
 
 @pytest.mark.parametrize("kind", [*SHAPES, "Plane"])
 @pytest.mark.parametrize("axis", AXES)
-def test_extents_are_usds_own(kind, axis):
+def test_extents_are_usds_own(kind, axis) -> None:
     sizes = {"width": 3.0, "length": 5.0} if kind == "Plane" else SHAPES[kind][0]
     axis = axis if kind not in ("Cube", "Sphere") else None
     _stage, prim = define(kind, axis, **sizes)
@@ -78,7 +78,7 @@ def test_extents_are_usds_own(kind, axis):
 
 
 @pytest.mark.parametrize(("axis", "normal"), [("X", [1, 0, 0]), ("Y", [0, 1, 0]), ("Z", [0, 0, 1])])
-def test_a_plane_faces_along_its_axis(axis, normal):
+def test_a_plane_faces_along_its_axis(axis, normal) -> None:
     t = shape("Plane", axis, width=3.0, length=5.0)
     mesh = trimesh.Trimesh(t.points, t.corners, process=False)
     np.testing.assert_allclose(mesh.face_normals, [normal, normal], atol=NORMAL_TOLERANCE)
@@ -86,13 +86,13 @@ def test_a_plane_faces_along_its_axis(axis, normal):
     assert mesh.area == pytest.approx(15)
 
 
-def test_a_cone_points_along_its_axis():
+def test_a_cone_points_along_its_axis() -> None:
     t = shape("Cone", "X", radius=1.0, height=2.0)
     top = t.points[t.points[:, 0] > 0.999]
     np.testing.assert_allclose(top, [[1, 0, 0]], atol=1e-15)
 
 
-def test_a_spheres_normals_are_radial_and_its_chords_short():
+def test_a_spheres_normals_are_radial_and_its_chords_short() -> None:
     t = shape("Sphere", radius=2.0)
     np.testing.assert_allclose(t.normals, t.points[t.corners] / 2, atol=NORMAL_TOLERANCE)
     edges = np.concatenate([t.points[t.corners[:, [i, (i + 1) % 3]]].mean(1) for i in range(3)])
@@ -101,14 +101,14 @@ def test_a_spheres_normals_are_radial_and_its_chords_short():
 
 
 @pytest.mark.parametrize("kind", ["Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1"])
-def test_round_normals_point_outwards_and_stand_on_the_surface(kind):
+def test_round_normals_point_outwards_and_stand_on_the_surface(kind) -> None:
     t = shape(kind, **SHAPES[kind][0])
     facing = trimesh.Trimesh(t.points, t.corners, process=False).face_normals
     # A corner's true normal leans from its face's by half a step around, and half a step along a cap.
     assert ((t.normals * facing[:, None]).sum(-1) > np.cos(4 * np.pi / SEGMENTS)).all()
 
 
-def test_left_handed_turns_a_shape_inside_out():
+def test_left_handed_turns_a_shape_inside_out() -> None:
     stage, prim = define("Cube")
     UsdGeom.Gprim(prim).CreateOrientationAttr("leftHanded")
     t = read_gprim(prim, Usd.TimeCode(0))
@@ -125,6 +125,6 @@ def test_left_handed_turns_a_shape_inside_out():
         ("Plane", {"width": 0.0}),
     ],
 )
-def test_sizes_must_be_positive(kind, sizes):
+def test_sizes_must_be_positive(kind, sizes) -> None:
     with pytest.raises(StageError, match=f"/Shape: its {next(iter(sizes))} is"):
         shape(kind, **sizes)

@@ -39,7 +39,7 @@ def triangles(mesh, name="uv", channels=2):
 
 @pytest.mark.parametrize("interpolation", COUNTS)
 @pytest.mark.parametrize("indexed", [False, True])
-def test_every_interpolation_reaches_its_corners(interpolation, indexed):
+def test_every_interpolation_reaches_its_corners(interpolation, indexed) -> None:
     stage, mesh = define(*CUBE)
     count = COUNTS[interpolation]
     values = np.random.default_rng(1).random((count, 2))
@@ -56,7 +56,7 @@ def test_every_interpolation_reaches_its_corners(interpolation, indexed):
     assert stage
 
 
-def test_values_stay_with_their_corners_through_mirrors_and_holes():
+def test_values_stay_with_their_corners_through_mirrors_and_holes() -> None:
     """A primvar that is the position itself stays so."""
     points, counts, indices = CUBE
     stage, mesh = define(points, counts, indices, orientation="leftHanded", holeIndices=[1])
@@ -70,7 +70,7 @@ def test_values_stay_with_their_corners_through_mirrors_and_holes():
 
 
 @pytest.mark.parametrize("scheme", ["catmullClark", "bilinear"])
-def test_vertex_values_follow_the_limit_surface(scheme):
+def test_vertex_values_follow_the_limit_surface(scheme) -> None:
     """Vertex interpolation is the rule of the points: so the points as a primvar lie on the surface."""
     stage, mesh = define(*CUBE, scheme, creaseIndices=[0, 1, 3], creaseLengths=[3], creaseSharpnesses=[2.0])
     author(mesh, "p", np.array(CUBE[0], float), "vertex")
@@ -79,7 +79,7 @@ def test_vertex_values_follow_the_limit_surface(scheme):
     assert stage
 
 
-def test_varying_values_are_bilinear_on_a_smooth_surface():
+def test_varying_values_are_bilinear_on_a_smooth_surface() -> None:
     stage, mesh = define(*CUBE, "catmullClark")
     author(mesh, "p", np.array(CUBE[0], float), "varying")
     smooth = triangles(mesh, "p", 3)
@@ -151,7 +151,7 @@ def blender_corners(values, mode):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", ["whole", "halves", "quarters", "corner", "dart"])
-def test_face_varying_values_are_those_of_blenders_opensubdiv(mode, name):
+def test_face_varying_values_are_those_of_blenders_opensubdiv(mode, name) -> None:
     values = islands(name)
     points, counts, indices = grid()
     distinct, number = np.unique(np.round(values, 9), axis=0, return_inverse=True)
@@ -168,7 +168,7 @@ def test_face_varying_values_are_those_of_blenders_opensubdiv(mode, name):
     assert stage
 
 
-def test_corners_that_share_no_index_are_not_smoothed_together():
+def test_corners_that_share_no_index_are_not_smoothed_together() -> None:
     """Without indices each corner has its own value, though the numbers agree: every face is an island."""
     points, counts, indices = grid()
     values = islands("whole")
@@ -190,7 +190,7 @@ def test_corners_that_share_no_index_are_not_smoothed_together():
     ],
 )
 @pytest.mark.parametrize("scheme", ["none", "catmullClark"])
-def test_counts_that_do_not_fit(interpolation, values, indices, saying, scheme):
+def test_counts_that_do_not_fit(interpolation, values, indices, saying, scheme) -> None:
     stage, mesh = define(*CUBE, scheme)
     author(mesh, "uv", np.zeros((values, 2)), interpolation, indices)
     with pytest.raises(StageError, match=rf"^/Mesh.primvars:uv: {saying}"):
@@ -198,7 +198,7 @@ def test_counts_that_do_not_fit(interpolation, values, indices, saying, scheme):
     assert stage
 
 
-def test_numbers_that_are_not_finite():
+def test_numbers_that_are_not_finite() -> None:
     stage, mesh = define(*CUBE)
     author(mesh, "uv", np.array([[0, np.nan]]), "constant")
     with pytest.raises(StageError, match=r"^/Mesh: uv\[0\] is .*they must be finite"):
@@ -206,7 +206,7 @@ def test_numbers_that_are_not_finite():
     assert stage
 
 
-def test_constant_primvars_are_inherited_and_shapes_take_them(read_scene):
+def test_constant_primvars_are_inherited_and_shapes_take_them(read_scene) -> None:
     geometry = """
     def Xform "Group"
     {
@@ -243,7 +243,7 @@ def test_constant_primvars_are_inherited_and_shapes_take_them(read_scene):
         read_scene(geometry % varying, name="b.usda")
 
 
-def test_display_color_over_the_faces_of_a_mesh(read_scene):
+def test_display_color_over_the_faces_of_a_mesh(read_scene) -> None:
     mesh = """def Mesh "Pair"
     {
         int[] faceVertexCounts = [3, 3]

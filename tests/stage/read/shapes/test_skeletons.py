@@ -122,7 +122,7 @@ def baked(path):
     return copy
 
 
-def face_varying_normals(stage):
+def face_varying_normals(stage) -> None:
     stage.GetPrimAtPath(f"{TUBE}/Fat").RemoveProperty(
         "normalOffsets"
     )  # baking leaves them out where a face has its own
@@ -132,23 +132,23 @@ def face_varying_normals(stage):
     mesh.SetNormalsInterpolation("faceVarying")
 
 
-def subdivided(stage):
+def subdivided(stage) -> None:
     UsdGeom.Mesh(stage.GetPrimAtPath(TUBE)).GetSubdivisionSchemeAttr().Set("catmullClark")
 
 
-def dual_quaternion(stage):
+def dual_quaternion(stage) -> None:
     UsdSkel.BindingAPI(stage.GetPrimAtPath(TUBE)).CreateSkinningMethodAttr("dualQuaternion")
 
 
-def only_one_joint(stage):
+def only_one_joint(stage) -> None:
     UsdSkel.BindingAPI(stage.GetPrimAtPath(TUBE)).SetRigidJointInfluence(1)
 
 
-def own_joints(stage):
+def own_joints(stage) -> None:
     UsdSkel.BindingAPI(stage.GetPrimAtPath(TUBE)).CreateJointsAttr(["base/tip", "base"])
 
 
-def without_animation(stage):
+def without_animation(stage) -> None:
     stage.GetPrimAtPath(SKELETON).GetRelationship("skel:animationSource").ClearTargets(True)
 
 
@@ -164,7 +164,7 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_each_picture_has_the_pose_that_usd_bakes(arm, change):
+def test_each_picture_has_the_pose_that_usd_bakes(arm, change) -> None:
     path = arm(change)
     posed, authority = meshes(path), meshes(baked(path))
     for own, other in zip(posed, authority, strict=True):
@@ -181,7 +181,7 @@ def authored(path):
     return meshes(path.with_name("unbound.usda"))[0]
 
 
-def test_equal_poses_are_one_shape_and_others_are_not(arm):
+def test_equal_poses_are_one_shape_and_others_are_not(arm) -> None:
     reader = StageReader(arm())
     first, second, third = (reader.scene(frame) for frame in reader.frames)
     assert first.target is not second.target
@@ -191,10 +191,10 @@ def test_equal_poses_are_one_shape_and_others_are_not(arm):
     assert first.target is second.target is third.target
 
 
-def test_only_the_animation_moves_the_shape(arm):
+def test_only_the_animation_moves_the_shape(arm) -> None:
     """Nothing below the target varies: the animation lies outside it."""
 
-    def elsewhere(stage):
+    def elsewhere(stage) -> None:
         moved = Sdf.CopySpec(stage.GetRootLayer(), "/World/Target/Arm/Bend", stage.GetRootLayer(), "/World/Bend")
         stage.RemovePrim("/World/Target/Arm/Bend")
         stage.GetPrimAtPath(SKELETON).GetRelationship("skel:animationSource").SetTargets(["/World/Bend"])
@@ -204,7 +204,7 @@ def test_only_the_animation_moves_the_shape(arm):
     assert np.abs(first.points - second.points).max() > 0.5
 
 
-def test_instances_of_one_model_with_poses_of_their_own(make_stage, arm):
+def test_instances_of_one_model_with_poses_of_their_own(make_stage, arm) -> None:
     two = """
     def Xform "{name}"
     {{
@@ -227,7 +227,7 @@ def test_instances_of_one_model_with_poses_of_their_own(make_stage, arm):
     }"""
     own = "rel skel:animationSource = </World/Target/Turn>"
 
-    def unbound(stage):
+    def unbound(stage) -> None:
         stage.GetPrimAtPath(SKELETON).RemoveProperty("skel:animationSource")
 
     arm(unbound, name="model.usda")
@@ -237,8 +237,8 @@ def test_instances_of_one_model_with_poses_of_their_own(make_stage, arm):
     assert mesh.points[:count, 2].min() == pytest.approx(mesh.points[count:, 2].min() + 9, abs=1e-5)
 
 
-def test_a_shape_without_points_moves_as_a_whole(arm):
-    def with_box(stage):
+def test_a_shape_without_points_moves_as_a_whole(arm) -> None:
+    def with_box(stage) -> None:
         box = UsdGeom.Cube.Define(stage, "/World/Target/Arm/Box")
         box.GetSizeAttr().Set(0.5)
         binding = UsdSkel.BindingAPI.Apply(box.GetPrim())
@@ -250,21 +250,21 @@ def test_a_shape_without_points_moves_as_a_whole(arm):
         np.testing.assert_allclose(own.points, other.points, atol=1e-5)
 
 
-def test_without_a_skel_root_nothing_is_deformed(arm):
+def test_without_a_skel_root_nothing_is_deformed(arm) -> None:
     path = arm(lambda stage: stage.GetPrimAtPath("/World/Target/Arm").SetTypeName("Xform"))
     first, second, _ = meshes(path)
     assert first is second
 
 
-def test_what_does_not_fit(arm):
-    def too_few(stage):
+def test_what_does_not_fit(arm) -> None:
+    def too_few(stage) -> None:
         UsdSkel.BindingAPI(stage.GetPrimAtPath(TUBE)).GetJointWeightsPrimvar().Set([1.0, 0.0])
 
-    def part(stage):
+    def part(stage) -> None:
         stage.GetPrimAtPath("/World/Target").RemoveAppliedSchema("SpinTargetAPI")
         stage.GetPrimAtPath(TUBE).AddAppliedSchema("SpinTargetAPI")
 
-    def bent_box(stage):
+    def bent_box(stage) -> None:
         box = UsdGeom.Cube.Define(stage, "/World/Target/Arm/Box")
         binding = UsdSkel.BindingAPI.Apply(box.GetPrim())
         binding.CreateSkeletonRel().SetTargets([SKELETON])

@@ -80,7 +80,7 @@ def labels(scene):
     return surface.rows, surface.columns, surface.z.astype(np.float32), surface.body.astype(np.float32), surface.part
 
 
-def test_scenegraph_instances_are_one_shape_and_label_as_without(read):
+def test_scenegraph_instances_are_one_shape_and_label_as_without(read) -> None:
     scene, flat = read(placed(instanceable=True), "a.usda"), read(placed(instanceable=False), "b.usda")
     (shared,) = scene.target.mesh.instances
     assert len(shared.matrices) == 3
@@ -93,7 +93,7 @@ def test_scenegraph_instances_are_one_shape_and_label_as_without(read):
         np.testing.assert_array_equal(mine, theirs)
 
 
-def test_point_instances_are_one_shape_where_scenegraph_instances_stand(read):
+def test_point_instances_are_one_shape_where_scenegraph_instances_stand(read) -> None:
     scene, other = read(INSTANCER, "a.usda"), read(placed(instanceable=True), "b.usda")
     (mine,), (theirs,) = scene.target.mesh.instances, other.target.mesh.instances
     np.testing.assert_allclose(mine.matrices, theirs.matrices, atol=1e-6)  # single precision arrays
@@ -102,7 +102,7 @@ def test_point_instances_are_one_shape_where_scenegraph_instances_stand(read):
     assert {part.name for part in scene.target.parts} == {"Body", "Foot"}
 
 
-def test_instances_of_different_materials_are_different_shapes(read):
+def test_instances_of_different_materials_are_different_shapes(read) -> None:
     colour = "color3f[] primvars:displayColor = [(1, 0, 0)]\n        }"
     text = placed(instanceable=True).rsplit("}", 1)
     scene = read(colour.join(text), "a.usda")

@@ -46,7 +46,7 @@ def corner_means(mesh):
     return mesh.points[mesh.faces].mean(1)
 
 
-def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage):
+def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage) -> None:
     path = make_stage(NESTED)
     reader = StageReader(path)
     mesh = reader.scene(reader.frames[0]).target.mesh
@@ -63,7 +63,7 @@ def test_nested_transforms_have_usds_bounds_and_stay_closed(make_stage):
     assert (facing > 0.99).all()  # normals by the inverse transpose
 
 
-def test_normals_under_unequal_scale_stand_on_the_surface(read_scene):
+def test_normals_under_unequal_scale_stand_on_the_surface(read_scene) -> None:
     """A sphere scaled to an ellipsoid: its normal is the gradient of x^2/a^2 + y^2/b^2 + z^2/c^2."""
     mesh = read_scene(
         """def Sphere "S"
@@ -78,7 +78,7 @@ def test_normals_under_unequal_scale_stand_on_the_surface(read_scene):
 
 
 @pytest.mark.parametrize(("metres", "up"), [(0.01, "Y"), (1, "Z"), (1000, "Y")])
-def test_units_are_metres_whatever_the_stages_are(make_stage, metres, up):
+def test_units_are_metres_whatever_the_stages_are(make_stage, metres, up) -> None:
     path = make_stage(metadata=f"metersPerUnit = {metres}")
     path.write_text(path.read_text().replace('upAxis = "Z"', f'upAxis = "{up}"'))
     reader = StageReader(path)
@@ -87,7 +87,7 @@ def test_units_are_metres_whatever_the_stages_are(make_stage, metres, up):
     assert scene.T_cam_body.translation == pytest.approx([0, 0, 10 * metres])
 
 
-def test_the_targets_own_scale_is_in_its_points(read_scene):
+def test_the_targets_own_scale_is_in_its_points(read_scene) -> None:
     pose = """
         double3 xformOp:translate = (0, 0, -10)
         float3 xformOp:scale = (0.5, 0.5, 0.5)
@@ -97,7 +97,7 @@ def test_the_targets_own_scale_is_in_its_points(read_scene):
     np.testing.assert_allclose(scene.T_cam_body.rotation @ scene.T_cam_body.rotation.T, np.eye(3), atol=1e-15)
 
 
-def test_native_instances_are_read_as_separate_copies(read_scene):
+def test_native_instances_are_read_as_separate_copies(read_scene) -> None:
     """Two instances of a class, which is not drawn itself."""
     copies = """
         class Xform "_Box"
@@ -153,7 +153,7 @@ ORIENTATIONS = "[(1, 0, 0, 0), (0.8, 0.6, 0, 0), (0.6, 0, 0.8, 0), (0, 0, 0, 1)]
 @pytest.mark.parametrize(
     ("kind", "tolerance"), [("quath[] orientations", HALF_ORIENTATION * 3), ("quatf[] orientationsf", FLOAT32)]
 )
-def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tolerance):
+def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tolerance) -> None:
     scene = read_scene(INSTANCER.format(orientations=f"{kind} = {ORIENTATIONS}", invisible=""))
     copies = ""
     places = [((0, 0, 0), (1, 0, 0, 0), (1, 1, 1)), ((3, 0, 0), (0.8, 0.6, 0, 0), (1, 2, 1))]
@@ -189,7 +189,7 @@ def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tol
     assert {p.name for p in scene.target.parts} == {"Box", "Tip"}
 
 
-def test_invisible_ids_are_left_out(read_scene):
+def test_invisible_ids_are_left_out(read_scene) -> None:
     whole = read_scene(INSTANCER.format(orientations="", invisible=""), name="a.usda").target.mesh
     some = read_scene(INSTANCER.format(orientations="", invisible="11, 13"), name="b.usda").target
     assert {p.name for p in some.parts} == {"Box"}
@@ -208,14 +208,14 @@ def test_invisible_ids_are_left_out(read_scene):
         ("[(1, 0, 0, 0), (0.8", "[(2, 0, 0, 0), (0.8", "norm is off 1 by 1"),
     ],
 )
-def test_instancers_that_disagree_with_themselves(read_scene, old, new, saying):
+def test_instancers_that_disagree_with_themselves(read_scene, old, new, saying) -> None:
     text = INSTANCER.format(orientations=f"quatf[] orientationsf = {ORIENTATIONS}", invisible="")
     with pytest.raises(StageError, match=f"^/World/Target/Many: .*{saying}"):
         read_scene(text.replace(old, new))
 
 
-def test_purpose_visibility_and_activation(read_scene):
-    def cube(name, extra):
+def test_purpose_visibility_and_activation(read_scene) -> None:
+    def cube(name, extra) -> str:
         return f'def Cube "{name}" {extra}'
 
     geometry = "\n".join(
@@ -235,7 +235,7 @@ def test_purpose_visibility_and_activation(read_scene):
     assert [p.name for p in read_scene(geometry).target.parts] == ["Own", "Render", "Shown"]
 
 
-def test_parts_and_classes_from_the_nearest_label(read_scene):
+def test_parts_and_classes_from_the_nearest_label(read_scene) -> None:
     geometry = """
     def Xform "Bus" (
         prepend apiSchemas = ["SemanticsLabelsAPI:part", "SemanticsLabelsAPI:class"]
@@ -275,7 +275,7 @@ def test_parts_and_classes_from_the_nearest_label(read_scene):
     assert np.bincount(target.mesh.face_part).tolist() == [0, 12, 24, 8, 4]
 
 
-def test_materials_by_face_and_leftover_faces(read_scene):
+def test_materials_by_face_and_leftover_faces(read_scene) -> None:
     geometry = """
     def Mesh "M" (
         prepend apiSchemas = ["MaterialBindingAPI"]
@@ -327,7 +327,7 @@ KEYPOINTS = """
     }"""
 
 
-def test_keypoints_are_in_body_axes_and_metres(read_scene):
+def test_keypoints_are_in_body_axes_and_metres(read_scene) -> None:
     target = read_scene(KEYPOINTS, metadata="metersPerUnit = 0.1").target
     assert target.keypoint_names == ("a", "b")
     np.testing.assert_allclose(target.keypoints, [[0.2, 0.2, 0.3], [0.5, 0.5, 0.6]])
@@ -342,13 +342,13 @@ def test_keypoints_are_in_body_axes_and_metres(read_scene):
         ('uniform token purpose = "guide"', "", UnsupportedError, "is a Points"),
     ],
 )
-def test_keypoints_that_are_none(read_scene, old, new, error, saying):
+def test_keypoints_that_are_none(read_scene, old, new, error, saying) -> None:
     with pytest.raises(error, match=saying):
         read_scene(KEYPOINTS.replace(old, new))
 
 
 @pytest.mark.parametrize("kind", ["BasisCurves", "Points", "Volume", "TetMesh"])
-def test_geometry_that_is_not_read_is_refused_by_name(read_scene, kind):
+def test_geometry_that_is_not_read_is_refused_by_name(read_scene, kind) -> None:
     with pytest.raises(UnsupportedError, match=f"^/World/Target/Thing: is a {kind}"):
         read_scene(f'def Cube "Box" {{}}\ndef {kind} "Thing" {{}}')
     assert read_scene(f'def Cube "Box" {{}}\ndef {kind} "Thing"\n{{\ntoken purpose = "guide"\n}}', name="b.usda")
@@ -365,18 +365,18 @@ def test_geometry_that_is_not_read_is_refused_by_name(read_scene, kind):
         ('ORDER["!resetXformStack!"]', UnsupportedError, "resets its transform stack"),
     ],
 )
-def test_transforms_that_usd_misreads(read_scene, xform, error, saying):
+def test_transforms_that_usd_misreads(read_scene, xform, error, saying) -> None:
     text = xform.replace("ORDER", "uniform token[] xformOpOrder = ")
     with pytest.raises(error, match=f"^/World/Target/Box.*{saying}"):
         read_scene(f'def Cube "Box"\n{{\n{text}\n}}')
 
 
-def test_a_target_without_geometry(read_scene):
+def test_a_target_without_geometry(read_scene) -> None:
     with pytest.raises(StageError, match=r"^/World/Target: the target has no geometry that is drawn"):
         read_scene('def Xform "Empty" {}')
 
 
-def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene):
+def test_levels_of_detail_are_refused_rather_than_all_drawn(read_scene) -> None:
     geometry = 'def Xform "Lod" (\nprepend apiSchemas = ["LODRootAPI"]\n)\n{\ndef Cube "Near" {}\ndef Cube "Far" {}\n}'
     with pytest.raises(UnsupportedError, match=r"^/World/Target/Lod: chooses among levels of detail"):
         read_scene(geometry)
