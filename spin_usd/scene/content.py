@@ -23,13 +23,16 @@ def key_of(value: Any) -> str:
 
 
 def content(value: Any) -> Any:
-    """`value` as JSON: dataclasses by type and field, arrays by digest, anything with a `key` by that."""
+    """`value` as JSON: dataclasses by type and field, arrays by digest, anything with a `key` or `digested` values by
+    those."""
     if type(value) in PLAIN:
         return value
     if isinstance(value, np.ndarray):
         return digest(value)
     if isinstance(key := getattr(value, "key", None), str):
         return key
+    if isinstance(own := getattr(value, "digested", None), dict):
+        return {name: content(item) for name, item in own.items()}
     if is_dataclass(value):
         of = {f.name: content(getattr(value, f.name)) for f in fields(value) if not f.metadata.get("name")}
         return {"": type(value).__name__, **of}

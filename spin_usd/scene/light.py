@@ -4,8 +4,14 @@ Positions and directions are in the camera frame `cam`, metres. Sources are not 
 dome, which is also what lies behind everything; reflections show all of them.
 """
 
-from dataclasses import dataclass, field
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar, Self
 
+import numpy as np
+
+from spin_usd.arrays import Float
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import NAME
 from spin_usd.scene.texture import Color, Image
@@ -49,25 +55,157 @@ class Shaping:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AreaLight:
-    """A source with a place. `shape` and `size` in metres:
+class AreaLight(ABC):
+    """A source with a place: one of the classes below, which give its shape and its lengths in metres.
 
-    sphere (radius,) · disk (radius along x, radius along y) and rect (width, height) in the plane z = 0, shining along
-    -z · cylinder (length, radius) along x, without ends · point () .
-    `emission`: the radiance of every point of its surface; of a point its radiant intensity.
-    `image`: of a rect, multiplies the emission; seen upright from the side that is lit.
+    `emission`: the radiance of every point of its surface; a point's radiant intensity. It counts in keys by its shape
+    and size, so that classes and fields can be renamed.
     """
 
+    shape: ClassVar[str]
+    lengths: ClassVar[tuple[str, ...]]
+    """The names of the fields that hold its lengths."""
+
     path: str = field(metadata=NAME)
-    shape: str
-    size: tuple[float, ...]
     T_cam_light: Transform
     emission: Color
     shaping: Shaping | None = None
-    image: Image | None = None
     shadows: bool = True
     lights: Links = None
     shadowed_by: Links = None
+
+    @property
+    @abstractmethod
+    def area(self) -> float:
+        """The surface that emits, m2."""
+
+    @property
+    @abstractmethod
+    def facing_area(self) -> float:
+        """The area that it shows to those it faces, m2; 1 for a point, whose emission is an intensity."""
+
+    @abstractmethod
+    def projected_area(self, leaving: Float) -> Float:
+        """(N,) the area that it shows along the unit directions `leaving` (N, 3) it, in its own axes, m2."""
+
+    @property
+    def size(self) -> tuple[float, ...]:
+        """Its lengths, metres."""
+        return tuple(getattr(self, name) for name in self.lengths)
+
+    def scaled(self, factor: float) -> Self:
+        """The same light with its lengths `factor` times as long."""
+        return replace(self, **{name: getattr(self, name) * factor for name in self.lengths})
+
+    @property
+    def digested(self) -> dict[str, Any]:
+        """The values by which it counts in keys."""
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("path", *self.lengths)}
+        return {"": "AreaLight", "shape": self.shape, "size": self.size, "image": None, **own}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointLight(AreaLight):
+    """A source without size."""
+
+    shape: ClassVar[str] = "point"
+    lengths: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def area(self) -> float:
+        return 0.0
+
+    @property
+    def facing_area(self) -> float:
+        return 1.0
+
+    def projected_area(self, leaving: Float) -> Float:
+        return np.ones(len(leaving))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SphereLight(AreaLight):
+    """A sphere, metres."""
+
+    shape: ClassVar[str] = "sphere"
+    lengths: ClassVar[tuple[str, ...]] = ("radius",)
+    radius: float
+
+    @property
+    def area(self) -> float:
+        return 4 * math.pi * self.radius**2
+
+    @property
+    def facing_area(self) -> float:
+        return math.pi * self.radius**2
+
+    def projected_area(self, leaving: Float) -> Float:
+        return np.full(len(leaving), self.facing_area)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DiskLight(AreaLight):
+    """An ellipse in the plane z = 0 that shines along -z; its semi-axes along x and y, metres."""
+
+    shape: ClassVar[str] = "disk"
+    lengths: ClassVar[tuple[str, ...]] = ("radius_x", "radius_y")
+    radius_x: float
+    radius_y: float
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.radius_x * self.radius_y
+
+    @property
+    def facing_area(self) -> float:
+        return self.area
+
+    def projected_area(self, leaving: Float) -> Float:
+        return self.area * np.maximum(-leaving[:, 2], 0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RectLight(AreaLight):
+    """A rectangle in the plane z = 0 that shines along -z: `width` along x and `height` along y, metres. `image`
+    multiplies the emission; it is seen upright from the side that is lit."""
+
+    shape: ClassVar[str] = "rect"
+    lengths: ClassVar[tuple[str, ...]] = ("width", "height")
+    width: float
+    height: float
+    image: Image | None = None
+
+    @property
+    def area(self) -> float:
+        return self.width * self.height
+
+    @property
+    def facing_area(self) -> float:
+        return self.area
+
+    def projected_area(self, leaving: Float) -> Float:
+        return self.area * np.maximum(-leaving[:, 2], 0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CylinderLight(AreaLight):
+    """A cylinder along x, without ends; metres."""
+
+    shape: ClassVar[str] = "cylinder"
+    lengths: ClassVar[tuple[str, ...]] = ("length", "radius")
+    length: float
+    radius: float
+
+    @property
+    def area(self) -> float:
+        return 2 * math.pi * self.length * self.radius
+
+    @property
+    def facing_area(self) -> float:
+        return 2 * self.radius * self.length
+
+    def projected_area(self, leaving: Float) -> Float:
+        return np.asarray(self.facing_area * np.sqrt(np.maximum(1 - leaving[:, 0] ** 2, 0)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Environment, Planet
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
+from spin_usd.scene.light import CylinderLight, DistantLight, DomeLight, SphereLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Texture
 from tests.cases import scenes
@@ -18,8 +18,8 @@ METAL = Material(path="/metal", diffuse_color=(0.6, 0.5, 0.4), metallic=0.7)
 GLOWING = replace(MATT, path="/glowing", emissive_color=(1.0, 0.0, 0.0))
 SUN = DistantLight(path="/Sun", direction_cam=(0.0, 0.6, 0.8), irradiance=(1361.0,) * 3)
 AT = Transform(to="cam", of="light", rotation=np.eye(3), translation=np.array([2.0, 0, 2]))
-BALL = AreaLight(path="/Ball", shape="sphere", size=(0.2,), T_cam_light=AT, emission=(1.0,) * 3)
-TUBE = AreaLight(path="/Tube", shape="cylinder", size=(1.0, 0.1), T_cam_light=AT, emission=(1.0,) * 3)
+BALL = SphereLight(path="/Ball", radius=0.2, T_cam_light=AT, emission=(1.0,) * 3)
+TUBE = CylinderLight(path="/Tube", length=1.0, radius=0.1, T_cam_light=AT, emission=(1.0,) * 3)
 DOME = DomeLight(path="/Dome", T_cam_dome=replace(AT, of="dome"), radiance=(1.0,) * 3)
 EARTH = Planet(path="/Earth", T_cam_planet=replace(AT, of="planet", translation=np.array([0, 7e6, 0.0])), radii=(6.4e6,) * 3, albedo=(0.3,) * 3)  # fmt: skip  # noqa: E501
 

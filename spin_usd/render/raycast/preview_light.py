@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.errors import UnsupportedError
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Shaping
+from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, PointLight, RectLight, Shaping
 
 TINY = np.finfo(np.float64).tiny
 
@@ -36,11 +35,11 @@ def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) ->
     distance = np.maximum(np.linalg.norm(away, axis=1), np.sqrt(TINY))
     to_light = away / distance[:, None]
     leaving = -T_cam_body.directions(to_light) @ light.T_cam_light.rotation
-    solid_angle = _shown_area(light, leaving) / distance**2
-    if light.shape != "point":
+    solid_angle = light.projected_area(leaving) / distance**2
+    if not isinstance(light, PointLight):
         solid_angle = np.minimum(solid_angle, np.pi)
     emission = _shaped(light.shaping, -leaving[:, 2]) * light.emission
-    if light.image is not None:
+    if isinstance(light, RectLight) and light.image is not None:
         emission = emission * light.image.pixels[..., :3].mean((0, 1), dtype=np.float64)
     return Beam(to_light=to_light, irradiance=solid_angle[:, None] * emission, distance=distance)
 
@@ -53,24 +52,6 @@ def mean_radiance(dome: DomeLight) -> Float:
     rows = dome.image.pixels[..., :3].mean(1, dtype=np.float64)
     weights = np.sin((np.arange(len(rows)) + 0.5) * np.pi / len(rows))
     return np.asarray(radiance * (weights @ rows) / weights.sum())
-
-
-def _shown_area(light: AreaLight, leaving: Float) -> Float:
-    """(N,) area of the source as seen along the unit directions `leaving` (N, 3) it, in its own axes, m2; of a point,
-    whose emission is an intensity, 1."""
-    along_x, facing = leaving[:, 0], np.maximum(-leaving[:, 2], 0)
-    match light.shape, light.size:
-        case "sphere", (radius,):
-            return np.full(len(leaving), np.pi * radius**2)
-        case "disk", (along, across):
-            return np.asarray(np.pi * along * across * facing)
-        case "rect", (width, height):
-            return np.asarray(width * height * facing)
-        case "cylinder", (length, radius):
-            return np.asarray(2 * radius * length * np.sqrt(np.maximum(1 - along_x**2, 0)))
-        case "point", ():
-            return np.ones(len(leaving))
-    raise UnsupportedError(f"is a {light.shape} of size {light.size}", where=light.path)
 
 
 def _shaped(shaping: Shaping | None, cosine: Float) -> Float:

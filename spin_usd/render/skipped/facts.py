@@ -11,7 +11,7 @@ from spin_usd.render.background.surroundings import Surroundings
 from spin_usd.render.skipped.material_needs import Surfaces, surfaces_of
 from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light import AreaLight, DomeLight
+from spin_usd.scene.light import AreaLight, CylinderLight, DomeLight
 from spin_usd.scene.model import Scene
 
 
@@ -52,7 +52,7 @@ class Facts:
 
     @property
     def tubes(self) -> bool:
-        return any(lamp.shape == "cylinder" for lamp in self.lamps)
+        return any(isinstance(lamp, CylinderLight) for lamp in self.lamps)
 
     @property
     def dark(self) -> bool:

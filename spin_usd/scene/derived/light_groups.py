@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Light
+from spin_usd.scene.light import DistantLight, DomeLight, Light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Color
 
@@ -144,21 +144,7 @@ def _irradiance(light: Light, scene: Scene) -> float:
         return math.pi
     place: Float = light.T_cam_light.translation - scene.T_cam_body.points(scene.target.mesh.centre)
     distance = max(float(np.linalg.norm(place)), scene.target.mesh.radius)
-    return min(_area(light) / distance**2, math.pi)
-
-
-def _area(light: AreaLight) -> float:
-    """m2 that it shows to those it faces; 1 for a point, whose emission is an intensity."""
-    match light.shape, light.size:
-        case "sphere", (radius,):
-            return math.pi * radius**2
-        case "disk", (along, across):
-            return math.pi * along * across
-        case "rect", (width, height):
-            return width * height
-        case "cylinder", (length, radius):
-            return 2 * radius * length
-    return 1.0
+    return min(light.facing_area / distance**2, math.pi)
 
 
 def _class(ratio: float) -> float:

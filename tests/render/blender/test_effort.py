@@ -8,7 +8,7 @@ import pytest
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light import AreaLight, DistantLight
+from spin_usd.scene.light import DistantLight, RectLight
 from spin_usd.scene.material import Material
 from tests.cases import scenes
 
@@ -29,7 +29,7 @@ def sun(irradiance=1361.0):
 def panel():
     """A square lamp of 1.5 m beside the camera that shines along its axis."""
     there = Transform(to="cam", of="panel", rotation=np.diag([1.0, -1, -1]), translation=np.array([-1.5, 1.0, 1.0]))
-    return AreaLight(path="/Panel", shape="rect", size=(1.5, 1.5), T_cam_light=there, emission=(300.0,) * 3)
+    return RectLight(path="/Panel", width=1.5, height=1.5, T_cam_light=there, emission=(300.0,) * 3)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.light_groups import Groups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
+from spin_usd.scene.light import CylinderLight, DistantLight, DomeLight, RectLight, SphereLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Shutter, ThinLens
 from spin_usd.scene.sensor import LUMINANCE
@@ -46,17 +46,17 @@ def panel(place, emission, **fields):
     z = (place - AT) / np.linalg.norm(place - AT)
     x = np.cross([0.3, 1, 0.2], z) / np.linalg.norm(np.cross([0.3, 1, 0.2], z))
     there = axes("light", place, np.stack([x, np.cross(z, x), z], -1))
-    return AreaLight(path="/Panel", shape="rect", size=(1.0, 1.0), T_cam_light=there, emission=emission, **fields)
+    return RectLight(path="/Panel", width=1.0, height=1.0, T_cam_light=there, emission=emission, **fields)
 
 
 def ball(emission):
     there = axes("light", (-1.5, -1.0, 2.5))
-    return AreaLight(path="/Ball", shape="sphere", size=(0.2,), T_cam_light=there, emission=emission)
+    return SphereLight(path="/Ball", radius=0.2, T_cam_light=there, emission=emission)
 
 
 def tube(emission):
     there = axes("light", (0.0, -1.5, 3.0))
-    return AreaLight(path="/Tube", shape="cylinder", size=(1.0, 0.1), T_cam_light=there, emission=emission)
+    return CylinderLight(path="/Tube", length=1.0, radius=0.1, T_cam_light=there, emission=emission)
 
 
 def dome(radiance, image=None):

@@ -9,7 +9,16 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.render.raycast.preview_light import mean_radiance
 from spin_usd.render.raycast.renderer import RaycastRenderer
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Shaping
+from spin_usd.scene.light import (
+    CylinderLight,
+    DiskLight,
+    DistantLight,
+    DomeLight,
+    PointLight,
+    RectLight,
+    Shaping,
+    SphereLight,
+)
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image, Texture
 from tests.cases.scenes import SMALL, scene, target
@@ -29,54 +38,55 @@ def middle(lights, material=WHITE, **fields):
     return picture.rgb[rows // 2, columns // 2].astype(float)
 
 
-def light(shape, size, *, tilt=0.0, offset=(0.0, 0.0), **fields):
+def light(kind, lengths, *, tilt=0.0, offset=(0.0, 0.0), **fields):
     """RANGE before the plate's middle, shining at it (its -z is the camera's z), turned by `tilt` about y."""
     c, s = np.cos(tilt), np.sin(tilt)
     facing = np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1.0]]) @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     place = Transform(to="cam", of="light", rotation=facing, translation=[*offset, 4 - RANGE])
-    return AreaLight(path="/l", shape=shape, size=size, T_cam_light=place, emission=(7.0, 5.0, 3.0), **fields)
+    own = dict(zip(kind.lengths, lengths, strict=True))
+    return kind(path="/l", T_cam_light=place, emission=(7.0, 5.0, 3.0), **own, **fields)
 
 
 AREAS = {
-    "sphere": ((0.2,), lambda tilt: np.pi * 0.2**2),
-    "disk": ((0.2, 0.3), lambda tilt: np.pi * 0.2 * 0.3 * np.cos(tilt)),
-    "rect": ((0.3, 0.5), lambda tilt: 0.3 * 0.5 * np.cos(tilt)),
-    "cylinder": ((0.4, 0.1), lambda tilt: 2 * 0.1 * 0.4 * np.cos(tilt)),
-    "point": ((), lambda tilt: 1.0),
+    SphereLight: ((0.2,), lambda tilt: np.pi * 0.2**2),
+    DiskLight: ((0.2, 0.3), lambda tilt: np.pi * 0.2 * 0.3 * np.cos(tilt)),
+    RectLight: ((0.3, 0.5), lambda tilt: 0.3 * 0.5 * np.cos(tilt)),
+    CylinderLight: ((0.4, 0.1), lambda tilt: 2 * 0.1 * 0.4 * np.cos(tilt)),
+    PointLight: ((), lambda tilt: 1.0),
 }
 
 
-@pytest.mark.parametrize("shape", AREAS)
+@pytest.mark.parametrize("kind", AREAS)
 @pytest.mark.parametrize("tilt", [0.0, 1.0])
-def test_an_area_light_is_its_shown_area_from_afar(shape, tilt) -> None:
-    size, area = AREAS[shape]
+def test_an_area_light_is_its_shown_area_from_afar(kind, tilt) -> None:
+    lengths, area = AREAS[kind]
     wanted = np.array([7, 5, 3]) * area(tilt) / RANGE**2 / np.pi
-    assert middle([light(shape, size, tilt=tilt)]) == pytest.approx(wanted, rel=EXACT)
+    assert middle([light(kind, lengths, tilt=tilt)]) == pytest.approx(wanted, rel=EXACT)
 
 
 def test_disks_and_rectangles_shine_to_one_side() -> None:
-    for shape in ("disk", "rect"):
-        assert not middle([light(shape, AREAS[shape][0], tilt=np.pi)]).any()
+    for kind in (DiskLight, RectLight):
+        assert not middle([light(kind, AREAS[kind][0], tilt=np.pi)]).any()
 
 
 def test_no_source_gives_more_than_it_has() -> None:
     """Against a plane that faces it, pi times its radiance."""
-    assert middle([light("disk", (1e3, 1e3))]) == pytest.approx([7, 5, 3], rel=EXACT)
+    assert middle([light(DiskLight, (1e3, 1e3))]) == pytest.approx([7, 5, 3], rel=EXACT)
 
 
 def test_cones_focus_and_pictures_shape_the_light() -> None:
-    plain = middle([light("disk", (0.1, 0.1), tilt=0.5)])
+    plain = middle([light(DiskLight, (0.1, 0.1), tilt=0.5)])
     for shaping, factor in (
         (Shaping(cone_angle=0.51), 1),
         (Shaping(cone_angle=0.49), 0),
         (Shaping(cone_angle=1.0, softness=1.0), 0.5),
         (Shaping(cone_angle=np.pi, focus=3.0), np.cos(0.5) ** 3),
     ):
-        found = middle([light("disk", (0.1, 0.1), tilt=0.5, shaping=shaping)])
+        found = middle([light(DiskLight, (0.1, 0.1), tilt=0.5, shaping=shaping)])
         assert found == pytest.approx(plain * factor, rel=EXACT)
     picture = Image(name="p", pixels=np.broadcast_to(np.float32([0.5, 0.25, 1, 1]), (2, 3, 4)))
-    assert middle([light("rect", (0.1, 0.1), image=picture)]) == pytest.approx(
-        middle([light("rect", (0.1, 0.1))]) * [0.5, 0.25, 1], rel=EXACT
+    assert middle([light(RectLight, (0.1, 0.1), image=picture)]) == pytest.approx(
+        middle([light(RectLight, (0.1, 0.1))]) * [0.5, 0.25, 1], rel=EXACT
     )
 
 
@@ -98,7 +108,7 @@ def test_shadows_end_at_the_light() -> None:
         both = target(
             points, np.concatenate([FACES, FACES + 4]), materials=(WHITE,), face_group=np.array([0, 0, 1, 1], np.uint16)
         )
-        lamp = light("sphere", (0.01,), offset=(0.6, 0.0))
+        lamp = light(SphereLight, (0.01,), offset=(0.6, 0.0))
         for given, is_shaded in (
             (lamp, shaded),
             (replace(lamp, shadows=False), False),

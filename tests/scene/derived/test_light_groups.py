@@ -11,7 +11,7 @@ from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
 from spin_usd.scene.derived.light_groups import CLASS, Groups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
+from spin_usd.scene.light import CylinderLight, DiskLight, DistantLight, DomeLight, PointLight, RectLight, SphereLight
 from spin_usd.scene.material import Material
 from tests.cases import scenes
 
@@ -29,8 +29,9 @@ def sun(irradiance=(1361.0, 1361.0, 1361.0), **fields):
     return DistantLight(path="/Sun", direction_cam=(0, 0, 1), irradiance=irradiance, **fields)
 
 
-def lamp(emission=WARM, shape="rect", size=(0.5, 0.5), **fields):
-    return AreaLight(path="/L", shape=shape, size=size, T_cam_light=axes("light"), emission=emission, **fields)
+def lamp(emission=WARM, kind=RectLight, lengths=(0.5, 0.5), **fields):
+    own = dict(zip(kind.lengths, lengths, strict=True))
+    return kind(path="/L", T_cam_light=axes("light"), emission=emission, **own, **fields)
 
 
 def dome(radiance=(0.5, 0.5, 1.0)):
@@ -47,12 +48,12 @@ def scene(*lights, planets=(), glowing=False):
     return replace(made, environment=Environment(planets=tuple(planets)))
 
 
-POINT = lamp((9.0, 9.0, 9.0), "point", ())
+POINT = lamp((9.0, 9.0, 9.0), PointLight, ())
 SCENES = {
     "nothing": scene(),
     "Sun": scene(sun()),
-    "Sun and lamps": scene(sun(), lamp(), lamp((80.0, 80.0, 80.0), "sphere", (0.1,)), POINT),
-    "lamps of all shapes": scene(lamp(shape="disk"), lamp(shape="cylinder")),
+    "Sun and lamps": scene(sun(), lamp(), lamp((80.0, 80.0, 80.0), SphereLight, (0.1,)), POINT),
+    "lamps of all shapes": scene(lamp(kind=DiskLight), lamp(kind=CylinderLight)),
     "Sun and domes": scene(sun(), dome(), dome((100.0, 0.0, 50.0))),
     "domes": scene(dome(), dome((1.0, 200.0, 3.0))),
     "Sun and planet": scene(sun(WARM), lamp(), planets=[planet()]),
@@ -79,8 +80,8 @@ def emission(light):
 
 def scaled(light, factor):
     r, g, b = (value * share for value, share in zip(emission(light), np.broadcast_to(factor, 3), strict=True))
-    names = {DistantLight: "irradiance", DomeLight: "radiance", AreaLight: "emission"}
-    return replace(light, **{names[type(light)]: (float(r), float(g), float(b))})
+    names = {DistantLight: "irradiance", DomeLight: "radiance"}
+    return replace(light, **{names.get(type(light), "emission"): (float(r), float(g), float(b))})
 
 
 @EACH
@@ -131,7 +132,7 @@ INDEPENDENT = {
     "Sun": (sun(), 1e4),
     "Sun of two strengths": (sun(WARM), 1e-6),
     "rect": (lamp((90.0,) * 3), 1.5),
-    "point": (lamp((300.0,) * 3, "point", ()), 0.7),
+    "point": (lamp((300.0,) * 3, PointLight, ()), 0.7),
     "dome": (dome((3.0, 4.0, 5.0)), 1.4),
 }
 
@@ -146,7 +147,7 @@ BRIGHTER, WARMER, CYAN = (1.0, 1.0, 1.0), (1.05, 0.99, 0.97), (0.0, 1.2, 1.0)
 def test_one_light_may_be_stronger_and_of_another_colour(name, colour) -> None:
     """Within CLASS of what it was among the others, only gains change: to the last bit, so that renders are found."""
     light, factor = INDEPENDENT[name]
-    others = () if isinstance(light, DistantLight) else (sun(), lamp((50.0, 60.0, 70.0), "sphere", (0.3,)))
+    others = () if isinstance(light, DistantLight) else (sun(), lamp((50.0, 60.0, 70.0), SphereLight, (0.3,)))
     before, after = scene(light, *others), scene(scaled(light, np.multiply(factor, colour)), *others)
     assert KeyMaker(SETTINGS).keys(before).radiance == KeyMaker(SETTINGS).keys(after).radiance
     assert KeyMaker(SETTINGS).keys(before).exposure != KeyMaker(SETTINGS).keys(after).exposure

@@ -14,7 +14,7 @@ from spin_usd.scene.derived.lit_share import lit_shares
 from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary
 from spin_usd.scene.derived.views import BEHIND, CUT_OFF, DARK, FEW_PIXELS, INSIDE, OUTSIDE, UNLIT, ViewCollector, Views
-from spin_usd.scene.light import AreaLight, DistantLight
+from spin_usd.scene.light import DistantLight, PointLight
 from spin_usd.scene.source.plausible import is_plausible, likely_units
 from tests.cases import scenes
 
@@ -79,7 +79,7 @@ def test_a_side_that_faces_away_from_the_sun_is_told_and_no_light_at_all_apart()
     assert seen((0, 0, 5), lights=(from_behind, SUN)).count(UNLIT, DARK) == 0
     assert seen((0, 0, 5), lights=()).count(DARK) == 1
     assert seen((0, 0, 5), lights=(replace(SUN, obscuration=1.0),)).count(DARK) == 1
-    lamp = AreaLight(path="/L", shape="point", size=(), T_cam_light=scenes.pose(), emission=(1.0,) * 3)
+    lamp = PointLight(path="/L", T_cam_light=scenes.pose(), emission=(1.0,) * 3)
     assert seen((0, 0, 5), lights=(from_behind, lamp)).count(UNLIT, DARK) == 0
 
 

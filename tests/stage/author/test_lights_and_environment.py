@@ -6,7 +6,7 @@ from pxr import Usd
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.scene.light import AreaLight, DistantLight
+from spin_usd.scene.light import DiskLight, DistantLight, RectLight
 from spin_usd.stage.author.lights_and_environment import surroundings_by_name, surroundings_names
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
@@ -29,7 +29,7 @@ def test_those_that_travel_along_are_told_apart_by_their_kind() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lights", "kinds"), [("sun", [DistantLight]), ("lightbox", [AreaLight] * 6), ("sunlamp", [AreaLight])]
+    ("lights", "kinds"), [("sun", [DistantLight]), ("lightbox", [RectLight] * 6), ("sunlamp", [DiskLight])]
 )
 def test_lights_by_name(tmp_path, lights, kinds) -> None:
     root = authored(tmp_path / "stage", lights=lights)
@@ -54,7 +54,7 @@ def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name) -> Non
 
 def test_they_stand_instead_of_the_presets_own(tmp_path) -> None:
     root = authored(tmp_path / "stage", preset="speedplus_synthetic", lights="sunlamp", environment="earth")
-    assert [type(light) for light in scene(root).lights] == [AreaLight]
+    assert [type(light) for light in scene(root).lights] == [DiskLight]
     assert len(scene(root).environment.planets) == 1
     assert scene(root).sensor.auto_exposure is not None
 

@@ -4,21 +4,19 @@ With `normalize` off, Blender's energy is pi times the radiance of a sphere, dis
 intensity of a point (measured against the formulas: tests/render/test_lights.py).
 """
 
-from collections.abc import Mapping
+import math
 from typing import Any
 
 import bpy
 import numpy as np
 
+from spin_usd.errors import UnsupportedError
 from spin_usd.render.blender.cycles.assign import assign
 from spin_usd.render.blender.lights.lamp_nodes import LampNodes, shaped
 from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.render.blender.materials.nodes import Value
 from spin_usd.render.blender.materials.textures import ImageLibrary
-from spin_usd.scene.light import AreaLight
-
-KINDS: Mapping[str, str] = {"point": "POINT", "sphere": "POINT", "disk": "AREA", "rect": "AREA"}
-"""Blender's kind of light for each shape."""
+from spin_usd.scene.light import AreaLight, DiskLight, PointLight, RectLight, SphereLight
 
 
 class Lamp:
@@ -46,7 +44,7 @@ class Lamp:
 
     def _image(self, nodes: LampNodes, light: AreaLight) -> Value:
         """What the image multiplies the emission by: upright as seen from the side that is lit, +x to the left."""
-        if light.image is None:
+        if not isinstance(light, RectLight) or light.image is None:
             return (1.0, 1.0, 1.0)
         u, v, _ = nodes.add("ShaderNodeSeparateXYZ", [nodes.add("ShaderNodeNewGeometry").outputs["Parametric"]]).outputs
         st = nodes.add("ShaderNodeCombineXYZ", [nodes.math("SUBTRACT", 1.0, u), v]).outputs[0]
@@ -56,8 +54,14 @@ class Lamp:
 
 
 def _size(light: AreaLight) -> dict[str, Any]:
-    if KINDS[light.shape] == "POINT":
-        return {"shadow_soft_size": light.size[0] if light.size else 0.0, "use_soft_falloff": False}
-    x, y = light.size if light.shape == "rect" else (2 * light.size[0], 2 * light.size[1])
-    shape = "RECTANGLE" if light.shape == "rect" else "ELLIPSE"
-    return {"shape": shape, "size": x, "size_y": y, "spread": float(np.pi)}
+    """Blender's settings for the shape and size of `light`."""
+    match light:
+        case PointLight():
+            return {"shadow_soft_size": 0.0, "use_soft_falloff": False}
+        case SphereLight(radius=radius):
+            return {"shadow_soft_size": radius, "use_soft_falloff": False}
+        case DiskLight(radius_x=x, radius_y=y):
+            return {"shape": "ELLIPSE", "size": 2 * x, "size_y": 2 * y, "spread": math.pi}
+        case RectLight(width=width, height=height):
+            return {"shape": "RECTANGLE", "size": width, "size_y": height, "spread": math.pi}
+    raise UnsupportedError(f"is a {light.shape}, which is no Blender light", where=light.path)

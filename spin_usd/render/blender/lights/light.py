@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from spin_usd.render.blender.cycles.light_groups import light_name
-from spin_usd.render.blender.lights.lamp import KINDS, Lamp
+from spin_usd.render.blender.lights.lamp import Lamp
 from spin_usd.render.blender.lights.light_check import refuse_clamped
 from spin_usd.render.blender.lights.light_links import LightLinking, chosen
 from spin_usd.render.blender.lights.placement import LightPlacement
@@ -16,7 +16,7 @@ from spin_usd.render.blender.lights.tube import Tube
 from spin_usd.render.blender.materials.textures import ImageLibrary
 from spin_usd.render.camera_shader import View
 from spin_usd.scene.content import key_of
-from spin_usd.scene.light import AreaLight, DistantLight, Light
+from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, Light, PointLight, RectLight, SphereLight
 
 
 @dataclass(eq=False)
@@ -63,7 +63,7 @@ class LightRig:
         for shown, (i, light) in zip(self._shown, shining.items(), strict=True):
             self._show(shown, light, view, groups, shadows=shadows)
             shown.source.object.lightgroup = light_name(i)
-        images = (light.image for light in shining.values() if isinstance(light, AreaLight))
+        images = (light.image for light in shining.values() if isinstance(light, RectLight))
         self._images.keep_only({image.key for image in images if image})
 
     def _provide(self, kinds: list[str], groups: list[int]) -> None:
@@ -100,18 +100,22 @@ class LightRig:
         if key == shown.key:
             return
         shown.key = ""
-        if isinstance(light, DistantLight):
-            assert isinstance(shown.source, Sun)
-            shown.source.show(light)
-        else:
-            assert not isinstance(shown.source, Sun)
-            shown.source.show(light, LightPlacement.of(light.T_cam_light, view, self._parent))
+        match shown.source, light:
+            case Sun() as sun, DistantLight() as distant:
+                sun.show(distant)
+            case Tube() as tube, CylinderLight() as cylinder:
+                tube.show(cylinder, LightPlacement.of(cylinder.T_cam_light, view, self._parent))
+            case Lamp() as lamp, AreaLight() as area:
+                lamp.show(area, LightPlacement.of(area.T_cam_light, view, self._parent))
         shown.links.link(light, groups)
         shown.source.casts_shadows(shadows and light.shadows and chosen(light.shadowed_by, groups) != [])
         shown.key = key
 
 
 def _kind(light: DistantLight | AreaLight) -> str:
+    """Blender's kind of light; a TUBE is our own."""
     if isinstance(light, DistantLight):
         return "SUN"
-    return KINDS.get(light.shape, "TUBE")
+    if isinstance(light, CylinderLight):
+        return "TUBE"
+    return "POINT" if isinstance(light, (PointLight, SphereLight)) else "AREA"

@@ -6,8 +6,6 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.scene.light import AreaLight, DistantLight
 
 MAX_ANGLE = 3.0  # radians; Blender clamps a little above
-SIZES = {"point": 0, "sphere": 1, "disk": 2, "rect": 2, "cylinder": 2}
-"""How many numbers the size of each shape has."""
 
 
 def refuse_clamped(light: DistantLight | AreaLight) -> None:
@@ -36,10 +34,5 @@ def _check_distant(light: DistantLight) -> None:
 
 
 def _check_area(light: AreaLight) -> None:
-    if len(light.size) != SIZES.get(light.shape, -1):
-        do = f"make it one of {', '.join(f'a {shape} of {count}' for shape, count in SIZES.items())}"
-        raise UnsupportedError(f"is a {light.shape} of {len(light.size)} sizes", where=light.path, do=do)
-    if not all(np.isfinite(size) and size > 0 for size in light.size):
+    if not all(np.isfinite(length) and length > 0 for length in light.size):
         raise UnsupportedError(f"its size is {light.size}", where=light.path, do="make it finite and above 0")
-    if light.image is not None and light.shape != "rect":
-        raise UnsupportedError(f"is a {light.shape} with an image", where=light.path, do="make it a rect")

@@ -13,7 +13,7 @@ import numpy as np
 from spin_usd.render.blender.lights.lamp_nodes import shaped
 from spin_usd.render.blender.lights.placement import LightPlacement
 from spin_usd.render.blender.materials.nodes import Nodes
-from spin_usd.scene.light import AreaLight
+from spin_usd.scene.light import CylinderLight
 
 SIDES = 128
 PIECES = 8
@@ -29,10 +29,9 @@ class Tube:
         self._material: Any = None
         self._blockers: Any = None
 
-    def show(self, light: AreaLight, place: LightPlacement) -> None:
+    def show(self, light: CylinderLight, place: LightPlacement) -> None:
         """Make it `light`, at `place`."""
-        length, radius = light.size
-        place.move(self.object, (length, radius, radius))
+        place.move(self.object, (light.length, light.radius, light.radius))
         before, self._material = self._material, _glow(light, place)
         slots = self.object.data.materials
         if before is None:
@@ -74,7 +73,7 @@ def _unit_tube() -> Any:
     return data
 
 
-def _glow(light: AreaLight, place: LightPlacement) -> Any:
+def _glow(light: CylinderLight, place: LightPlacement) -> Any:
     """Glowing outwards, clear to what passes."""
     nodes = Nodes("tube")
     color = shaped(nodes, light.shaping, place.axis, light.emission)

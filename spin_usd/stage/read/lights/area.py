@@ -6,6 +6,7 @@ Source: UsdLux's schema text on LightAPI's normalize, "Area Lights"; hdEmbree.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
@@ -14,7 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.light import AreaLight
+from spin_usd.scene.light import AreaLight, CylinderLight, DiskLight, PointLight, RectLight, SphereLight
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import casts_shadows, emission
 from spin_usd.stage.read.lights.light_texture import read_texture
@@ -22,9 +23,8 @@ from spin_usd.stage.read.lights.shaping import read_shaping
 from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
 from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
-Extent = tuple[float, ...]
-
 LEAST_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
+POINT_AREA = 1.0  # of a sphere without size: 4 pi of it emits as much as a point does
 MOST_M = 1e15  # a tenth of a light year; distances squared overflow float32 at 2e19 m, and products with areas earlier
 
 
@@ -38,22 +38,20 @@ def read_area_light(
 ) -> AreaLight:
     """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
     T_world_light, scale = _place(prim, world, metres)
-    shape, extent = _shape(prim, time, scale)
-    light = AreaLight(
-        path=str(prim.GetPath()),
-        shape=shape,
-        size=tuple(length * metres for length in extent),
-        T_cam_light=T_CAM_USDCAM @ between(T_world_usdcam, T_world_light),
-        emission=emission(prim, time, _area(shape, extent)),
+    unlit = _unlit(prim, time, scale, T_CAM_USDCAM @ between(T_world_usdcam, T_world_light))
+    lit = replace(
+        unlit.scaled(metres),
+        emission=emission(prim, time, unlit.area or POINT_AREA),
         shaping=read_shaping(prim, time),
-        image=read_texture(prim, time, images) if shape == "rect" else None,
         shadows=casts_shadows(prim, time),
     )
-    _check_reach(light)
-    return _point(light, prim, time) if shape == "sphere" else light
+    if isinstance(lit, RectLight):
+        lit = replace(lit, image=read_texture(prim, time, images))
+    _check_float32(lit)
+    return _point(lit, prim, time) if isinstance(lit, SphereLight) else lit
 
 
-def _check_reach(light: AreaLight) -> None:
+def _check_float32(light: AreaLight) -> None:
     """Raise UnsupportedError for a size or a distance that float32 cannot carry."""
     distance, size = float(np.linalg.norm(light.T_cam_light.translation)), max(light.size)
     for name, value in (("distance from the camera", distance), ("size", size)):
@@ -65,50 +63,48 @@ def _check_reach(light: AreaLight) -> None:
         raise UnsupportedError(found, where=light.path, do="make it larger, or a SphereLight of radius 0")
 
 
-def _shape(prim: Usd.Prim, time: Usd.TimeCode, scale: Float) -> tuple[str, Extent]:
-    """The name of the shape and its size in stage units, scaled."""
+def _unlit(prim: Usd.Prim, time: Usd.TimeCode, scale: Float, T_cam_light: Transform) -> AreaLight:
+    """The light with its lengths in stage units, scaled, and without emission."""
     x, y, _ = scale
+    common: dict[str, Any] = {"path": str(prim.GetPath()), "T_cam_light": T_cam_light, "emission": (0.0, 0.0, 0.0)}
+    light: AreaLight
     if prim.IsA(UsdLux.RectLight):
-        shape, extent = "rect", (_length(prim, "inputs:width", time) * x, _length(prim, "inputs:height", time) * y)
+        width, height = _length(prim, "inputs:width", time), _length(prim, "inputs:height", time)
+        light = RectLight(width=width * x, height=height * y, **common)
     elif prim.IsA(UsdLux.DiskLight):
         radius = _length(prim, "inputs:radius", time)
-        shape, extent = "disk", (radius * x, radius * y)
+        light = DiskLight(radius_x=radius * x, radius_y=radius * y, **common)
     elif prim.IsA(UsdLux.CylinderLight):
         length, radius = _length(prim, "inputs:length", time), _length(prim, "inputs:radius", time)
-        shape, extent = "cylinder", (length * x, radius * _equal(scale[1:], prim))
+        light = CylinderLight(length=length * x, radius=radius * _equal(scale[1:], prim), **common)
     else:
-        return "sphere", (_length(prim, "inputs:radius", time) * _equal(scale, prim),)
-    if min(extent) == 0:
+        return SphereLight(radius=_length(prim, "inputs:radius", time) * _equal(scale, prim), **common)
+    if min(light.size) == 0:
         raise StageError("has no surface that could emit", where=prim.GetPath(), do="give it a size above 0")
-    return shape, extent
+    return light
 
 
 def _length(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
     return float(value_in(prim, name, AT_LEAST_0, time))
 
 
-def _area(shape: str, extent: Extent) -> float:
-    """The surface that emits; a sphere's is 1 where it has none, and 4 pi of it emits as much as a point does."""
-    if shape == "rect":
-        return extent[0] * extent[1]
-    if shape == "disk":
-        return np.pi * extent[0] * extent[1]
-    if shape == "cylinder":
-        return 2 * np.pi * extent[0] * extent[1]
-    return 4 * np.pi * extent[0] ** 2 or 1.0
-
-
-def _point(light: AreaLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
+def _point(light: SphereLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
     """A sphere that is treated as a point: as bright from afar. A normalised one has that limit for radius 0 too."""
-    (radius,), normalized = light.size, UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time)
+    radius, normalized = light.radius, UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time)
     if radius > 0 and not UsdLux.SphereLight(prim).GetTreatAsPointAttr().Get(time):
         return light
     if radius == 0 and not normalized:
         do = "give it a radius, or set inputs:normalize"
         raise StageError("has no surface that could emit", where=prim.GetPath(), do=do)
-    seen = np.pi * radius**2 if radius > 0 else 1 / 4  # the disk that a sphere shows, of its 4 pi r2
+    seen = light.facing_area if radius > 0 else 1 / 4  # the disk that a sphere shows, of its 4 pi r2
     r, g, b = (float(value * seen) for value in light.emission)
-    return replace(light, shape="point", size=(), emission=(r, g, b))
+    return PointLight(
+        path=light.path,
+        T_cam_light=light.T_cam_light,
+        emission=(r, g, b),
+        shaping=light.shaping,
+        shadows=light.shadows,
+    )
 
 
 def _place(prim: Usd.Prim, world: UsdGeom.XformCache, metres: float) -> tuple[Transform, Float]:

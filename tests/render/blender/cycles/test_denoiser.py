@@ -10,7 +10,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.render.blender.cycles.denoiser import Denoiser
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import DENOISERS, Effort
-from spin_usd.scene.light import AreaLight, DistantLight
+from spin_usd.scene.light import DistantLight, RectLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.passes import Radiance
 from tests.cases import scenes
@@ -30,7 +30,7 @@ def noisy(make_scene):
     there = Transform(to="cam", of="panel", rotation=np.diag([1.0, -1, -1]), translation=np.array([-1.5, 1.0, 1.0]))
     lights = (
         DistantLight(path="/Sun", direction_cam=(0.6, 0.0, 0.8), irradiance=(1361.0,) * 3, angle=0.0093),
-        AreaLight(path="/Panel", shape="rect", size=(1.5, 1.5), T_cam_light=there, emission=(300.0,) * 3),
+        RectLight(path="/Panel", width=1.5, height=1.5, T_cam_light=there, emission=(300.0,) * 3),
     )
     made = make_scene(*scenes.boxes(), camera=CAMERA, q=(0.9, 0.3, 0.2, 0.1), materials=[METAL], lights=lights)
     return in_unit_light(made).scene

@@ -426,10 +426,8 @@ def test_lamps_do_not_hide_each_other(blender, plane) -> None:
     [
         {"emission": (np.nan, 1, 1)},
         {"emission": (-1.0, 1, 1)},
-        {"size": (-1.0,)},
-        {"size": (1.0, 1.0)},
-        {"shape": "torus"},
-        {"image": Image(name="i", pixels=np.ones((1, 1, 4), np.float32))},
+        {"radius": -1.0},
+        {"radius": np.inf},
     ],
 )
 def test_lamps_that_cannot_be_are_named(blender, plane, values) -> None:
