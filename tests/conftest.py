@@ -41,7 +41,7 @@ def spin_usd():
 @pytest.fixture(scope="session")
 def blender():
     """The one Blender of this process."""
-    from spin_usd.render.blender.renderer import BlenderRenderer
+    from spin_usd.renderers.blender.renderer import BlenderRenderer
 
     renderer = BlenderRenderer()
     yield renderer

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parent.parent / "spin_usd"
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py") if "data" not in path.relative_to(ROOT).parts)
 
 CORE = {"errors", "arrays", "geometry", "scene"}
-SIBLINGS = {"stage", "render", "sensor", "labels", "formats", "sampling", "accuracy"}
+SIBLINGS = {"stage", "renderers", "sensor", "labels", "formats", "sampling", "accuracy"}
 # What each part of spin_usd may import of spin_usd, besides itself. The siblings meet in scene and in dataset.
 MAY_IMPORT = {
     "__init__": set(),
@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "arrays": {"errors"},
     "geometry": {"errors", "arrays"},
     "scene": {"errors", "arrays", "geometry"},
-    "render": CORE,
+    "renderers": CORE,
     "sensor": CORE,
     "labels": CORE,
     "sampling": CORE,
@@ -34,26 +34,26 @@ MAY_IMPORT = {
 # The only parts that may import a library that decides much: a folder, or a file in it.
 ONLY_IN = {
     "pxr": ("stage",),
-    "bpy": ("render/blender",),
-    "OpenImageIO": ("formats", "stage/composition/images.py", "render/blender"),
+    "bpy": ("renderers/blender",),
+    "OpenImageIO": ("formats", "stage/composition/images.py", "renderers/blender"),
     "trimesh": ("formats",),
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
-    "embreex": ("render/raycast/renderer.py",),
+    "embreex": ("renderers/raycast/renderer.py",),
     "cv2": ("labels/preview.py", "sensor"),
     "PIL": ("formats",),
     "matplotlib": ("dataset/measure/plot.py",),
     "typer": ("cli",),
     "rich": ("cli",),
-    "psutil": ("dataset", "render/blender"),
+    "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
-    "tempfile": ("dataset", "stage/composition/images.py", "render/blender"),
+    "tempfile": ("dataset", "stage/composition/images.py", "renderers/blender"),
     "shutil": ("dataset", "stage"),
 }
-# Alone imports from render/blender, when it opens that renderer: it loads bpy.
+# Alone imports from renderers/blender, when it opens that renderer: it loads bpy.
 OPENS_BLENDER = "dataset/process/open_renderer.py"
 # Who may read or write files and folders.
-FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "render/blender")
+FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "renderers/blender")
 # fmt: off
 FILE_CALLS = {
     "open", "io.open", "os.open", "os.remove", "os.rename", "os.replace", "os.unlink", "os.mkdir", "os.makedirs",
@@ -75,10 +75,10 @@ PURE = (
     "labels",
     "sampling",
     "accuracy",
-    "render/raycast/renderer.py",
-    "render/raycast/lambert.py",
-    "render/camera_shader.py",
-    "render/downscale.py",
+    "renderers/raycast/renderer.py",
+    "renderers/raycast/lambert.py",
+    "renderers/camera_shader.py",
+    "renderers/downscale.py",
 )
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 
@@ -130,9 +130,9 @@ def test_libraries_stay_in_their_place(module) -> None:
     assert not [name for name in tops if name in ONLY_IN and not within(module, ONLY_IN[name])]
 
 
-@pytest.mark.parametrize("module", [m for m in MODULES if not within(m, ("render/blender", OPENS_BLENDER))], ids=str)
+@pytest.mark.parametrize("module", [m for m in MODULES if not within(m, ("renderers/blender", OPENS_BLENDER))], ids=str)
 def test_all_else_works_without_blender(module) -> None:
-    assert not [name for name in imports(module) if f"{name}.".startswith("spin_usd.render.blender.")]
+    assert not [name for name in imports(module) if f"{name}.".startswith("spin_usd.renderers.blender.")]
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if not within(m, FILES_IN)], ids=str)

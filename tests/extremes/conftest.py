@@ -2,7 +2,7 @@
 
 import pytest
 
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 
 RAYCAST = RaycastRenderer()
 

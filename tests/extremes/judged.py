@@ -11,7 +11,7 @@ import numpy as np
 
 from spin_usd.labels.dense_pose import dense_pose
 from spin_usd.labels.depth import depth
-from spin_usd.render.camera_shader import View
+from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.derived.surface import visible_surface
 from tests.extremes import exact
 

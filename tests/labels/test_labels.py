@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from spin_usd.labels.label import LABELS
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from tests.cases.scenes import BARREL, SMALL, pose, scene, soup, target
 

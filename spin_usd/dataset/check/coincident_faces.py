@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import areas, unit_normals
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.coincidence import GAP, coincident_faces, evenly_spread
 from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding

@@ -16,7 +16,7 @@ from spin_usd.accuracy.ssim import RADIUS_PX, similarity
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.errors import InputError
-from spin_usd.render.background.sky import sky
+from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.derived.keys import RenderSettings, picture_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort

@@ -18,8 +18,8 @@ from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.labels.label import LABELS
-from spin_usd.render.renderer import Renderer
-from spin_usd.render.skipped.requirements import Requirements
+from spin_usd.renderers.renderer import Renderer
+from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort

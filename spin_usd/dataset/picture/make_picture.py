@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.labels.label import LABELS
-from spin_usd.render.background.sky import sky
-from spin_usd.render.downscale import enlarged, reduced
-from spin_usd.render.renderer import Renderer
+from spin_usd.renderers.background.sky import sky
+from spin_usd.renderers.downscale import enlarged, reduced
+from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.derived.keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.surface import visible_surface

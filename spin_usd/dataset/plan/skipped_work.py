@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
-from spin_usd.render.skipped.facts import Facts
-from spin_usd.render.skipped.rules import BITS, LeftOut, left_out
+from spin_usd.renderers.skipped.facts import Facts
+from spin_usd.renderers.skipped.rules import BITS, LeftOut, left_out
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.model import Scene
 

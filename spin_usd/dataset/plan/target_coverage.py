@@ -12,7 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.model import Scene
 
 SIDES = 128  # directions looked from: some 13 degrees apart

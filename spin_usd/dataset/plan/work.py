@@ -11,8 +11,8 @@ from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.label import LABELS
-from spin_usd.render.crop import BAND_COST_SAMPLES
-from spin_usd.render.skipped.material_needs import surfaces_of
+from spin_usd.renderers.crop import BAND_COST_SAMPLES
+from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.render.renderer import Renderer
+from spin_usd.renderers.renderer import Renderer
 
 
 def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
@@ -14,11 +14,11 @@ def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -
     for any other name.
     """
     if name == "raycast":
-        from spin_usd.render.raycast.renderer import RaycastRenderer
+        from spin_usd.renderers.raycast.renderer import RaycastRenderer
 
         return RaycastRenderer()
     if name == "blender":
-        from spin_usd.render.blender.renderer import BlenderRenderer
+        from spin_usd.renderers.blender.renderer import BlenderRenderer
 
         return BlenderRenderer(crop=crop, keep=keep)
     raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")

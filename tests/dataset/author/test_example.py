@@ -15,7 +15,7 @@ from spin_usd.dataset.author.example_pictures import draw_poses, shots
 from spin_usd.errors import InputError
 from spin_usd.formats.example_file import example_names
 from spin_usd.formats.pose_list import read_pose_list
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.resources import schemas, stages
 from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer

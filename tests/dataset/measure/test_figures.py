@@ -10,7 +10,7 @@ from spin_usd.accuracy.measurement import Setting
 from spin_usd.dataset.measure.figures import MeasuredPicture
 from spin_usd.dataset.measure.renders import Cost, Runs
 from spin_usd.errors import InputError
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight

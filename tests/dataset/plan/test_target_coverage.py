@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.dataset.plan.target_coverage import Coverage
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.scenes import SPEEDPLUS
 

@@ -13,7 +13,7 @@ from spin_usd.dataset.plan.make_plan import SHARED_FROM, Question, make_plan
 from spin_usd.dataset.plan.measured_cost import measured_renders
 from spin_usd.dataset.plan.wall_time import BESIDE, PLANNED_S, Work, one_core, wall_seconds
 from spin_usd.dataset.plan.work import Making, Method, amounts
-from spin_usd.render.crop import picture_bands
+from spin_usd.renderers.crop import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases import measurements

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface
 from spin_usd.scene.passes import Visibility
 from tests.cases.scenes import SMALL, SPEEDPLUS, pose, scene, soup, target

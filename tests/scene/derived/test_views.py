@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.facing import facing_share, few_axes
 from spin_usd.geometry.triangles import normals
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.lit_share import lit_shares
 from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary

@@ -12,7 +12,7 @@ from pxr import Usd
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
-from spin_usd.render.skipped.material_needs import surfaces_of
+from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.resources import stages
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.render.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.stage.read.target.assembly import LEAST_SHARED
 

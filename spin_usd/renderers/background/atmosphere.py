@@ -1,0 +1,51 @@
+"""Light that a planet's air scatters once: an exponential atmosphere, Rayleigh's law, a curved surface.
+
+A ray's way through the air counts in vertical thicknesses, its air mass: 1 / cos(zenith angle) where the ground is flat
+enough, and sqrt(pi R / 2H) along the horizon (S. Chapman, 1931); between them 1 / sqrt(cos^2 + 2H / pi R).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spin_usd.renderers.background.latlong import Float32
+from spin_usd.scene.environment import Planet
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Air:
+    """scale_height in planet radii; depth: the optical depth straight down, RGB."""
+
+    scale_height: float
+    depth: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, planet: Planet) -> "Air | None":
+        """The planet's air, None where it has none."""
+        if planet.atmosphere <= 0 or not any(planet.haze):
+            return None
+        return cls(scale_height=planet.atmosphere / float(np.mean(planet.radii)), depth=planet.haze)
+
+    def mass(self, cosine: Float32) -> Float32:
+        """(N,) from the surface to space, at the `cosine` of the zenith angle, 0 for one below the horizon."""
+        bent = np.float32(2 * self.scale_height / np.pi)
+        return np.asarray(1 / np.sqrt(np.square(np.maximum(cosine, 0)) + bent))
+
+    @property
+    def limb_mass(self) -> float:
+        """From space to space along the horizon."""
+        return float(np.sqrt(2 * np.pi / self.scale_height))
+
+    def thinned(self, height: Float32) -> Float32:
+        """(N,) density at `height` in planet radii, over that at the surface."""
+        return np.exp(height * np.float32(-1 / self.scale_height))
+
+    def twilight(self, cosine: Float32) -> Float32:
+        """(N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine` radians: what
+        lies above the planet's shadow."""
+        return np.exp(np.square(np.minimum(cosine, 0)) * np.float32(-0.5 / self.scale_height))
+
+
+def rayleigh(cosine: Float32) -> Float32:
+    """Phase function over 4 pi, 1/sr, of the angle between the light's way before and after."""
+    return (1 + cosine * cosine) * np.float32(3 / (16 * np.pi))

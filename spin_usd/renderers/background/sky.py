@@ -1,0 +1,109 @@
+"""What lies behind the target, as linear radiance of every pixel: planets, stars, a dome, a back plate."""
+
+import numpy as np
+
+from spin_usd.geometry.region import Region
+from spin_usd.renderers.background.back_plate import choose, plate_radiance
+from spin_usd.renderers.background.dome import dome_radiance
+from spin_usd.renderers.background.globe import Globe
+from spin_usd.renderers.background.latlong import Float32
+from spin_usd.renderers.background.pixels import bands, region_of_cone, splat
+from spin_usd.renderers.background.planet import filling_rays, glow, suns_of
+from spin_usd.scene.light import DistantLight, DomeLight
+from spin_usd.scene.model import Scene
+
+SMALL_PX = 8.0  # radius of a planet that is drawn ray by ray, not pixel by pixel
+SMALL_STEPS = 64
+
+
+def sky(scene: Scene, *, seed: int) -> Float32 | None:
+    """(H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back plate."""
+    frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
+    drawn = [
+        _draw_plate(scene, frame, seed) or _draw_domes(scene, frame) + _draw_stars(scene, frame),
+        _draw_planets(scene, frame),
+    ]
+    return frame if any(drawn) else None
+
+
+def _draw_plate(scene: Scene, frame: Float32, seed: int) -> int:
+    plate = scene.environment.back_plate
+    lie = plate and choose(plate, seed)
+    if not plate or not lie:
+        return 0
+    white = np.array(plate.radiance, np.float32)
+    for band in scene.camera.frame.bands():
+        image = plate_radiance(lie, scene.camera.frame, band)
+        frame[band.slices] = np.stack(image, -1).reshape(*band.shape, 3) * white
+    return 1
+
+
+def _draw_domes(scene: Scene, frame: Float32) -> int:
+    domes = [light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance)]
+    for dome in domes:
+        if dome.image is None:
+            frame += np.array(dome.radiance, np.float32)
+            continue
+        for band, rays in bands(scene.camera, scene.camera.frame):
+            _add(frame, band, dome_radiance(dome, rays))
+    return len(domes)
+
+
+def _draw_stars(scene: Scene, frame: Float32) -> int:
+    """Stars behind planets too small for `_draw_planets` to hide them pixel by pixel are left out here."""
+    small = [globe for globe in _globes(scene) if _is_small(scene, globe)]
+    for stars in scene.environment.stars:
+        directions, irradiance = stars.T_cam_sky.directions(stars.directions), stars.irradiance
+        for globe in small:
+            beside = directions @ globe.centre / globe.distance < np.sqrt(1 - globe.reach**2)
+            directions, irradiance = directions[beside], irradiance[beside]
+        splat(frame, scene.camera, directions, irradiance)
+    return len(scene.environment.stars)
+
+
+def _draw_planets(scene: Scene, frame: Float32) -> int:
+    """The farthest first."""
+    suns, drawn = suns_of(scene.lights), 0
+    for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
+        if _is_small(scene, globe):
+            drawn += _draw_small(scene, frame, globe, suns)
+        else:
+            drawn += _draw_globe(scene, frame, globe, suns)
+    return drawn
+
+
+def _draw_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
+    rays, solid_angle = filling_rays(globe, SMALL_STEPS)
+    light = glow(globe, suns, rays, globe.meet(rays), fine=False)
+    irradiance = np.stack(light.radiance, -1).astype(np.float64) * solid_angle
+    splat(frame, scene.camera, np.stack([rays.x, rays.y, rays.z], -1), irradiance)
+    return 1
+
+
+def _draw_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
+    region = region_of_cone(scene.camera, globe.centre / globe.distance, globe.reach)
+    drawn = 0
+    for band, rays in bands(scene.camera, region):
+        meeting = globe.meet(rays)
+        if not globe.touches(meeting):
+            continue
+        light, part = glow(globe, suns, rays, meeting, fine=True), frame[band.slices]
+        for channel in range(3):
+            part[..., channel] *= light.clear[channel].reshape(band.shape)
+        _add(frame, band, light.radiance)
+        drawn += 1
+    return drawn
+
+
+def _add(frame: Float32, band: Region, radiance: list[Float32]) -> None:
+    part = frame[band.slices]
+    for channel in range(3):
+        part[..., channel] += radiance[channel].reshape(band.shape)
+
+
+def _globes(scene: Scene) -> list[Globe]:
+    return [Globe(planet=planet, eye=np.zeros(3)) for planet in scene.environment.planets]
+
+
+def _is_small(scene: Scene, globe: Globe) -> bool:
+    return bool(globe.reach * max(scene.camera.fx, scene.camera.fy) < SMALL_PX)

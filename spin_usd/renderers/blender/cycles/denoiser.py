@@ -1,0 +1,110 @@
+"""Open Image Denoise of whole renders, by Blender's compositor: each light group by itself, in unit light.
+
+What Cycles denoises itself is the sum of the groups alone, and band by band, which leaves seams. The guides are the
+target's colours and normals, as noisy as they are rendered.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from spin_usd.renderers.blender.cycles.assign import assign
+from spin_usd.renderers.blender.cycles.passes import Float32, read_picture, render
+from spin_usd.renderers.blender.cycles.settings import LAYERS
+from spin_usd.scene.passes import Radiance
+
+GUIDES = ("Denoising Albedo", "Denoising Normal")
+# Blender's names of the network's size, and of what is done about the guides' own noise: to clean them first takes
+# longer than all the rest, and pays with the largest network only (measured).
+QUALITIES = {"fast": ("Fast", "Fast"), "balanced": ("Balanced", "Fast"), "high": ("High", "Accurate")}
+LEAST_PX = 4  # of Blender's images, a side
+COMPOSITOR = {
+    "engine": "CYCLES",
+    "use_compositing": True,
+    "use_sequencer": False,
+    "compositor_device": "CPU",
+    "compositor_denoise_device": "CPU",
+    "compositor_precision": "FULL",
+}
+
+
+class Denoiser:
+    """A Blender scene of nothing but a compositor's nodes, which write into the folder `scratch`."""
+
+    def __init__(self, scratch: Path) -> None:
+        self._file = scratch / "denoised.exr"
+        self._scene = bpy.data.scenes.new("denoiser")
+        assign(self._scene.render, COMPOSITOR)
+        self._tree = bpy.data.node_groups.new("denoiser", "CompositorNodeTree")
+        self._scene.compositing_node_group = self._tree
+        self._images: list[Any] = []
+
+    def denoised(self, noisy: Radiance, guides: Float32, quality: str) -> Radiance:
+        """`noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and where
+        it is 0 there is no light.
+
+        guides (2, rows, columns, 3): the passes GUIDES. Raises RenderError when Blender fails.
+        """
+        rows, columns = noisy.region.shape
+        groups, (albedo, normal) = _large_enough(noisy.groups), _large_enough(guides)
+        names = [f"denoised.{index}" for index in range(len(groups))]
+        self._build(dict(zip(names, groups, strict=True)), albedo, normal, QUALITIES[quality])
+        render(self._scene, self._file, write_still=False)
+        shape = (max(rows, LEAST_PX), max(columns, LEAST_PX))
+        found = read_picture(self._file, shape, {name.partition(".")[2]: 3 for name in names})
+        clean = np.stack(list(found.values()))[:, :rows, :columns] * (noisy.coverage > 0)[..., None]
+        return replace(noisy, groups=_as_bright(clean, noisy.groups))
+
+    def _build(self, groups: Mapping[str, Float32], albedo: Float32, normal: Float32, quality: tuple[str, str]) -> None:
+        """Make nodes that denoise each of the groups and write it by its name."""
+        nodes, link = self._tree.nodes, self._tree.links.new
+        nodes.clear()
+        stale, self._images = self._images, []
+        guides = {"Albedo": self._image(albedo), "Normal": self._image(normal)}
+        output = nodes.new("CompositorNodeOutputFile")
+        assign(output.format, LAYERS)
+        assign(output, {"directory": str(self._file.parent), "file_name": self._file.name, "use_file_extension": False})
+        assign(output, {"save_as_render": False})
+        for name, group in groups.items():
+            node = nodes.new("CompositorNodeDenoise")
+            for socket, value in {"HDR": True, "Quality": quality[0], "Prefilter": quality[1]}.items():
+                assign(node.inputs[socket], {"default_value": value})
+            for socket, source in {"Image": self._image(group), **guides}.items():
+                link(source, node.inputs[socket])
+            output.file_output_items.new("RGBA", name)
+            link(node.outputs["Image"], output.inputs[name])
+        for image in stale:  # once the new ones are made: at the same address Blender would take one for the other
+            bpy.data.images.remove(image)
+
+    def _image(self, plane: Float32) -> Any:
+        """The output of a node that shows `plane` (rows, columns, 3)."""
+        rows, columns = plane.shape[:2]
+        image = bpy.data.images.new("plane", columns, rows, alpha=True, float_buffer=True, is_data=True)
+        assign(image, {"alpha_mode": "CHANNEL_PACKED", "use_half_precision": False})
+        rgba = np.ones((rows, columns, 4), np.float32)
+        rgba[..., :3] = plane[::-1]
+        image.pixels.foreach_set(rgba.ravel())
+        image.update()
+        self._images.append(image)
+        node = self._tree.nodes.new("CompositorNodeImage")
+        node.image = image
+        return node.outputs["Image"]
+
+
+def _as_bright(clean: Float32, noisy: Float32) -> Float32:
+    """`clean` (N, rows, columns, 3), each times what gives it the light of the `noisy` in all. The network takes for
+    noise what it cannot tell from it, such as a target of one pixel; the sum over the target has little noise."""
+    before, after = (planes.sum((1, 2, 3), dtype=np.float64) for planes in (noisy, clean))
+    factor = np.divide(before, after, out=np.ones_like(before), where=after > 0).astype(np.float32)
+    return np.where((after > 0)[:, None, None, None], clean * factor[:, None, None, None], noisy)
+
+
+def _large_enough(planes: Float32) -> Float32:
+    """(N, rows, columns, 3) with black rows and columns added: Blender takes an image of one pixel for a constant."""
+    rows, columns = planes.shape[1:3]
+    lacking = (0, max(LEAST_PX - rows, 0)), (0, max(LEAST_PX - columns, 0))
+    return np.pad(planes, ((0, 0), *lacking, (0, 0)))

@@ -1,0 +1,179 @@
+"""UsdPreviewSurface as Cycles materials, and the materials of the label picture."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.renderers.blender.materials.limits import check_material
+from spin_usd.renderers.blender.materials.nodes import Nodes, Value, varies
+from spin_usd.renderers.blender.materials.reflection import principled_inputs, tilted
+from spin_usd.renderers.blender.materials.see_through import absent, coverage, faded
+from spin_usd.renderers.blender.materials.textures import ImageLibrary, attribute_name, node_value
+from spin_usd.scene.material import LIMITS, Material
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.shape import Shape
+
+FACE_NUMBER = "face"  # the mesh attribute that holds a face's index in its mesh + 1, so that 0 is nothing
+FIRST_NUMBER = "first"  # the object's property that holds how many faces are numbered before its own
+LABEL = "label"
+GLOWING_ONLY = "glowing, but no light"
+EVERY = tuple(LIMITS)
+CUT = ("opacity",)  # the inputs that labels depend on
+# fmt: off
+FIELDS = ("diffuse_color", "emissive_color", "specular_color", "metallic", "roughness", "clearcoat",
+          "clearcoat_roughness", "opacity", "ior")
+# fmt: on
+
+
+class MaterialLibrary:
+    """One Blender material per distinct surface; those that no face uses any more are freed, and their images."""
+
+    def __init__(self) -> None:
+        self._built: dict[str, Any] = {}
+        self._images = ImageLibrary()
+        self._used: dict[str, dict[str, Material]] = {}  # by the last pass of each kind, under their keys
+        self._shown: list[str] = []
+        self._checked: dict[tuple[str, ...], set[Material]] = {}
+
+    def dress(
+        self,
+        meshes: Sequence[Any],
+        authored: Sequence[Material],
+        mesh: Mesh,
+        *,
+        needed: Sequence[Material],
+        glowing_lights: bool,
+        again: bool,
+    ) -> None:
+        """Make the surfaces of `mesh` those of its materials.
+
+        meshes: Blender's, of `mesh` or of its groups of faces · authored: the materials of `mesh`, in the order in
+        which its faces name them; all are checked · needed: the same, as far as the picture depends on them; these are
+        shown · glowing_lights: whether rays look for the surfaces that glow · again: the Blender meshes are new, so
+        nothing is left of the time before. Raises UnsupportedError, with the material's path.
+        """
+        self._check(authored, mesh, EVERY, again=again)
+        make = partial(surface_material, glowing_lights=glowing_lights)
+        keys = [_surface_key(material, glowing_lights=glowing_lights) for material in needed]
+        self._used["surface"] = dict(zip(keys, needed, strict=True))
+        self._show(meshes, keys, make, again=again)
+
+    def number(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
+        """Let every face of the Blender meshes of `mesh` glow with its number, where it is not cut out."""
+        self._check(materials, mesh, CUT, again=again)
+        keys = [_label_key(material) for material in materials]
+        self._used[LABEL] = dict(zip(keys, materials, strict=True))
+        self._show(meshes, keys, label_material, again=again)
+
+    def _check(self, materials: Sequence[Material], mesh: Mesh, inputs: tuple[str, ...], *, again: bool) -> None:
+        """Check what was not checked before with this mesh; for the labels only what cuts it out."""
+        if again:
+            self._checked.clear()
+        known = self._checked.get(inputs, set())
+        for index, material in enumerate(materials):
+            if material not in known and (inputs is EVERY or material.cut_out):
+                for shape, faces in _showing(mesh, index):
+                    check_material(material, shape, faces, inputs)
+        self._checked[inputs] = set(materials)
+
+    def _show(
+        self,
+        meshes: Sequence[Any],
+        keys: list[str],
+        make: Callable[[Material, ImageLibrary], Any],
+        *,
+        again: bool,
+    ) -> None:
+        """Fill the meshes' slots with what `make` makes of the materials in use under these keys; each is kept."""
+        if keys == self._shown and not again:
+            return
+        used = {key: material for of_kind in self._used.values() for key, material in of_kind.items()}
+        for key in keys:
+            if key not in self._built:
+                self._built[key] = make(used[key], self._images)
+        for mesh in meshes:
+            _fill_slots(mesh.materials, [self._built[key] for key in keys])
+        self._shown = keys
+        for key in set(self._built) - set(used):
+            bpy.data.materials.remove(self._built.pop(key))
+        self._images.keep(used.values())
+
+
+def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
+    """The shapes with faces (F,) of the material, and which these are; the mesh's own without any where none has."""
+    found = [(shape, np.asarray(shape.face_material == index)) for shape in mesh.shapes]
+    return [each for each in found if each[1].any()] or [(mesh, np.zeros(len(mesh.faces), bool))]
+
+
+def _surface_key(material: Material, *, glowing_lights: bool) -> str:
+    return material.key if glowing_lights else f"{material.key} {GLOWING_ONLY}"
+
+
+def _label_key(material: Material) -> str:
+    return f"{LABEL} {material.key}" if material.cut_out else LABEL
+
+
+def _fill_slots(slots: Any, materials: Sequence[Any]) -> None:
+    """Make a mesh's material slots these. Never by `clear()`, which sets every face's material to the first."""
+    while len(slots) > len(materials):
+        slots.pop()
+    for i, material in enumerate(materials):
+        if i < len(slots):
+            slots[i] = material
+        else:
+            slots.append(material)
+
+
+def label_material(cut: Material | None = None, images: ImageLibrary | None = None) -> Any:
+    """Every face glows with its own number, as linear light; where `cut` says that nothing is there, it is clear."""
+    nodes = Nodes("label")
+    face = nodes.add("ShaderNodeAttribute", attribute_name=FACE_NUMBER).outputs["Vector"]
+    first = nodes.add("ShaderNodeAttribute", attribute_name=FIRST_NUMBER, attribute_type="OBJECT").outputs["Vector"]
+    number = nodes.vector("ADD", face, first)
+    shader = nodes.add("ShaderNodeEmission", {"Color": number}).outputs["Emission"]
+    if cut is not None and images is not None and cut.cut_out:
+        share = coverage(nodes, cut, node_value(nodes, images, cut.opacity))
+        shader = nodes.mixed(share, absent(nodes), shader)
+    material = nodes.surface(shader)
+    material.cycles.emission_sampling = "NONE"  # millions of light sources that light nothing
+    return material
+
+
+def black_material() -> Any:
+    """What reflects nothing: the shape alone."""
+    nodes = Nodes("black")
+    return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
+
+
+def surface_material(material: Material, images: ImageLibrary, *, glowing_lights: bool = True) -> Any:
+    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `glowing_lights`: if it glows, rays
+    look for it."""
+    nodes = Nodes("surface")
+    inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
+    normal = _normal(nodes, images, material)
+    feeds = principled_inputs(nodes, inputs, specular_workflow=material.use_specular_workflow)
+    principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **tilted(normal, "Normal", "Coat Normal")})
+    surface = nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
+    if not glowing_lights:
+        surface.cycles.emission_sampling = "NONE"
+    return surface
+
+
+def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
+    """The shading normal that a material tilts; None where it leaves the surface's own.
+
+    The Normal Map node takes its tangents from the texture's own UV map, and decodes colours: 0 to 1 is -1 to 1.
+    """
+    if material.normal is None or material.normal == (0, 0, 1):
+        return None
+    tangent = node_value(nodes, images, material.normal)
+    color: Value = tuple(0.5 * c + 0.5 for c in tangent) if not varies(tangent) else None
+    if color is None:
+        color = nodes.vector("MULTIPLY_ADD", tangent, 0.5, 0.5)
+    along = attribute_name(material.tangent_primvar)
+    node = nodes.add("ShaderNodeNormalMap", {"Strength": 1.0, "Color": color}, space="TANGENT", uv_map=along)
+    return node.outputs["Normal"]

@@ -1,0 +1,203 @@
+"""The Blender renderer: Cycles, held open from frame to frame."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import OpenImageIO
+from numpy.typing import NDArray
+
+from spin_usd.geometry.region import Region
+from spin_usd.renderers.blender.camera import CameraRig
+from spin_usd.renderers.blender.cycles.assign import assign
+from spin_usd.renderers.blender.cycles.denoiser import GUIDES, Denoiser
+from spin_usd.renderers.blender.cycles.light_groups import group_names, keep_apart, pass_names
+from spin_usd.renderers.blender.cycles.passes import Readback, face_indices, scratch_folder
+from spin_usd.renderers.blender.cycles.settings import (
+    LABEL,
+    LABEL_LAYERS,
+    TRANSPARENT_BOUNCES,
+    cycles_effort,
+    cycles_scene,
+)
+from spin_usd.renderers.blender.lights.light import LightRig
+from spin_usd.renderers.blender.lights.light_links import needs_groups
+from spin_usd.renderers.blender.materials.material import black_material, label_material
+from spin_usd.renderers.blender.mesh import TargetObject
+from spin_usd.renderers.blender.motion import MotionRig
+from spin_usd.renderers.blender.world import WorldRig
+from spin_usd.renderers.camera_shader import View
+from spin_usd.renderers.crop import label_bands, picture_bands
+from spin_usd.renderers.skipped.material_needs import surfaces_of
+from spin_usd.renderers.skipped.requirements import Requirements
+from spin_usd.renderers.skipped.rules import known_rules
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Radiance, Visibility
+
+Float32 = NDArray[np.float32]
+
+
+class BlenderRenderer:
+    """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
+
+    Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
+    `keep`: names in render.left_out.RULES of what it does even where the scene does not need it, to measure that.
+    """
+
+    name = "blender"
+
+    def __init__(self, *, crop: bool = True, keep: Collection[str] = ()) -> None:
+        self._crop, self._keep = crop, known_rules(keep)
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        self._scratch = scratch_folder()
+        folder = Path(self._scratch.name)
+        # One Blender scene for both passes: alternating between two cost 30 ms of CPU more per frame.
+        self._scene = cycles_scene()
+        self._label_material, self._black = label_material(), black_material()
+        self._camera = CameraRig(self._scene, folder)
+        self._target = TargetObject(self._scene)
+        self._motion = MotionRig(self._scene)
+        self._lights = LightRig(self._scene)
+        self._world = WorldRig(self._scene)
+        self._readback = Readback(folder)
+        self._denoiser = Denoiser(folder)
+        self._kept: Any = None
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
+        region = scene.region
+        if region.empty:
+            return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
+        self._show(scene, View.sharp(scene), surfaces_of(scene.target).primvars)
+        self._motion.hold()
+        holes = bool(scene.target.cut_out_key)
+        assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
+        self._scene.view_layers[0].material_override = None if holes else self._label_material
+        self._split_light([], guided=False)
+        if holes:
+            self._target.number(scene.target.materials)
+        numbers = self._numbers(label_bands(scene), region)
+        return Visibility(region=region, face=face_indices(numbers, scene.target.mesh.count))
+
+    def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
+        """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
+        region, names = scene.picture_region, group_names(Groups.of(scene))
+        if region.empty:
+            return Radiance.dark(region, groups=len(names))
+        required = Requirements.of(scene, effort, self._keep)
+        self._prepare(required, {**cycles_effort(effort), **_settings(required)}, effort)
+        self._scene.cycles.seed = seed
+        if not required.shading:
+            self._split_light([], guided=False)
+            coverage = self._planes(required.scene, effort, [])[1]
+            return replace(Radiance.dark(region, groups=len(names)), coverage=coverage)
+        guided = bool(names) and effort.denoiser != "none"
+        self._split_light(names if required.light_groups else [], guided=guided)
+        passes = pass_names(names, apart=required.light_groups)
+        planes, coverage = self._planes(required.scene, effort, [*passes, *(GUIDES if guided else ())])
+        groups, guides = planes[: len(names)], planes[len(names) :]
+        noisy = Radiance(region=region, groups=groups, coverage=coverage)
+        return self._denoiser.denoised(noisy, guides, effort.denoiser) if guided else noisy
+
+    def versions(self) -> dict[str, str]:
+        """Names and versions of the software that decides the result."""
+        return {
+            "blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}",
+            "OpenImageIO": str(OpenImageIO.VERSION_STRING),
+            "numpy": np.__version__,
+        }
+
+    def close(self) -> None:
+        """Free the scene and the temporary folder."""
+        self._scratch.cleanup()
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+
+    def _prepare(self, required: Requirements, settings: dict[str, Any], effort: Effort) -> None:
+        """Make Blender's scene what is required, but for the seed and the passes."""
+        scene, target = required.scene, self._target
+        view = View.blurred(scene)
+        self._show(scene, view, required.primvars, camera_shader=required.camera_shader)
+        self._motion.move(target.axes, target.objects, scene)
+        target.dress(scene.target.materials, required.materials, glowing_lights=required.glowing_lights)
+        self._lights.shine(scene.lights, required.lights, view, target.groups, shadows=required.shadows)
+        self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)
+        self._forget((effort, settings, self._world.image, self._lights.made))
+        assign(self._scene.cycles, settings)
+        self._scene.view_layers[0].material_override = None if required.shading else self._black
+
+    def _show(self, scene: Scene, view: View, primvars: frozenset[str], *, camera_shader: bool = False) -> None:
+        split, turn = needs_groups(scene.lights), scene.T_cam_body.rotation
+        self._target.show(scene.target.mesh, turn, view.target_location, split=split, primvars=primvars)
+        self._camera.aim(view, plain=view.plain and not camera_shader)
+
+    def _numbers(self, bands: list[Region], region: Region) -> Float32:
+        """(rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
+        numbers = np.zeros(region.shape, np.float32)
+        for band in bands:
+            self._camera.crop(band)
+            numbers[_inside(band, region)] = self._readback.picture(self._scene, band)[..., 0]
+        return numbers
+
+    def _split_light(self, names: Sequence[str], *, guided: bool) -> None:
+        """Have Cycles render these light groups apart, and the denoiser's guides."""
+        layer = self._scene.view_layers[0]
+        keep_apart(layer, names)
+        assign(layer.cycles, {"denoising_store_passes": guided})
+
+    def _planes(self, scene: Scene, effort: Effort, passes: Sequence[str]) -> tuple[Float32, Float32]:
+        """The `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and clear where the
+        target cannot be, which is not rendered."""
+        region = scene.picture_region
+        box = region if self._crop else scene.camera.frame
+        planes, coverage = np.zeros((len(passes), *box.shape, 3), np.float32), np.zeros(box.shape, np.float32)
+        for band in self._bands(scene, effort):
+            self._camera.crop(band)
+            inside = _inside(band, box)
+            planes[:, *inside], coverage[inside] = self._readback.planes(self._scene, band, passes)
+        cut = _inside(region, box)
+        return planes[:, *cut], coverage[cut]
+
+    def _bands(self, scene: Scene, effort: Effort) -> list[Region]:
+        if not self._crop:
+            return [scene.camera.frame]
+        if effort.adaptive:
+            return [scene.picture_region]  # a pixel's neighbours decide with it how many samples it takes
+        return picture_bands(scene, samples=effort.samples)
+
+    def _forget(self, kept: Any) -> None:
+        """Make Cycles prepare all anew where effort, settings, the world's image or how often lights were made are not
+        those `kept`.
+
+        Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
+        renders of fewer then had other noise than without that one. And an image that comes after another, or after
+        none, gave other noise than in a renderer just opened. So did lights that came after others, which it keeps in
+        another order.
+        """
+        if self._kept not in (None, kept):
+            assign(self._scene.render, {"use_persistent_data": False})
+            assign(self._scene.render, {"use_persistent_data": True})
+        self._kept = kept
+
+
+def _settings(required: Requirements) -> dict[str, Any]:
+    """Cycles' own settings for what a picture requires."""
+    return {
+        "max_bounces": required.bounces,
+        "diffuse_bounces": required.bounces,
+        "glossy_bounces": required.glossy_bounces,
+        "transmission_bounces": required.transmission_bounces,
+        "volume_bounces": required.volume_bounces,
+        "transparent_max_bounces": TRANSPARENT_BOUNCES if required.clear else 0,
+        "use_light_tree": required.light_tree,
+    }
+
+
+def _inside(band: Region, region: Region) -> tuple[slice, slice]:
+    """Index of the band in an array of the region."""
+    rows, columns = band.y0 - region.y0, band.x0 - region.x0
+    return slice(rows, rows + band.height), slice(columns, columns + band.width)

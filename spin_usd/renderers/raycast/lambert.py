@@ -1,0 +1,121 @@
+"""The preview's shading: every surface matt, every light a point, hard shadows, no light between surfaces.
+
+Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for matt surfaces in distant light.
+Colours and emission are textured, and cut-outs are not there. What a preview leaves out: gloss, clearcoat, normal maps,
+opacity that is no cut-out, the light of planets. Area lights are points (see render.preview_light); a dome's light
+arrives from all around without shadows. A metal, which has no matt part, is shown in its own colour as if it were matt,
+so that it is not black.
+"""
+
+from collections.abc import Iterator
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.region import Region
+from spin_usd.renderers.raycast.preview_light import Beam, beam, mean_radiance
+from spin_usd.scene.derived.faces import groups_of, materials_of
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.lookup import material_values
+from spin_usd.scene.derived.surface import geometric_normals, shading_normals, surface_points, weights_at
+from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
+from spin_usd.scene.model import Scene
+from spin_usd.scene.target import Target
+
+LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
+# Successive points of this step, modulo one, fill the unit square evenly: M. Roberts, "The unreasonable effectiveness
+# of quasirandom sequences" (2018).
+PLASTIC = 1.324717957244746
+STEP = np.array([1 / PLASTIC, 1 / PLASTIC**2])
+
+
+class Caster(Protocol):
+    """What shading asks of a renderer."""
+
+    def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]: ...
+
+    def shadowed(
+        self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
+    ) -> NDArray[np.bool_]: ...
+
+
+def radiance(scene: Scene, caster: Caster, xy: Float) -> tuple[Float, Float]:
+    """Along the camera's rays (x, y, 1) of `xy` (N, 2), 0 where they meet nothing: linear radiance (G, N, 3) by the
+    scene's light groups, W/m2/sr, and coverage (N,)."""
+    groups = Groups.of(scene)
+    planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
+    face = caster.cast(scene, xy)
+    hit = np.flatnonzero(face >= 0)
+    if len(hit):
+        _, body = surface_points(scene, face[hit], xy[hit])
+        for plane, rgb in zip(planes, _shade(scene, groups, caster, face[hit], body), strict=True):
+            plane[hit] = rgb
+        coverage[hit] = 1
+    return planes, coverage
+
+
+def _shade(scene: Scene, groups: Groups, caster: Caster, face: NDArray[np.int32], body: Float) -> Iterator[Float]:
+    """(N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
+    target = scene.target
+    weights = weights_at(target.mesh, face, body)
+    colours = _matt_colours(target, face, weights)
+    normals = shading_normals(scene, face, body)
+    lifted = body + LIFT * target.mesh.radius * geometric_normals(scene, face, body)
+    for light in (scene.lights[index] for index in groups.placed):
+        assert not isinstance(light, DomeLight)
+        arriving = beam(light, scene.T_cam_body, body)
+        yield _lambert(scene, caster, light, arriving, face, normals, lifted) * colours
+    if groups.surroundings:
+        yield colours * sum(mean_radiance(light) for light in scene.lights if isinstance(light, DomeLight))
+    if groups.emission:
+        yield material_values(target, "emissive_color", face, weights)
+
+
+def _lambert(
+    scene: Scene,
+    caster: Caster,
+    light: DistantLight | AreaLight,
+    arriving: Beam,
+    face: NDArray[np.int32],
+    normals: Float,
+    lifted: Float,
+) -> Float:
+    """(N, 3) radiance of white matt points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
+    mesh = scene.target.mesh
+    cosine = (normals * arriving.to_light).sum(1)
+    lit = cosine > 0
+    if light.lights is not None:
+        lit &= np.isin(groups_of(mesh, face), list(light.lights))
+    if light.shadows:
+        some = np.flatnonzero(lit)
+        to_light = arriving.to_light if arriving.to_light.ndim == 1 else arriving.to_light[some]
+        distance = None if arriving.distance is None else arriving.distance[some]
+        lit[some] = ~caster.shadowed(scene.target, lifted[some], to_light, distance, light.shadowed_by)
+    return arriving.irradiance / np.pi * np.where(lit, cosine, 0)[:, None]
+
+
+def _matt_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
+    """(N, 3) in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow its specular."""
+    diffuse = material_values(target, "diffuse_color", face, weights)
+    specular = np.array([m.use_specular_workflow for m in target.materials])[materials_of(target.mesh, face)]
+    of = np.flatnonzero(specular)
+    if len(of):
+        diffuse[of] = np.maximum(diffuse[of], material_values(target, "specular_color", face[of], weights[of]))
+    return diffuse
+
+
+def sample_positions(region: Region, samples: int, rng: np.random.Generator) -> Iterator[Float]:
+    """`samples` times the pixel coordinates (N, 2) of one ray for each pixel of `region`, row by row.
+
+    Each pixel's samples fill its square evenly, shifted by its own random amount (Cranley and Patterson, 1976).
+    """
+    v, u = np.mgrid[region.y0 : region.y1, region.x0 : region.x1]
+    corner = np.stack([u, v], -1).reshape(-1, 2)
+    if samples == 1:
+        yield corner + 0.5
+        return
+    shift = rng.random(corner.shape)
+    for i in range(samples):
+        yield corner + (shift + i * STEP) % 1

@@ -1,0 +1,93 @@
+"""What of a scene decides how it must be rendered."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_reach
+from spin_usd.renderers.background.surroundings import Surroundings
+from spin_usd.renderers.skipped.material_needs import Surfaces, surfaces_of
+from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.effort import Effort
+from spin_usd.scene.light import AreaLight, CylinderLight, DomeLight
+from spin_usd.scene.model import Scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Facts:
+    """Worked out where they are asked for; what is the target's own, once for all of its pictures."""
+
+    scene: Scene
+    effort: Effort
+
+    @cached_property
+    def groups(self) -> Groups:
+        return Groups.of(self.scene)
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        return surfaces_of(self.scene.target)
+
+    @cached_property
+    def surroundings(self) -> Surroundings | None:
+        return Surroundings.of(self.scene)
+
+    @cached_property
+    def lights(self) -> tuple[int, ...]:
+        """Indices of the lights with a place or a direction that shine on some of the target."""
+        there, found = self.scene.target.mesh.groups, []
+        for index in self.groups.placed:
+            light = self.scene.lights[index]
+            if not isinstance(light, DomeLight) and (light.lights is None or light.lights & there):
+                found.append(index)
+        return tuple(found)
+
+    @cached_property
+    def lamps(self) -> tuple[AreaLight, ...]:
+        """Those of the lights that rays can meet on their way."""
+        lights = (self.scene.lights[index] for index in self.lights)
+        return tuple(light for light in lights if isinstance(light, AreaLight))
+
+    @property
+    def tubes(self) -> bool:
+        return any(isinstance(lamp, CylinderLight) for lamp in self.lamps)
+
+    @property
+    def dark(self) -> bool:
+        """Whether there is no light at all."""
+        return not (self.lights or self.groups.surroundings or self.surfaces.glowing)
+
+    @cached_property
+    def alone(self) -> bool:
+        """Whether light that leaves what the camera sees never meets the target again."""
+        scene, mesh = self.scene, self.scene.target.mesh
+        nearest = min(float(np.linalg.norm(pose.points(mesh.centre))) for pose in scene.poses) - mesh.radius
+        outside = nearest > (scene.thin_lens.radius if scene.thin_lens else 0.0)
+        return outside and not self.surfaces.clear and mesh.convex
+
+    @cached_property
+    def defocus_px(self) -> float:
+        """The most that the thin lens smears, pixels."""
+        lens, places = self.scene.thin_lens, self._places
+        if lens is None or places[..., 2].min() <= 0:
+            return np.inf if lens else 0.0
+        reach = circle_of_confusion(places[..., 2], radius=lens.radius, focus=lens.focus)
+        return float(reach.max()) * magnification(self.scene.camera)
+
+    @cached_property
+    def motion_px(self) -> float:
+        """The most that the target is off its place in the middle of the shutter's time, pixels."""
+        shutter, places = self.scene.shutter, self._places
+        if shutter is None or places[..., 2].min() <= 0:
+            return np.inf if shutter else 0.0
+        xy = places[..., :2] / places[..., 2:]
+        way = np.linalg.norm(xy - xy[len(xy) // 2], axis=-1).max()
+        aside = arc_height(self.scene.target.mesh.radius, shutter.poses)
+        return float(way + offset_reach(places.reshape(-1, 3), aside).max()) * magnification(self.scene.camera)
+
+    @cached_property
+    def _places(self) -> Float:
+        """(poses, N, 3) of points that span the target, camera frame, metres."""
+        return np.stack([pose.points(self.scene.target.mesh.hull) for pose in self.scene.poses])
