@@ -17,6 +17,8 @@ MAY_IMPORT = {
     "__init__": set(),
     "errors": set(),
     "resources": {"errors"},
+    "sha256": set(),
+    "progress": set(),
     "plugin_path": {"errors", "resources"},
     "arrays": {"errors"},
     "geometry": {"errors", "arrays"},
@@ -27,9 +29,9 @@ MAY_IMPORT = {
     "sampling": CORE,
     "accuracy": CORE,
     "formats": CORE | {"resources"},
-    "stage": CORE | {"resources", "plugin_path"},
-    "dataset": CORE | SIBLINGS | {"resources", "plugin_path"},
-    "cli": CORE | SIBLINGS | {"resources", "plugin_path", "dataset"},
+    "stage": CORE | {"resources", "plugin_path", "sha256", "progress"},
+    "dataset": CORE | SIBLINGS | {"resources", "plugin_path", "sha256", "progress"},
+    "cli": CORE | SIBLINGS | {"resources", "plugin_path", "progress", "dataset"},
 }
 # The only parts that may import a library that decides much: a folder, or a file in it.
 ONLY_IN = {
@@ -53,7 +55,7 @@ ONLY_IN = {
 # Alone imports from renderers/blender, when it opens that renderer: it loads bpy.
 OPENS_BLENDER = "dataset/process/open_renderer.py"
 # Who may read or write files and folders.
-FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "renderers/blender")
+FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "sha256.py", "renderers/blender")
 # fmt: off
 FILE_CALLS = {
     "open", "io.open", "os.open", "os.remove", "os.rename", "os.replace", "os.unlink", "os.mkdir", "os.makedirs",

@@ -45,7 +45,7 @@ def augment(
     with shown(context.obj["quiet"]) as progress, Child(memory=stage_memory()) as child:
         report = child.call(
             "augment",
-            progress=lambda told: progress(*told),
+            progress=progress,
             stage=str(root_layer(stage)),
             spec=spec,
             out=str(out) if out else None,

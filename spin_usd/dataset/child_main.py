@@ -17,7 +17,7 @@ PR_SET_PDEATHSIG = 1  # linux/prctl.h
 def main() -> None:
     _die_with_parent()
     answers = _private_standard_output()
-    calls = _calls(lambda value: _write(answers, {"progress": value}))
+    calls = _calls(lambda *message: _write(answers, {"progress": message}))
     for line in sys.stdin.buffer:
         request = json.loads(line)
         try:
@@ -32,7 +32,7 @@ def main() -> None:
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
 
 
-def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
+def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
     """What a child can be asked to do. Imported when asked, so that a child carries only what it needs."""
     worker: Any = None
     measuring: Any = None
@@ -88,10 +88,10 @@ def _calls(progress: Callable[[Any], None]) -> dict[str, Callable[..., Any]]:
         nonlocal measuring
         from spin_usd.dataset.measure.worker import MeasuringWorker
 
-        measuring = MeasuringWorker(**arguments)
+        measuring = MeasuringWorker(on_made=progress, **arguments)
 
     def measure(what: str, **arguments: Any) -> Any:
-        return getattr(measuring, what)(progress=progress, **arguments)
+        return getattr(measuring, what)(**arguments)
 
     def picture(**arguments: Any) -> Any:
         return worker.picture(**arguments)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from spin_usd import resources
 from spin_usd.dataset.contact_sheet import write_contact_sheet
-from spin_usd.dataset.plan.make_plan import Progress
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.render.render import RenderReport, RenderRequest, render
 from spin_usd.errors import InputError
+from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
 POSES = "tango_speedplus_poses.json"

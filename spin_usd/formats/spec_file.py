@@ -16,12 +16,12 @@ from jsonschema.exceptions import ValidationError, best_match
 
 from spin_usd.errors import InputError
 from spin_usd.resources import schemas
+from spin_usd.scene.model import NOMINAL
 
 SCHEMA = "augment-1"
 FRAME = "frame"
 IN_TURN = "in_turn"
 FEW = 8  # names that a sentence can list
-NOMINAL = "nominal"  # the name of the stage without any augmentation
 RESERVED = {NOMINAL: "the stage without augmentation", "all": "every variant together"}  # as --variants has them
 LONGEST_NAME = 100  # it names files too, beside a suffix
 

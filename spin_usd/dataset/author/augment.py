@@ -1,6 +1,6 @@
 """`spin-usd augment`: a specification's augmentations as variants of a stage."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.tree import strange
 from spin_usd.errors import InputError, SpinError
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
+from spin_usd.progress import Progress
 from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
@@ -20,8 +21,6 @@ from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
-
-Progress = Callable[[tuple[str, int, int]], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +51,7 @@ def spec_path(given: str) -> Path:
 
 
 def augment_stage(
-    *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda told: None
+    *, stage: str | Path, spec: str, out: str | Path | None = None, progress: Progress = lambda *_: None
 ) -> AugmentReport:
     """Write the variants of the specification `spec`, a name or a file, over `stage`, or as `out` beside it.
 
@@ -87,7 +86,7 @@ class _Counted:
     def tell(self, pictures: int, done: int, total: int) -> None:
         """`done` of `total` is drawn of this augmentation's `pictures`."""
         drawn_now = self.before * pictures + pictures * done // total
-        self.progress(("drawing: picture", drawn_now, self.count * pictures))
+        self.progress("drawing: picture", drawn_now, self.count * pictures)
 
 
 def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:

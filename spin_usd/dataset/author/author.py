@@ -16,7 +16,6 @@ from spin_usd.dataset.author.far_keypoints import notes_on_far_keypoints
 from spin_usd.dataset.author.plausible_target import ModelUnit, refuse_implausible, refuse_size
 from spin_usd.dataset.author.size import check_written
 from spin_usd.dataset.author.views import Look, look_at
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
@@ -25,6 +24,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.source.poses import PoseList
+from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import Opinions, over
 from spin_usd.stage.author.camera_layer import lens_of

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 
@@ -24,8 +23,6 @@ MOST_TRIES = 1000
 ALWAYS = Constraint(
     description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
-
-Tell: TypeAlias = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +45,7 @@ def drawn(
     seed: int,
     name: str,
     constraints: Mapping[str, float] | None = None,
-    progress: Tell = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Opinions:
     """What the `entries`, drawn for `name`, make of the `pictures` of `base`, whose variants are selected.
 

@@ -12,10 +12,10 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.author.draw_samples import Pictures, drawn
 from spin_usd.dataset.author.example import Example, Part
 from spin_usd.errors import InputError
-from spin_usd.formats.spec_file import NOMINAL
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
+from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 from spin_usd.stage.augment.sampled_values import Opinions, in_turn, open_base
 

@@ -1,6 +1,6 @@
 """Findings on a stage or a dataset."""
 
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,10 +13,9 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.dataset.store.tree import STRANGE, Node, NodeType, file_at, type_of, walk
 from spin_usd.errors import InputError, SpinError
+from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +44,7 @@ def check_stage(root: Path, *, progress: Progress) -> Checked:
             found = child.call(
                 "check_stage",
                 stage=str(root.absolute()),
-                progress=lambda counts: progress("reading: picture", *counts),
+                progress=progress,
                 within_s=STAGE_PATIENCE_S,
             )
     except ChildDiedError as died:

@@ -1,21 +1,21 @@
 """The child's part of `check`: findings on a stage and what its pictures show, as JSON."""
 
-from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
 from spin_usd.dataset.check.coincident_faces import face_findings
+from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
 from spin_usd.stage.check.check_stage import check_stage
 
 
-def stage_findings(*, stage: str, progress: Callable[[Any], None]) -> dict[str, Any]:
+def stage_findings(*, stage: str, progress: Progress) -> dict[str, Any]:
     """Every finding on the stage whose root layer is `stage`, and "views": what its own pictures show, None where they
-    cannot be read. `progress` is told [done, total]."""
+    cannot be read."""
     views: list[Views] = []
     found = check_stage(
         stage,
-        progress=lambda done, total: progress([done, total]),
+        progress=progress,
         target_rule=face_findings,
         on_views=views.append,
     )

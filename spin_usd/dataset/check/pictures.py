@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.dataset.picture.brightness import tone_findings
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.cache import Purpose, uses
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
@@ -18,6 +17,7 @@ from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.sha256 import sha256_of
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
 DEPTH_RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much

@@ -1,13 +1,11 @@
 """What differs between two variants of a stage, and which work that makes."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.errors import StageError
-
-Progress = Callable[[str, int, int], None]
+from spin_usd.progress import Progress
 
 
 def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> dict[str, Any]:
@@ -20,7 +18,7 @@ def diff(stage: Path, before: str, after: str, *, frames: str | None = None, pro
                 before=before,
                 after=after,
                 frames=frames,
-                progress=lambda told: progress(*told),
+                progress=progress,
                 within_s=STAGE_PATIENCE_S,
             )
         except ChildDiedError as died:

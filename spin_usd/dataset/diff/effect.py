@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff.apply_difference import Stage, add_schemas, can_transplant, transplant
 from spin_usd.stage.diff.differences import PRIM, Difference
 from spin_usd.stage.read.stage_reader import StageReader
 
-KEYS = ("geometry", "radiance", "exposure")
 NOTHING = "nothing"
 SETTINGS = RenderSettings(renderer="blender", effort=Effort(), seed=0)  # the same for both variants: any will do
 MAX_TRIALS = 200  # each reads the stage again

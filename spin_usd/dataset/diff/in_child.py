@@ -1,12 +1,13 @@
 """The child's part of `diff`: two variants of a stage composed side by side, as JSON."""
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from spin_usd.dataset.diff.effect import KEYS, NeutralKeys, Side, Trials, changed
+from spin_usd.dataset.diff.effect import NeutralKeys, Side, Trials, changed
 from spin_usd.errors import InputError
 from spin_usd.formats.pose_list import slice_of
+from spin_usd.progress import Progress
+from spin_usd.scene.derived.keys import KEYS
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
@@ -42,17 +43,14 @@ class Selection:
         return StageReader(stage, variant=self.variant, stage=opened)
 
 
-def compare(
-    *, stage: str, before: str, after: str, frames: str | None, progress: Callable[[Any], None]
-) -> dict[str, Any]:
+def compare(*, stage: str, before: str, after: str, frames: str | None, progress: Progress) -> dict[str, Any]:
     """What differs from the variant `before` to `after` of a stage; each as Selection.parse has it.
 
     differences: as stage.diff tells them, each with what it `reaches` by itself: the first of the keys "geometry",
     "radiance", "exposure" that it changes, "nothing", or None, as Trials.reach finds. pictures: how many both have
     (`compared`), in how many of them each key differs, and how many only one has (`only_before`, `only_after`).
     redrawn: whether the two are other augmentations, whose pictures' own seeds, left out of the keys, differ: so noise
-    and back plates do. `progress` is told what is done, and
-    how many of how many.
+    and back plates do.
     """
     selections = Selection.parse(before), Selection.parse(after)
     first, second = (selection.open(stage) for selection in selections)
@@ -62,11 +60,11 @@ def compare(
     keys = NeutralKeys(first), NeutralKeys(second)
     for done, pair in enumerate(pairs):
         if done % PROGRESS_EVERY == 0:
-            progress(["comparing: picture", done, len(pairs)])
+            progress("comparing: picture", done, len(pairs))
         for key in changed(keys[0].of(pair[0]), keys[1].of(pair[1])):
             pictures[key] += 1
             telling.setdefault(key, pair)
-    progress(["comparing: picture", len(pairs), len(pairs)])
+    progress("comparing: picture", len(pairs), len(pairs))
     trials = Trials(
         sides=(
             Side(reader=first, trial=selections[0].open(stage).stage),
@@ -78,9 +76,9 @@ def compare(
     )
     listed = []
     for done, each in enumerate(found):
-        progress(["trying alone: difference", done, len(found)])
+        progress("trying alone: difference", done, len(found))
         listed.append({**asdict(each), "reaches": trials.reach(each)})
-    progress(["trying alone: difference", len(found), len(found)])
+    progress("trying alone: difference", len(found), len(found))
     redrawn = selections[0].variant != selections[1].variant
     return {"before": before, "after": after, "differences": listed, "pictures": pictures, "redrawn": redrawn}
 

@@ -11,9 +11,9 @@ from spin_usd.arrays import digest
 from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.plan.make_plan import Progress
 from spin_usd.dataset.process.child import HANG_S
 from spin_usd.errors import InputError
+from spin_usd.progress import Progress
 from spin_usd.scene.effort import MOST_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 

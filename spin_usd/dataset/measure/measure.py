@@ -18,7 +18,7 @@ from spin_usd.dataset.measure.pool import Kind, Pool
 from spin_usd.dataset.measure.renders import SUBJECT, Runs, is_run, run_name
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.plan.make_plan import Plan, Progress, Question, make_plan
+from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.machine import machine
@@ -29,6 +29,7 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement
 from spin_usd.dataset.store.tree import NodeType, files, type_of
 from spin_usd.errors import InputError, RenderError
+from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
 RUNS = "runs"

@@ -120,7 +120,7 @@ def _answer(process: _Process, told: Callable[[Any], None]) -> Answer | None:
     try:
         for word in process.child.received():
             if "progress" in word:
-                told(word["progress"])
+                told(*word["progress"])
             elif process.opening:
                 process.opening = False
             else:

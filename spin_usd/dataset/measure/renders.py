@@ -16,11 +16,12 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, read_render, write_render
-from spin_usd.dataset.store.atomic import sha256_of, write_atomically, write_json
+from spin_usd.dataset.store.atomic import write_atomically, write_json
 from spin_usd.dataset.store.tree import files, remove_emptied, remove_file
 from spin_usd.errors import InputError
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
+from spin_usd.sha256 import sha256_of
 
 SUBJECT = "subject"  # the key of what they are of
 SUFFIXES = (".json", RENDER_SUFFIX)

@@ -27,32 +27,42 @@ from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.stage.read.stage_reader import StageReader
 
-Progress = Callable[[Any], None]
-
 
 class MeasuringWorker:
-    """Lives in a child process, with one renderer, opened with `how`. `folder`: of the runs; `work`: for
-    temporary files; `cpus`: the processors
-    that it may use."""
+    """Lives in a child process, with one renderer, opened with `how`.
+
+    `folder` holds the renders that were made; `work` is for temporary files; `cpus` are the processors that it may use;
+    `on_made` is called with the key of each render as it is made.
+    """
 
     def __init__(
-        self, *, stage: str, variant: str, folder: str, work: str, cpus: Sequence[int], renderer: str, **how: Any
+        self,
+        *,
+        stage: str,
+        variant: str,
+        folder: str,
+        work: str,
+        cpus: Sequence[int],
+        renderer: str,
+        on_made: Callable[[str], None],
+        **how: Any,
     ) -> None:
         hold_to(cpus)
         self.runs = Runs(root=Path(folder), work=Path(work))
         self.reader = StageReader(stage, variant=variant)
         self._open = partial(open_renderer, renderer, **how)
         self.renderer: Renderer = self._open()
+        self._on_made = on_made
         self._work: list[str] = []
         self._before: tuple[int, Effort] | None = None
 
-    def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int], progress: Progress) -> None:
+    def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int]) -> None:
         """Render picture `index` with each of the seeds, keep each under its key, and tell of each."""
         self._do(())
         scene, wanted = self._scene(index), Effort(**effort)
         for key, seed in seeds.items():
             self.runs.keep(key, *self._timed(scene, wanted, seed))
-            progress(key)
+            self._on_made(key)
 
     def make_pairs(
         self,
@@ -63,7 +73,6 @@ class MeasuringWorker:
         seeds: Sequence[int],
         with_it: Sequence[str],
         without: Sequence[str],
-        progress: Progress,
     ) -> None:
         """Render picture `index` with each of the seeds with the `work` and without any, keep each under its key, and
         tell of each. One after the other in turn, so that what drifts does so for both; and each twice, of which the
@@ -75,14 +84,14 @@ class MeasuringWorker:
                 self._do(done)
                 self._timed(scene, wanted, seed)
                 self.runs.keep(key, *self._timed(scene, wanted, seed))
-                progress(key)
+                self._on_made(key)
 
-    def render_digest(self, *, index: int, effort: Mapping[str, Any], seed: int, progress: Progress) -> str:
+    def render_digest(self, *, index: int, effort: Mapping[str, Any], seed: int) -> str:
         """Of the render of picture `index`, every bit of it."""
         radiance = self._render(self._scene(index), Effort(**effort), seed)
         return digest(radiance.groups, radiance.coverage)
 
-    def labels(self, *, index: int, against: str, progress: Progress) -> dict[str, Any]:
+    def labels(self, *, index: int, against: str) -> dict[str, Any]:
         """This renderer's labels of picture `index` against those of the renderer `against`: LabelFigures as JSON."""
         scene, other = self._scene(index), open_renderer(against)
         sight = Sight(camera=scene.camera, T_cam_body=scene.T_cam_body)
@@ -91,9 +100,7 @@ class MeasuringWorker:
         names = {"frame": scene.frame.name, "renderer": self.renderer.name, "against": against}
         return asdict(agreement(ours, theirs, sight, **names))
 
-    def errors(
-        self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]], progress: Progress
-    ) -> dict[str, Any]:
+    def errors(self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]]) -> dict[str, Any]:
         """Mean square errors, relative: the reference's own, and of each setting's runs, all given by their keys."""
         picture = self._picture(index, reference)
         return {
@@ -110,7 +117,6 @@ class MeasuringWorker:
         capped: bool,
         settings: Sequence[Mapping[str, Any]],
         runs: Sequence[Sequence[str]],
-        progress: Progress,
     ) -> dict[str, Any]:
         """What is known of the picture from the runs of the settings: its "frame" and its "figures", as JSON.
 
@@ -127,7 +133,7 @@ class MeasuringWorker:
             ],
         }
 
-    def left_out(self, *, index: int, effort: Mapping[str, Any], progress: Progress) -> list[str]:
+    def left_out(self, *, index: int, effort: Mapping[str, Any]) -> list[str]:
         """Names of the work that a render of picture `index` does not need."""
         required = Requirements.of(self._scene(index), Effort(**effort))
         return [each.what for each in required.left_out]
@@ -138,7 +144,6 @@ class MeasuringWorker:
         index: int,
         reference: Sequence[str],
         runs: Mapping[str, Mapping[str, Sequence[str]]],
-        progress: Progress,
     ) -> list[dict[str, Any]]:
         """What leaving work out saves and changes, by the runs `with_it` and `without` it of each: Saving, as JSON."""
         picture = self._picture(index, reference)

@@ -10,10 +10,10 @@ from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.lookup import known, outcome_of
 from spin_usd.accuracy.measurement import Measurement, Setting
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.measurement_file import measurement_file, read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
+from spin_usd.sha256 import sha256_of
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,16 +6,18 @@ so that several processes can share it. Pictures come as columns: there may be a
 
 from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.plan.make_plan import COLUMNS
+from spin_usd.dataset.plan.make_plan import COLUMNS, PLANNING
 from spin_usd.dataset.plan.skipped_work import Tally
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.dataset.plan.work import features
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
+from spin_usd.progress import Progress
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
 from spin_usd.scene.derived.light_groups import Groups
 from spin_usd.scene.derived.views import ViewCollector
@@ -65,29 +67,35 @@ def plan_pictures(
     image_suffix: str | None,
     provenance: Sequence[str],
     explain: bool,
-    progress: Callable[[Any], None],
+    progress: Progress,
 ) -> list[dict[str, Any]]:
     """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
     named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
     that. With `explain` also "spared", as Tally.taken has it.
 
-    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` is told how many
-    pictures were planned since the last time. Raises UnsupportedError where image files cannot hold a sensor's numbers.
+    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` counts all
+    of them. Raises UnsupportedError where image files cannot hold a sensor's numbers.
     """
+    pictures = range(*chosen)
     extents, rendering = Extents(), RenderSettings.from_json(settings)
     tally = Tally(rendering) if explain else None
     answer = []
     reader: StageReader | None = None
-    for variant in variants:
+    for number, variant in enumerate(variants):
+        count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
         reader = StageReader(root, variant=variant, after=reader)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = _planned(reader, range(*chosen), rendering, image_suffix, extents, views, tally, progress)
+        planned = _planned(reader, pictures, rendering, image_suffix, extents, views, tally, count)
         stage = stage_provenance(reader) if variant in provenance else None
         spared, notes = tally.taken() if tally else [], in_sentences(reader.notes)
         seen = views.views()
         told = {"spared": spared, "notes": notes, "views": seen.as_json() if seen else None}
         answer.append({"variant": variant, "stage": stage, **told, **planned})
     return answer
+
+
+def _report(progress: Progress, before: int, total: int, done: int) -> None:
+    progress(PLANNING, before + done, total)
 
 
 class Extents:
@@ -138,7 +146,7 @@ def _planned(
     extents: Extents,
     views: ViewCollector,
     tally: Tally | None,
-    progress: Callable[[Any], None],
+    progress: Callable[[int], None],
 ) -> dict[str, list[Any]]:
     """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
     maker = KeyMaker(settings)
@@ -158,8 +166,8 @@ def _planned(
         for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has, frame.source_file), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
-            progress(PROGRESS_EVERY)
-    progress(len(columns["index"]) % PROGRESS_EVERY)
+            progress(done)
+    progress(len(chosen))
     return columns
 
 

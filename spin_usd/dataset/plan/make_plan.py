@@ -11,17 +11,15 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import Spared, spared
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.errors import SpinError, StageError
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.progress import Progress
+from spin_usd.scene.derived.keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, together
 from spin_usd.scene.effort import Effort
 
-KEYS = ("geometry", "radiance", "exposure")
 COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
+PLANNING = "planning: picture"
 STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
-
-Progress = Callable[[str, int, int], None]
-"""Told what is being done, how many are done and how many there are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +106,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 provenance=variants[number::count],
                 explain=question.explain,
             )
-        answers = _answers(children, lambda done: progress("planning: picture", done, len(chosen) * len(variants)))
+        answers = _answers(children, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
     parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
     return Plan(
         root=Path(opened["root"]),
@@ -141,7 +139,7 @@ def sharing(pictures: int, processes: int) -> int:
 def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any]:
     """What each child answers, in their order. Where one fails all are ended."""
     answers: dict[int, Any] = {}
-    done = 0
+    done = dict.fromkeys(range(len(children)), 0)
     try:
         with selectors.DefaultSelector() as selector:
             for number, child in enumerate(children):
@@ -152,11 +150,12 @@ def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any
                     raise ChildDiedError(f"the worker processes gave no answer within {STAGE_PATIENCE_S:g} s")
                 for key, _ in ready:
                     for answer in children[key.data].received():
-                        done += answer.get("progress", 0)
-                        if "result" in answer:
+                        if "progress" in answer:
+                            _, done[key.data], _ = answer["progress"]
+                        else:
                             answers[key.data] = answer["result"]
                             selector.unregister(key.fileobj)
-                progress(done)
+                progress(sum(done.values()))
     except BaseException:
         for child in children:
             child.kill()

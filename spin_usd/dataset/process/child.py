@@ -87,7 +87,7 @@ class Child:
             raise self._died() from broken
 
     def receive(self, *, within_s: float | None = None) -> Mapping[str, Any]:
-        """The next line: {"progress": ...} or {"result": ...}; raises what the child raised, or ChildDiedError.
+        """The next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or ChildDiedError.
 
         A child that says nothing for `within_s` seconds is ended.
         """
@@ -118,7 +118,7 @@ class Child:
         self,
         call: str,
         *,
-        progress: Callable[[Any], None] | None = None,
+        progress: Callable[..., None] | None = None,
         within_s: float | None = None,
         **arguments: Any,
     ) -> Any:
@@ -126,7 +126,7 @@ class Child:
         self.send(call, **arguments)
         while "result" not in (answer := self.receive(within_s=within_s)):
             if progress:
-                progress(answer["progress"])
+                progress(*answer["progress"])
         return answer["result"]
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work, write_measured
 from spin_usd.dataset.plan.effort_choice import Chosen, doubts
-from spin_usd.dataset.plan.make_plan import Plan, Progress, Question, make_plan
+from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.plan.work import Making, Method
 from spin_usd.dataset.process.child import Child
@@ -34,6 +34,7 @@ from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.labels.label import LABELS
+from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual

@@ -5,13 +5,13 @@ from typing import Any
 
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import NodeType, file_at, type_of
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import Effort
+from spin_usd.sha256 import sha256_of
 
 
 def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
+from spin_usd.scene.model import NOMINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,7 @@ class Comparison:
         return self.recorded == self.found == self.again
 
 
-def reproduce(dataset: Path, frame: str, *, variant: str = "nominal") -> tuple[list[Comparison], dict[str, list[str]]]:
+def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> tuple[list[Comparison], dict[str, list[str]]]:
     """Make the picture again in a child process; returns a comparison per file, and what was made with other versions
     (name: [recorded, now])."""
     store = Store(root=dataset.absolute())

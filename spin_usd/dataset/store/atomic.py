@@ -3,7 +3,6 @@
 Every `work` is a folder of the run's own, on the file system of the files that are written by way of it.
 """
 
-import hashlib
 import json
 import os
 import secrets
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import OutputError, SpinError
+from spin_usd.sha256 import sha256_of
 
 
 def write_atomically(
@@ -67,11 +67,6 @@ def write_text(path: Path, text: str, *, work: Path) -> str:
     return write_atomically(path, lambda temporary: _write_text(temporary, text), work=work)
 
 
-def sha256_of(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _temporary(work: Path, path: Path) -> Path:
     return work / f"{secrets.token_hex(8)}{path.suffix}"
 
@@ -84,9 +79,8 @@ def _put(temporary: Path, path: Path) -> None:
 def _synced(path: Path) -> str:
     """Force the file to disk; returns its sha256."""
     with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
         os.fsync(file.fileno())
-    return digest
+    return sha256_of(path)
 
 
 def _unwritten(path: Path, e: OSError) -> OutputError:

@@ -6,9 +6,9 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.tree import files
 from spin_usd.errors import InputError
+from spin_usd.sha256 import sha256_of
 
 SUMS = "SHA256SUMS"
 CHANGED = "is not as spin-usd wrote it, and would be replaced"

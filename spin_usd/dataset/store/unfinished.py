@@ -9,8 +9,10 @@ from typing import Any
 
 from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.store.atomic import sha256_of, write_json
+from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.scene.derived.keys import KEYS
+from spin_usd.sha256 import sha256_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +104,7 @@ def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
 
 
 def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
-    decisive = ("geometry", "radiance", "exposure") if IMAGE in had or RADIANCE in had else ("geometry",)
+    decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
     try:
         keys = record["provenance"]["keys"]
         return all(keys[key] == picture.keys[key] for key in decisive)

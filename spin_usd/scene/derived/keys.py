@@ -17,6 +17,9 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight
 from spin_usd.scene.model import Scene
 
+KEYS = ("geometry", "radiance", "exposure")
+"""The names of the three keys: each decides all that those before it decide, and more."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RenderSettings:

@@ -9,8 +9,9 @@ from pathlib import Path
 from pxr import Usd, UsdValidation
 
 from spin_usd.errors import InputError, StageError
+from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
-from spin_usd.stage.check.every_picture import OnViews, Progress, TargetRule, scene_findings
+from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
 from spin_usd.stage.check.layers import layer_findings
 from spin_usd.stage.check.poses_and_cameras import camera_findings, capture_findings, norm_findings, pose_findings
 from spin_usd.stage.check.prims import (
@@ -48,7 +49,7 @@ RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
 def check_stage(
     path: str | Path,
     *,
-    progress: Progress = lambda done, total: None,
+    progress: Progress = lambda *_: None,
     target_rule: TargetRule = lambda target: iter(()),
     on_views: OnViews = lambda views: None,
 ) -> tuple[Finding, ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from pxr import Usd
 
 from spin_usd.errors import SpinError
+from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import ViewCollector, Views
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
@@ -19,10 +20,9 @@ from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.read.stage_reader import StageReader
 
 MAX_VARIANTS = 200  # of one set; each is composed and read
+READING = "reading: picture"
 PROGRESS_EVERY = 500
 
-Progress = Callable[[int, int], None]
-"""Told how many pictures were read and how many there are."""
 TargetRule = Callable[[Target], Iterator[Finding]]
 """What there is to say of a target's shape."""
 OnViews = Callable[[Views], None]
@@ -89,7 +89,7 @@ class _VariantCheck:
             target = ""
             for done, frame in enumerate(reader.frames):
                 if done % PROGRESS_EVERY == 0:
-                    progress(place * len(reader.frames) + done, count * len(reader.frames))
+                    progress(READING, place * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 scene = reader.scene(frame)
                 blended.add(scene)
@@ -97,7 +97,7 @@ class _VariantCheck:
                 target = scene.target.path
                 yield from self.shapes.findings(scene.target)
                 self.same.see(scene, len(reader.frames))
-            progress((place + 1) * len(reader.frames), count * len(reader.frames))
+            progress(READING, (place + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
             for each in (error, *self._others()):
                 do = f"; {each.do}" if each.do else ""

@@ -1,12 +1,12 @@
 """What a composed stage says, apart from where it lies: its hash and its files."""
 
-import hashlib
 from pathlib import Path
 
 from pxr import Ar, Usd, UsdUtils
 
 from spin_usd.arrays import digest
 from spin_usd.scene.model import NOMINAL
+from spin_usd.sha256 import sha256_of
 from spin_usd.stage.composition.files import udim_files
 from spin_usd.stage.composition.flattened import flattened_text
 
@@ -40,7 +40,7 @@ def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
 
     UsdUtils.ModifyAssetPaths(stage.Flatten(addSourceFileComment=False), note)
     files = sorted({file for path in paths if path for file in _resolved(path)})
-    return {_relative(file, folder): _sha256(file) for file in files}
+    return {_relative(file, folder): sha256_of(file) for file in files}
 
 
 def _resolved(path: str) -> list[Path]:
@@ -53,12 +53,7 @@ def asset_sha256(path: str) -> str:
     """Digest of the files that a resolved asset path stands for, wherever they lie; or that there are none."""
     inner = Ar.SplitPackageRelativePathOuter(path)[1]
     files = _resolved(path)
-    return digest([[_sha256(file) for file in files], inner]) if files else f"missing {Path(path).name}"
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    return digest([[sha256_of(file) for file in files], inner]) if files else f"missing {Path(path).name}"
 
 
 def _relative(file: Path, folder: Path) -> str:

@@ -8,6 +8,7 @@ import pytest
 from spin_usd.dataset.diff.in_child import Selection, compare
 from spin_usd.dataset.render.render import RenderRequest, plan
 from spin_usd.errors import InputError
+from spin_usd.scene.derived.keys import KEYS
 from tests.cases.root_layers import over_stage
 
 SETS = """
@@ -62,7 +63,6 @@ REACHES = {
     "rough": ("/World/Target/Model/mtl/GoldMli/Surface.inputs:roughness", "radiance", 8),
     "idle": ("/World/Camera.spin:optics:glare", "nothing", 0),
 }
-KEYS = ("geometry", "radiance", "exposure")
 
 
 def quiet(*_) -> None:

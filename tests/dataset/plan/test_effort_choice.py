@@ -11,12 +11,12 @@ from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
 from spin_usd.cli.effort import setting_of
 from spin_usd.dataset.plan.effort_choice import doubts
-from spin_usd.dataset.store.atomic import sha256_of
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.measurement_file import FILE, folder_of, read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
+from spin_usd.sha256 import sha256_of
 from tests.cases.measurements import figures, measurement, setting, usual
 
 WAYS = ("samples", "effort", "quality", "error", "renderer", "measured")

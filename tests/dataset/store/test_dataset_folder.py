@@ -8,9 +8,10 @@ from typing import Never
 
 import pytest
 
-from spin_usd.dataset.store.atomic import link_atomically, sha256_of, write_atomically, write_json
+from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.sha256 import sha256_of
 
 
 def files(folder):

@@ -388,7 +388,7 @@ def test_what_is_wrong_in_a_variant_alone_names_it(copied: Path) -> None:
 def test_progress_is_told_over_all_variants(copied: Path) -> None:
     edit(ROOT, tele("other", {}))(copied)
     told: list[tuple[int, int]] = []
-    check_stage(copied, progress=lambda done, total: told.append((done, total)))
+    check_stage(copied, progress=lambda _, done, total: told.append((done, total)))
     assert told == [(0, 6), (3, 6), (3, 6), (6, 6)]
 
 

@@ -1,0 +1,6 @@
+"""The callback by which long work reports how far it is."""
+
+from collections.abc import Callable
+
+Progress = Callable[[str, int, int], None]
+"""Takes what is being counted, how many are done and how many there are, such as ("rendering: picture", 3, 8)."""
