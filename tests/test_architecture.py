@@ -1,39 +1,25 @@
-"""The folders are the architecture: who may import whom, and who may touch files, pxr and bpy (README, DESIGN)."""
+"""The folders are the architecture: who may import whom, and who may touch files, pxr and bpy (ARCHITECTURE.md)."""
 
 import ast
+import graphlib
+import re
 import subprocess
 import sys
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent / "spin_usd"
+REPOSITORY = Path(__file__).resolve().parent.parent
+ROOT = REPOSITORY / "spin_usd"
 MODULES = sorted(path.relative_to(ROOT) for path in ROOT.rglob("*.py") if "data" not in path.relative_to(ROOT).parts)
+FILES = set(MODULES)
+MAX_FILES = 16
+"""Modules in a folder: what a reader can take in at a look."""
 
-CORE = {"errors", "arrays", "geometry", "scene"}
-SIBLINGS = {"stage", "renderers", "sensor", "labels", "formats", "sampling", "accuracy"}
-# What each part of spin_usd may import of spin_usd, besides itself. The siblings meet in scene and in dataset.
-MAY_IMPORT = {
-    "__init__": set(),
-    "errors": set(),
-    "resources": {"errors"},
-    "sha256": set(),
-    "progress": set(),
-    "plugin_path": {"errors", "resources"},
-    "arrays": {"errors"},
-    "geometry": {"errors", "arrays"},
-    "scene": {"errors", "arrays", "geometry"},
-    "renderers": CORE,
-    "sensor": CORE,
-    "labels": CORE,
-    "sampling": CORE,
-    "accuracy": CORE,
-    "formats": CORE | {"resources"},
-    "stage": CORE | {"resources", "plugin_path", "sha256", "progress"},
-    "dataset": CORE | SIBLINGS | {"resources", "plugin_path", "sha256", "progress"},
-    "cli": CORE | SIBLINGS | {"resources", "plugin_path", "progress", "dataset"},
-}
-# The only parts that may import a library that decides much: a folder, or a file in it.
+# The only places that may import a library that decides much: a folder, or a file in it.
 ONLY_IN = {
     "pxr": ("stage",),
     "bpy": ("renderers/blender",),
@@ -52,8 +38,8 @@ ONLY_IN = {
     "tempfile": ("dataset", "stage/composition/images.py", "renderers/blender"),
     "shutil": ("dataset", "stage"),
 }
-# Alone imports from renderers/blender, when it opens that renderer: it loads bpy.
-OPENS_BLENDER = "dataset/process/open_renderer.py"
+# What the supervising process never imports, nor anything that imports it: it runs in child processes.
+CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py")
 # Who may read or write files and folders.
 FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "sha256.py", "renderers/blender")
 # fmt: off
@@ -77,39 +63,67 @@ PURE = (
     "labels",
     "sampling",
     "accuracy",
-    "renderers/raycast/renderer.py",
-    "renderers/raycast/lambert.py",
+    "renderers/raycast",
+    "renderers/skipped",
     "renderers/camera_shader.py",
     "renderers/downscale.py",
 )
 IMPURE_MODULES = {"time", "datetime", "random", "secrets", "os", "sys", "socket", "pathlib"}
 
 
-def within(module, places):
+def table(document: Path) -> dict[str, set[str]]:
+    """By folder or root module, what it may import, from the rows `| folder | may import | ... |` of `document`."""
+    rows = re.findall(r"^\| `([\w/*]+)` \| ([^|]*) \|", document.read_text(), re.MULTILINE)
+    return {folder: set(re.findall(r"`([\w/]+)`", allowed)) for folder, allowed in rows}
+
+
+MAY_IMPORT = table(REPOSITORY / "ARCHITECTURE.md")
+
+
+def is_below(module: Path, places: Iterable[str]) -> bool:
     return any(module.is_relative_to(place) for place in places)
 
 
-def tree(module):
+@cache
+def tree(module: Path) -> ast.Module:
     return ast.parse((ROOT / module).read_text(), filename=str(module))
 
 
-def imports(module):
+@cache
+def imports(module: Path) -> tuple[str, ...]:
     """Dotted names of all that the module imports, at any depth: inside functions and type-checking blocks too."""
-    names = []
+    names: list[str] = []
     for node in ast.walk(tree(module)):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module}:{node.lineno}: relative import"
-            names += [f"{node.module}.{alias.name}" for alias in node.names if alias.name != "__version__"]
-    return names
+            names += [f"{node.module}.{alias.name}" for alias in node.names]
+    return tuple(names)
 
 
-def part(module):
-    return module.parts[0].removesuffix(".py")
+def own_imports(module: Path) -> Iterator[Path]:
+    """The modules of spin_usd that `module` imports."""
+    for name in imports(module):
+        parts = name.split(".")
+        if parts[0] != "spin_usd":
+            continue
+        found = [Path(*parts[1:end]).with_suffix(".py") for end in range(len(parts), 1, -1)]
+        yield from [path for path in found if path in FILES][:1]
 
 
-def dotted(node):
+def folder(module: Path) -> str:
+    """The folder of `module`, or its own name where it lies at the root."""
+    return str(module.parent) if len(module.parts) > 1 else module.stem
+
+
+def allowed(importer: str) -> set[str]:
+    """What `importer`'s row and those of the folders above it allow."""
+    above = [importer, f"{importer}/*", *map(str, Path(importer).parents)]
+    return set().union(*(MAY_IMPORT.get(place, set()) for place in above))
+
+
+def dotted(node: ast.expr) -> str | None:
     """`a.b.c` of an attribute chain, or None."""
     if isinstance(node, ast.Name):
         return node.id
@@ -118,48 +132,109 @@ def dotted(node):
     return None
 
 
-@pytest.mark.parametrize("module", MODULES, ids=str)
-def test_imports_go_one_way(module) -> None:
-    own = part(module)
-    assert own in MAY_IMPORT, f"{own} has no place in the table: add it with what it may import"
-    used = {name.split(".")[1] for name in imports(module) if name.startswith("spin_usd.")}
-    assert used - {own} <= MAY_IMPORT[own]
+def cycle(graph: Mapping[str, set[str]]) -> list[str]:
+    """The nodes of one cycle of `graph`, none where there is none."""
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return list(error.args[1])
+    return []
 
 
-@pytest.mark.parametrize("module", MODULES, ids=str)
-def test_libraries_stay_in_their_place(module) -> None:
-    tops = {name.split(".")[0] for name in imports(module)}
-    assert not [name for name in tops if name in ONLY_IN and not within(module, ONLY_IN[name])]
+def test_every_folder_stands_in_the_table() -> None:
+    assert {folder(module) for module in MODULES if module.name != "__init__.py"} <= set(MAY_IMPORT)
+    assert {row.removesuffix("/*") for row in MAY_IMPORT} <= {folder(module) for module in MODULES}
 
 
-@pytest.mark.parametrize("module", [m for m in MODULES if not within(m, ("renderers/blender", OPENS_BLENDER))], ids=str)
-def test_all_else_works_without_blender(module) -> None:
-    assert not [name for name in imports(module) if f"{name}.".startswith("spin_usd.renderers.blender.")]
+def test_imports_follow_the_table() -> None:
+    """A folder imports its own files, and those that its row, or that of a folder above it, allows."""
+    offences = [
+        f"{module} imports {used}"
+        for module in MODULES
+        for used in own_imports(module)
+        if folder(used) != folder(module) and not is_below(Path(folder(used)), allowed(folder(module)))
+    ]
+    assert not offences
 
 
-@pytest.mark.parametrize("module", [m for m in MODULES if not within(m, FILES_IN)], ids=str)
-def test_only_some_parts_touch_files(module) -> None:
-    found = []
-    for node in ast.walk(tree(module)):
-        if isinstance(node, ast.Call):
-            method = node.func.attr if isinstance(node.func, ast.Attribute) else None
-            if dotted(node.func) in FILE_CALLS or method in FILE_METHODS:
-                found.append(f"{module}:{node.lineno}: {ast.unparse(node)}")
+def test_the_table_allows_nothing_that_no_file_needs() -> None:
+    """Each entry of a row is used by a file of that folder or below it."""
+    used: dict[str, set[str]] = defaultdict(set)
+    for module in MODULES:
+        for above in (folder(module), f"{folder(module)}/*", *map(str, Path(folder(module)).parents)):
+            used[above] |= {folder(other) for other in own_imports(module)}
+    idle = [
+        f"{row}: {entry}"
+        for row, entries in MAY_IMPORT.items()
+        for entry in entries
+        if not any(is_below(Path(other), [entry]) for other in used[row])
+    ]
+    assert not idle
+
+
+def test_no_cycle_of_files() -> None:
+    assert cycle({str(module): {str(used) for used in own_imports(module)} - {str(module)} for module in MODULES}) == []
+
+
+def test_no_cycle_of_folders() -> None:
+    graph: dict[str, set[str]] = defaultdict(set)
+    for module in MODULES:
+        graph[folder(module)] |= {folder(used) for used in own_imports(module)} - {folder(module)}
+    assert cycle(graph) == []
+
+
+def test_no_folder_holds_more_than_a_look_takes_in() -> None:
+    sizes = Counter(module.parent for module in MODULES if module.name != "__init__.py")
+    assert not {str(place): size for place, size in sizes.items() if size > MAX_FILES}
+
+
+def test_libraries_stay_in_their_place() -> None:
+    offences = [
+        f"{module} imports {name}"
+        for module in MODULES
+        for name in imports(module)
+        if name.split(".")[0] in ONLY_IN and not is_below(module, ONLY_IN[name.split(".")[0]])
+    ]
+    assert not offences
+
+
+def test_the_supervising_process_reaches_neither_pxr_nor_bpy() -> None:
+    """Not even inside functions: what the command line imports, and what that imports."""
+    reached: dict[Path, Path] = {}
+    waiting = [(module, module) for module in MODULES if is_below(module, ["cli", "api.py"])]
+    while waiting:
+        module, importer = waiting.pop()
+        if module not in reached:
+            reached[module] = importer
+            waiting += [(used, module) for used in own_imports(module)]
+    assert not [f"{importer} imports {m}" for m, importer in reached.items() if is_below(m, CHILD_SIDE)]
+
+
+def test_only_some_parts_touch_files() -> None:
+    found = [
+        f"{module}:{node.lineno}: {ast.unparse(node)}"
+        for module in MODULES
+        if not is_below(module, FILES_IN)
+        for node in ast.walk(tree(module))
+        if isinstance(node, ast.Call)
+        and (
+            dotted(node.func) in FILE_CALLS or (isinstance(node.func, ast.Attribute) and node.func.attr in FILE_METHODS)
+        )
+    ]
     assert not found
 
 
-@pytest.mark.parametrize("module", [m for m in MODULES if within(m, PURE)], ids=str)
-def test_formulas_read_no_clock_no_chance_no_environment(module) -> None:
-    assert not {name.split(".")[0] for name in imports(module)} & IMPURE_MODULES
-    chance = [
-        n for n in ast.walk(tree(module)) if isinstance(n, ast.Call) and dotted(n.func) == "np.random.default_rng"
-    ]
+def test_formulas_read_no_clock_no_chance_no_environment() -> None:
+    formulas = [module for module in MODULES if is_below(module, PURE)]
+    assert not [(m, name) for m in formulas for name in imports(m) if name.split(".")[0] in IMPURE_MODULES]
+    calls = (node for module in formulas for node in ast.walk(tree(module)) if isinstance(node, ast.Call))
+    chance = [call for call in calls if dotted(call.func) == "np.random.default_rng"]
     assert all(call.args for call in chance), "a generator without a seed"
 
 
-@pytest.mark.parametrize("module", MODULES, ids=str)
-def test_no_module_is_a_drawer(module) -> None:
-    assert not {"util", "utils", "helper", "helpers", "manager", "common", "misc"} & set(module.with_suffix("").parts)
+def test_no_module_is_a_drawer() -> None:
+    drawers = {"util", "utils", "helper", "helpers", "manager", "common", "misc"}
+    assert not [module for module in MODULES if drawers & set(module.with_suffix("").parts)]
 
 
 HELP = "import sys; sys.argv = ['spin-usd', '--help']; from spin_usd.cli.main import run; run()"
@@ -169,7 +244,7 @@ REPORT = (
 
 
 @pytest.mark.parametrize("code", ["import spin_usd", "import spin_usd.cli.main", HELP])
-def test_starting_loads_neither_pxr_nor_bpy(code) -> None:
+def test_starting_loads_neither_pxr_nor_bpy(code: str) -> None:
     """In a fresh process, also when the program ends by itself."""
     done = subprocess.run([sys.executable, "-c", f"{REPORT}\n{code}"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
