@@ -1,23 +1,37 @@
 """Where the layers and schemas that travel with the package lie: in a wheel, or at a checkout's top level."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.errors import InputError
 
 PACKAGE = Path(__file__).resolve().parent
 HEAD = 1000  # characters of a layer in which its default prim stands
-BUNDLED = {
-    "targets": "targets/*/*.usda",
-    "cameras": "cameras/*.usda",
-    "presets": "presets/*.usda",
-    "lights": "environments/*.usda",
-    "environments": "environments/*.usda",
-    "examples": "examples/*.toml",
-    "specifications": "augmentations/*.toml",
+
+
+@dataclass(frozen=True, kw_only=True)
+class BundledKind:
+    """A kind of files that travel with spin_usd.
+
+    pattern: their paths below `stages` · instead: what a user may give in place of a name · default_prim: tells layers
+    of this kind from others in their folder, "" where all are of this kind.
+    """
+
+    pattern: str
+    instead: str
+    default_prim: str = ""
+
+
+BUNDLED: Mapping[str, BundledKind] = {
+    "target": BundledKind(pattern="targets/*/*.usda", instead="a model file"),
+    "camera": BundledKind(pattern="cameras/*.usda", instead="a camera file"),
+    "preset": BundledKind(pattern="presets/*.usda", instead="a preset layer"),
+    "lights": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Lights"),
+    "environment": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Environment"),
+    "example": BundledKind(pattern="examples/*.toml", instead="an example file"),
+    "specification": BundledKind(pattern="augmentations/*.toml", instead="a .toml file"),
 }
-DEFAULT_PRIMS = {"lights": "Lights", "environments": "Environment"}
-"""What tells the two kinds of layer in one folder apart."""
 
 
 def stages() -> Path:
@@ -30,18 +44,33 @@ def schemas() -> Path:
     return _folder("schemas")
 
 
-def bundled(kind: str) -> Mapping[str, Path]:
-    """The files of that kind, one of BUNDLED, that travel with spin_usd, by their names, in alphabetical order."""
-    files = sorted(stages().glob(BUNDLED[kind]))
-    return {file.stem: file for file in files if _is_of(kind, file)}
+def bundled_names(kind: str) -> tuple[str, ...]:
+    """The names of the files of that kind, one of BUNDLED, that travel with spin_usd, in alphabetical order."""
+    return tuple(file.stem for file in _files(kind))
+
+
+def bundled(kind: str, name: str) -> Path:
+    """The file of that kind, one of BUNDLED, that travels with spin_usd by that name.
+
+    Raises InputError that lists the names there are.
+    """
+    files = {file.stem: file for file in _files(kind)}
+    if name not in files:
+        found = f"there {'are' if kind == 'lights' else 'is'} no {kind} named {name!r}"
+        raise InputError(found, do=f"name one of {', '.join(files)}, or {BUNDLED[kind].instead}")
+    return files[name]
+
+
+def _files(kind: str) -> Iterator[Path]:
+    files = sorted(stages().glob(BUNDLED[kind].pattern))
+    return (file for file in files if _is_of(kind, file))
 
 
 def _is_of(kind: str, file: Path) -> bool:
-    if kind == "targets":  # beside a target's own layer lie those that it is made of
+    if kind == "target":  # beside a target's own layer lie those that it is made of
         return file.stem == file.parent.name
-    if kind in DEFAULT_PRIMS:
-        return f'defaultPrim = "{DEFAULT_PRIMS[kind]}"' in file.read_text(encoding="utf-8")[:HEAD]
-    return True
+    default_prim = BUNDLED[kind].default_prim
+    return not default_prim or f'defaultPrim = "{default_prim}"' in file.read_text(encoding="utf-8")[:HEAD]
 
 
 def _folder(name: str) -> Path:

@@ -20,7 +20,7 @@ def augment(
     context: typer.Context,
     stage: Annotated[Path | None, typer.Argument(help=STAGE_HELP)] = None,
     spec: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('specifications')}, or a TOML file.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('specification')}, or a TOML file.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")

@@ -23,18 +23,18 @@ def author(
         typer.Option(
             metavar="NAME_OR_FILE",
             help="The sampler: draws poses and light from the seed instead of reading --poses, as a published data set "
-            f"has them ({named('examples')}) or as a TOML file says; --target, --camera, --preset, --lights and "
+            f"has them ({named('example')}) or as a TOML file says; --target, --camera, --preset, --lights and "
             "--environment stand in place of its own.",
         ),
     ] = None,
     count: Annotated[int | None, typer.Option(metavar="N", help="Pictures of the example; all if not given.")] = None,
     target: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"{named('targets')}; an OBJ, PLY, STL, glTF, GLB or USD file."),
+        typer.Option(metavar="NAME_OR_FILE", help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file."),
     ] = None,
     camera: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"{named('cameras')}; a SPEED+ camera.json, or a camera layer."),
+        typer.Option(metavar="NAME_OR_FILE", help=f"{named('camera')}; a SPEED+ camera.json, or a camera layer."),
     ] = None,
     units_per_metre: Annotated[
         float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
@@ -45,19 +45,19 @@ def author(
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
     preset: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('presets')}, or a preset layer.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('preset')}, or a preset layer.")
     ] = None,
     lights: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('lights')}, or a lights layer.")
     ] = None,
     environment: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('environments')}, or an environment layer.")
+        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('environment')}, or an environment layer.")
     ] = None,
     augment: Annotated[
         str | None,
         typer.Option(
             metavar="NAME_OR_FILE",
-            help=f"A specification of augmentations to write over it: {named('specifications')}, or a TOML file.",
+            help=f"A specification of augmentations to write over it: {named('specification')}, or a TOML file.",
         ),
     ] = None,
     keypoints: Annotated[

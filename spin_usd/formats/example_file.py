@@ -5,20 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled
-
-
-def example_names() -> tuple[str, ...]:
-    """The examples that travel with spin_usd."""
-    return tuple(bundled("examples"))
-
-
-def example_by_name(name: str) -> Path:
-    """The file of an example that travels with spin_usd. Raises InputError that lists those there are."""
-    if name not in example_names():
-        found = f"there is no example named {name!r}"
-        raise InputError(found, do=f"name one of {', '.join(example_names())}, or an example file")
-    return bundled("examples")[name]
 
 
 def read_example_file(path: str | Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import typer
 
 from spin_usd.cli.examples import EXAMPLES
 from spin_usd.cli.main import app
-from spin_usd.resources import BUNDLED, bundled
+from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.stage.usd.layer_file import open_layer
 from tests.conftest import REPOSITORY
 
@@ -19,15 +19,15 @@ COMMANDS = typer.main.get_command(app).commands
 def test_the_help_names_all_that_travels_along(spin_usd) -> None:
     said = set(re.findall(r"[\w]+", spin_usd("author", "--help").stdout))
     for kind in BUNDLED:
-        assert bundled(kind)
-        assert set(bundled(kind)) <= said
+        assert bundled_names(kind)
+        assert set(bundled_names(kind)) <= said
 
 
 def test_lights_and_environments_are_told_apart_as_usd_reads_them() -> None:
-    for kind, prim in (("lights", "Lights"), ("environments", "Environment")):
-        assert {open_layer(file).defaultPrim for file in bundled(kind).values()} == {prim}
+    for kind, prim in (("lights", "Lights"), ("environment", "Environment")):
+        assert {open_layer(bundled(kind, name)).defaultPrim for name in bundled_names(kind)} == {prim}
     files = {file.stem for file in (REPOSITORY / "stages" / "environments").glob("*.usda")}
-    assert set(bundled("lights")) | set(bundled("environments")) == files
+    assert set(bundled_names("lights")) | set(bundled_names("environment")) == files
 
 
 @pytest.mark.parametrize("command", COMMANDS)

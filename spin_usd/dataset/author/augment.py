@@ -35,19 +35,11 @@ class AugmentReport:
         return asdict(self)
 
 
-def spec_names() -> tuple[str, ...]:
-    """The specifications that travel with spin_usd."""
-    return tuple(bundled("specifications"))
-
-
 def spec_path(given: str) -> Path:
     """The file of the specification of that name, or the file itself. Raises InputError that lists those there are."""
     if Path(given).suffix.lower() == ".toml":
         return Path(given)
-    if given not in spec_names():
-        found = f"there is no specification named {given!r}"
-        raise InputError(found, do=f"name one of {', '.join(spec_names())}, or a .toml file")
-    return bundled("specifications")[given]
+    return bundled("specification", given)
 
 
 def augment_stage(

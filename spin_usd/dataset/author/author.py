@@ -21,6 +21,7 @@ from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedEr
 from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
+from spin_usd.resources import bundled
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.source.poses import PoseList
@@ -28,12 +29,12 @@ from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import Opinions, over
 from spin_usd.stage.author.camera_layer import lens_of
-from spin_usd.stage.author.lights_and_environment import open_surroundings, surroundings_by_name
-from spin_usd.stage.author.presets import Preset, open_preset, preset_by_name
+from spin_usd.stage.author.lights_and_environment import open_surroundings
+from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.provenance import Option, Origin
 from spin_usd.stage.author.target.extent import box_corners
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
-from spin_usd.stage.author.target.from_usd import TargetAsset, copy_usd_target, describe, target_by_name
+from spin_usd.stage.author.target.from_usd import TargetAsset, copy_usd_target, describe
 from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
@@ -256,12 +257,12 @@ def _unit(choices: Choices, file: Path, target: TargetAsset) -> ModelUnit:
 
 def _preset(given: str) -> Preset:
     """The preset of that name or in that file."""
-    return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else preset_by_name(given))
+    return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else bundled("preset", given))
 
 
 def _surroundings_file(given: str, kind: str) -> Path:
     """The layer of the lights or the environment of that name, or the file itself."""
-    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else surroundings_by_name(given, kind)
+    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else bundled(kind, given)
 
 
 def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
@@ -275,7 +276,7 @@ def _target_file(given: str) -> Path:
     if suffix not in USD_SUFFIXES | set(READERS):
         if suffix or "/" in given:
             raise InputError("is no model file", where=given, do=f"give one of {', '.join(READERS)} or USD")
-        return target_by_name(given)
+        return bundled("target", given)
     if not Path(given).is_file():
         raise InputError("is not there, or is no file", where=given)
     return Path(given)

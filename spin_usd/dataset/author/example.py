@@ -8,8 +8,9 @@ from typing import Any
 
 from spin_usd.dataset.author.camera import open_camera
 from spin_usd.errors import InputError
-from spin_usd.formats.example_file import example_by_name, read_example_file
+from spin_usd.formats.example_file import read_example_file
 from spin_usd.formats.spec_file import SampleEntry, check_document, samples_of
+from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Distribution
 from spin_usd.sampling.poses import Place, PoseLaw
 from spin_usd.sampling.sample import distribution_of
@@ -68,7 +69,7 @@ class Example:
 
 def open_example(given: str | Path) -> Example:
     """The example of that name or in that file. Raises InputError that names the file and the place in it."""
-    file = Path(given) if Path(given).suffix.lower() == ".toml" else example_by_name(str(given))
+    file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("example", str(given))
     tables = read_example_file(file)
     check_document(tables, SCHEMA, file)
     names = [part["name"] for part in tables["part"]]

@@ -6,7 +6,8 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.stage.author.lights_and_environment import open_surroundings, surroundings_by_name
+from spin_usd.resources import bundled
+from spin_usd.stage.author.lights_and_environment import open_surroundings
 from spin_usd.stage.author.paths import ENVIRONMENT
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.usd.layer_file import export
@@ -26,7 +27,7 @@ class Background:
 
 def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
     """The environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
-    file = folder / given if Path(given).suffix in SUFFIXES else surroundings_by_name(given, "environment")
+    file = folder / given if Path(given).suffix in SUFFIXES else bundled("environment", given)
     root = stage.GetDefaultPrim()
     if not root:
         raise InputError("the stage has no default prim to put a background on", where="background", do="name one")

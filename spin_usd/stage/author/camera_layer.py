@@ -7,7 +7,6 @@ from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
-from spin_usd.resources import bundled
 from spin_usd.stage.read.camera.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
@@ -41,19 +40,6 @@ def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str,
 def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -> Sdf.Layer:
     """`new_camera_layer` for pixels `pixel_pitch` metres wide."""
     return new_camera_layer(camera, focal_length=usd_focal_length(camera, pixel_pitch), documentation=documentation)
-
-
-def camera_names() -> tuple[str, ...]:
-    return tuple(bundled("cameras"))
-
-
-def camera_by_name(name: str) -> Path:
-    """The layer of a camera that travels with spin_usd. Raises InputError that lists those there are."""
-    if name not in camera_names():
-        raise InputError(
-            f"there is no camera named {name!r}", do=f"name one of {', '.join(camera_names())}, or a camera file"
-        )
-    return bundled("cameras")[name]
 
 
 def open_camera_layer(path: str | Path) -> Sdf.Layer:

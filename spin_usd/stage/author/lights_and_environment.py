@@ -10,29 +10,13 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
 from spin_usd.stage.usd.layer_file import author_metadata, open_layer, reason
 
 KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them."""
-FOLDERS = {"lights": "lights", "environment": "environments"}
 USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 """The layer of each kind that a stage has unless another is chosen."""
-
-
-def surroundings_names(kind: str) -> tuple[str, ...]:
-    """The layers of a kind ("lights" or "environment") that travel with spin_usd."""
-    return tuple(bundled(FOLDERS[kind]))
-
-
-def surroundings_by_name(name: str, kind: str) -> Path:
-    """The layer of a kind that travels with spin_usd. Raises InputError that lists those there are."""
-    names = surroundings_names(kind)
-    if name not in names:
-        found = f"there are no lights named {name!r}" if kind == "lights" else f"there is no environment {name!r}"
-        raise InputError(found, do=f"name one of {', '.join(names)}, or a layer")
-    return bundled(FOLDERS[kind])[name]
 
 
 def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:

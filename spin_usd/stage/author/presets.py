@@ -11,7 +11,6 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled
 from spin_usd.stage.author.lights_and_environment import composed, extracted
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, TARGET, WORLD
 from spin_usd.stage.usd.layer_file import open_layer
@@ -61,19 +60,6 @@ class Preset:
         layer.documentation = f"{layer.documentation}\n{said}"
         for attribute in source.properties:
             Sdf.CopySpec(self.flat, attribute.path, layer, camera.GetPath().AppendProperty(attribute.name))
-
-
-def preset_names() -> tuple[str, ...]:
-    """The presets that travel with spin_usd."""
-    return tuple(bundled("presets"))
-
-
-def preset_by_name(name: str) -> Path:
-    """The layer of a preset that travels with spin_usd. Raises InputError that lists those there are."""
-    if name not in preset_names():
-        found = f"there is no preset named {name!r}"
-        raise InputError(found, do=f"name one of {', '.join(preset_names())}, or a preset layer")
-    return bundled("presets")[name]
 
 
 def open_preset(path: str | Path) -> Preset:

@@ -12,9 +12,10 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.resources import bundled
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.author.diffuse_materials import find_matt
-from spin_usd.stage.author.lights_and_environment import KINDS, USUAL, surroundings_by_name
+from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
@@ -84,7 +85,7 @@ def _write_layers(
         own = surroundings.get(kind) or (preset.layer(place) if preset else None)
         if own:
             copy_assets(own, folder / kind)
-        chosen[place] = own or open_layer(surroundings_by_name(USUAL[kind], kind))
+        chosen[place] = own or open_layer(bundled(kind, USUAL[kind]))
         export(chosen[place], folder / f"{kind}.usda")
     return chosen
 

@@ -13,15 +13,14 @@ from spin_usd.dataset.author.author import author_example
 from spin_usd.dataset.author.example import open_example
 from spin_usd.dataset.author.example_pictures import draw_poses, shots
 from spin_usd.errors import InputError
-from spin_usd.formats.example_file import example_names
 from spin_usd.formats.pose_list import read_pose_list
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
-from spin_usd.resources import schemas, stages
+from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer
-from spin_usd.stage.author.camera_layer import camera_by_name, lens_of, open_camera_layer
+from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 from spin_usd.stage.author.target.extent import box_corners
-from spin_usd.stage.author.target.from_usd import describe, target_by_name
+from spin_usd.stage.author.target.from_usd import describe
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -39,8 +38,8 @@ EARTH_RADIUS = 6378137.0
 
 def drawn(name, count=None, seed=0, step=1):
     example = open_example(name)
-    camera = lens_of(open_camera_layer(camera_by_name(example.camera)))
-    corners = box_corners(describe(target_by_name(example.target), example.target))
+    camera = lens_of(open_camera_layer(bundled("camera", example.camera)))
+    corners = box_corners(describe(bundled("target", example.target), example.target))
     chosen = shots(example, count)[::step]
     return camera, chosen, draw_poses(chosen, seed, camera, corners, name)
 
@@ -68,7 +67,7 @@ def tree(folder):
 
 
 def test_these_travel_along() -> None:
-    assert example_names() == NAMES
+    assert bundled_names("example") == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -342,7 +341,7 @@ def test_the_command_authors_an_example(tmp_path: Path, spin_usd) -> None:
 
 def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
     """A third of the pixels and of the focal length is the same view, so the same pictures cut the target off."""
-    lens = lens_of(open_camera_layer(camera_by_name("speedplus")))
+    lens = lens_of(open_camera_layer(bundled("camera", "speedplus")))
     matrix = (np.diag([1 / 3, 1 / 3, 1]) @ lens.matrix).tolist()
     small = {"Nu": lens.width // 3, "Nv": lens.height // 3, "cameraMatrix": matrix, "distCoeffs": lens.distortion}
     file = tmp_path / "third.json"

@@ -10,12 +10,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
+from spin_usd.resources import bundled, bundled_names
 from spin_usd.stage.author.camera_layer import (
     SOLAR_IRRADIANCE,
     WHITE_LEVEL,
-    camera_by_name,
     camera_layer_of,
-    camera_names,
     new_camera_layer,
     open_camera_layer,
 )
@@ -34,12 +33,12 @@ def prim_of(layer: Sdf.Layer) -> tuple[Usd.Stage, Usd.Prim]:
 
 
 def test_the_cameras_of_the_known_sets_are_there() -> None:
-    assert set(camera_names()) == EXPECTED
+    assert set(bundled_names("camera")) == EXPECTED
 
 
-@pytest.mark.parametrize("name", camera_names())
+@pytest.mark.parametrize("name", bundled_names("camera"))
 def test_every_layer_is_what_follows_from_its_lens(name: str) -> None:
-    layer = open_camera_layer(camera_by_name(name))
+    layer = open_camera_layer(bundled("camera", name))
     stage, prim = prim_of(layer)
     made = new_camera_layer(
         read_lens(prim),
@@ -48,13 +47,13 @@ def test_every_layer_is_what_follows_from_its_lens(name: str) -> None:
         channels=prim.GetAttribute("spin:sensor:channels").Get(),
     )
     assert made.ExportToString() == layer.ExportToString()
-    assert camera_by_name(name).read_text() == layer.ExportToString()  # as USD itself would write it
+    assert bundled("camera", name).read_text() == layer.ExportToString()  # as USD itself would write it
     assert stage.GetDefaultPrim().GetName() == "Camera"
 
 
-@pytest.mark.parametrize("name", camera_names())
+@pytest.mark.parametrize("name", bundled_names("camera"))
 def test_usds_frustum_projects_as_opencv_without_distortion(name: str) -> None:
-    stage, prim = prim_of(open_camera_layer(camera_by_name(name)))
+    stage, prim = prim_of(open_camera_layer(bundled("camera", name)))
     camera = read_lens(prim)
     view = UsdGeom.Camera(prim).GetCamera(Usd.TimeCode.Default())
     points = np.random.default_rng(1).uniform([-1, -1, 3], [1, 1, 9], (50, 3))
@@ -68,7 +67,7 @@ def test_usds_frustum_projects_as_opencv_without_distortion(name: str) -> None:
 
 
 def test_a_white_surface_in_the_sun_comes_out_at_the_white_level() -> None:
-    _stage, prim = prim_of(open_camera_layer(camera_by_name("speedplus")))
+    _stage, prim = prim_of(open_camera_layer(bundled("camera", "speedplus")))
     scale = UsdGeom.Camera(prim).ComputeLinearExposureScale()
     assert scale * SOLAR_IRRADIANCE / math.pi == pytest.approx(WHITE_LEVEL, rel=FLOAT32)
 
@@ -91,7 +90,7 @@ def test_the_interchange_names_hold_the_lens() -> None:
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(InputError, match="speedplus"):
-        camera_by_name("hubble")
+        bundled("camera", "hubble")
 
 
 @pytest.mark.parametrize(

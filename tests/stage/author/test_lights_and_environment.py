@@ -5,9 +5,8 @@ from pxr import Usd
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
+from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
-from spin_usd.stage.author.lights_and_environment import surroundings_by_name, surroundings_names
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -24,8 +23,8 @@ def scene(root):
 
 
 def test_those_that_travel_along_are_told_apart_by_their_kind() -> None:
-    assert surroundings_names("lights") == ("lightbox", "sun", "sunlamp")
-    assert surroundings_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "stars")
+    assert bundled_names("lights") == ("lightbox", "sun", "sunlamp")
+    assert bundled_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "stars")
 
 
 @pytest.mark.parametrize(
@@ -37,10 +36,10 @@ def test_lights_by_name(tmp_path, lights, kinds) -> None:
     assert not check_stage(root)
 
 
-@pytest.mark.parametrize("name", surroundings_names("environment"))
+@pytest.mark.parametrize("name", bundled_names("environment"))
 def test_environments_by_name_hold_what_their_layers_hold(tmp_path, name) -> None:
     root = authored(tmp_path / "stage", environment=name)
-    own, there = Usd.Stage.Open(str(surroundings_by_name(name, "environment"))), Usd.Stage.Open(root)
+    own, there = Usd.Stage.Open(str(bundled("environment", name))), Usd.Stage.Open(root)
     names = [prim.GetName() for prim in own.GetDefaultPrim().GetChildren()]
     assert [prim.GetName() for prim in there.GetPrimAtPath("/World/Environment").GetChildren()] == names
     found = scene(root).environment
@@ -60,14 +59,14 @@ def test_they_stand_instead_of_the_presets_own(tmp_path) -> None:
 
 
 def test_a_file_is_as_good_as_a_name(tmp_path) -> None:
-    given = authored(tmp_path / "file", lights=surroundings_by_name("lightbox", "lights"))
+    given = authored(tmp_path / "file", lights=bundled("lights", "lightbox"))
     named = authored(tmp_path / "name", lights="lightbox")
     assert StageReader(given).stage_hash == StageReader(named).stage_hash
 
 
 def test_the_wrong_kind_and_unknown_names_are_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="default prim is not Environment"):
-        authored(tmp_path / "a", environment=surroundings_by_name("sun", "lights"))
+        authored(tmp_path / "a", environment=bundled("lights", "sun"))
     with pytest.raises(InputError, match="name one of lightbox, sun, sunlamp"):
         authored(tmp_path / "b", lights="earth")
     assert not list(tmp_path.iterdir())

@@ -11,8 +11,8 @@ from pxr import Sdf, Usd, UsdValidation
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
-from spin_usd.resources import stages
-from spin_usd.stage.author.presets import open_preset, preset_by_name, preset_names
+from spin_usd.resources import bundled, bundled_names, stages
+from spin_usd.stage.author.presets import open_preset
 from spin_usd.stage.read.stage_reader import StageReader
 
 NAMES = ("lightbox", "speedplus_synthetic", "sunlamp")
@@ -59,13 +59,13 @@ def written(tmp_path: Path, below_world: str) -> Path:
 
 
 def test_the_published_presets_are_there() -> None:
-    assert preset_names() == NAMES == tuple(sorted(PUBLISHED))
+    assert bundled_names("preset") == NAMES == tuple(sorted(PUBLISHED))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: str) -> None:
     registry = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-    for path in (authored[name], preset_by_name(name)):
+    for path in (authored[name], bundled("preset", name)):
         stage = Usd.Stage.Open(str(path))
         assert [e.GetMessage() for e in UsdValidation.ValidationContext(registry).Validate(stage)] == []
 
@@ -80,7 +80,7 @@ def test_our_own_check_finds_nothing(authored: dict[str, Path], name: str) -> No
 @pytest.mark.parametrize("name", NAMES)
 def test_a_stage_has_exactly_what_the_preset_says(authored: dict[str, Path], name: str) -> None:
     """Every camera setting in the layer is an attribute that USD or our schema knows, with the layer's value."""
-    stage, preset = Usd.Stage.Open(str(authored[name])), open_preset(preset_by_name(name))
+    stage, preset = Usd.Stage.Open(str(authored[name])), open_preset(bundled("preset", name))
     camera, said = stage.GetPrimAtPath("/World/Camera"), preset.flat.GetPrimAtPath("/World/Camera").properties
     assert len(said) > 12
     for attribute in said:
@@ -183,7 +183,7 @@ def test_a_preset_may_compose_and_its_files_are_brought_along(tmp_path: Path) ->
         f'def DomeLight "{name}"\n{{\nasset inputs:texture:file = @./{name}/sky.png@\n}}\n' for name in ("a", "b")
     )
     path = written(tmp_path, f'over "Lights"\n{{\n{domes}}}')
-    over = path.read_text().replace("(\n", f"(\n    subLayers = [@{preset_by_name('sunlamp')}@]\n", 1)
+    over = path.read_text().replace("(\n", f"(\n    subLayers = [@{bundled('preset', 'sunlamp')}@]\n", 1)
     path.write_text(over)
     root = made(tmp_path / "out", path)
     stage = Usd.Stage.Open(str(root))

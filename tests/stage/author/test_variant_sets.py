@@ -13,15 +13,13 @@ from pxr import Usd
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.renderers.skipped.material_needs import surfaces_of
-from spin_usd.resources import stages
+from spin_usd.resources import bundled_names, stages
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.texture import Primvar, Texture
-from spin_usd.stage.author.lights_and_environment import surroundings_names
-from spin_usd.stage.author.presets import preset_names
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.root_layers import over_stage
@@ -121,8 +119,8 @@ def test_nothing_is_selected(authored: Path) -> None:
     assert [light.path for light in taken.lights] == ["/World/Lights/Sun"]
 
 
-@pytest.mark.parametrize("preset", [None, *preset_names()])
-@pytest.mark.parametrize("environment", surroundings_names("environment"))
+@pytest.mark.parametrize("preset", [None, *bundled_names("preset")])
+@pytest.mark.parametrize("environment", bundled_names("environment"))
 def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: str | None, environment: str) -> None:
     """A preset's own effects, and its own environment, are gone where a group is plain."""
     root = author(tmp_path / "stage", preset=preset, environment=environment)
@@ -135,7 +133,7 @@ def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: s
     assert len(scene(root, environment="rich").environment.planets) == 1
 
 
-@pytest.mark.parametrize("lights", surroundings_names("lights"))
+@pytest.mark.parametrize("lights", bundled_names("lights"))
 def test_every_layer_of_lights_is_switched_off(tmp_path: Path, lights: str) -> None:
     root = author(tmp_path / "stage", lights=lights)
     assert check_stage(root) == ()

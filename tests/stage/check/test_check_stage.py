@@ -13,12 +13,13 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdValidation
 
 from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.geometry.camera import Camera
+from spin_usd.resources import bundled
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 from spin_usd.scene.source.poses import PoseList
-from spin_usd.stage.author.camera_layer import camera_by_name, camera_layer_of, open_camera_layer
+from spin_usd.stage.author.camera_layer import camera_layer_of, open_camera_layer
 from spin_usd.stage.author.provenance import Origin
 from spin_usd.stage.author.target.from_mesh_file import write_mesh_target
-from spin_usd.stage.author.target.from_usd import copy_usd_target, describe, target_by_name
+from spin_usd.stage.author.target.from_usd import copy_usd_target, describe
 from spin_usd.stage.author.write_stage import write_stage
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
@@ -42,7 +43,7 @@ TETRAHEDRON = MeshPart(
 
 def author(folder: Path) -> Path:
     file = write_mesh_target(MeshAsset(name="box", parts=(TETRAHEDRON,)), folder / "targets" / "box", "box")
-    camera = open_camera_layer(camera_by_name("speedplus"))
+    camera = open_camera_layer(bundled("camera", "speedplus"))
     return write_stage(folder, poses=POSES, target=describe(file, "box"), camera=camera, origin=ORIGIN, seed=7)
 
 
@@ -73,7 +74,7 @@ def test_every_layer_of_it_can_be_checked_as_a_root(authored: Path) -> None:
 
 
 def test_the_built_in_target_has_no_findings(tmp_path: Path) -> None:
-    asset = copy_usd_target(target_by_name("tango"), tmp_path / "targets" / "tango", "tango", None)
+    asset = copy_usd_target(bundled("target", "tango"), tmp_path / "targets" / "tango", "tango", None)
     camera = camera_layer_of(
         Camera(width=64, height=40, fx=100.0, fy=99.0, cx=31.0, cy=21.0), pixel_pitch=1e-5, documentation=""
     )

@@ -10,7 +10,6 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdUtils
 
 from spin_usd.errors import InputError
-from spin_usd.resources import bundled
 from spin_usd.stage.author.target.gathered_roots import gather_roots
 from spin_usd.stage.author.target.target_root import holds_geometry, notes_on_root, outside, target_root
 from spin_usd.stage.composition.backslashes import slashes
@@ -47,20 +46,6 @@ class TargetAsset:
     variants: Mapping[str, tuple[str, ...]]
     source_prim: str | None = None
     notes: tuple[str, ...] = ()
-
-
-def target_names() -> tuple[str, ...]:
-    """The targets that travel with spin_usd."""
-    return tuple(bundled("targets"))
-
-
-def target_by_name(name: str) -> Path:
-    """The interface layer of a built-in target. Raises InputError that lists those there are."""
-    if name not in target_names():
-        raise InputError(
-            f"there is no target named {name!r}", do=f"name one of {', '.join(target_names())}, or a model file"
-        )
-    return bundled("targets")[name]
 
 
 def copy_usd_target(
