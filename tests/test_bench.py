@@ -1,4 +1,4 @@
-"""tools/bench as the one who makes the README's figures runs it, with its smallest sizes."""
+"""tools/bench as the one who makes the documents' figures runs it, with its smallest sizes."""
 
 import json
 import os

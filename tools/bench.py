@@ -1,7 +1,7 @@
 """What spin_usd costs, measured: `tools/bench NAME`, one of those below; `tools/bench NAME --help` has its sizes.
 
 Each prints a table; with --json FILE its figures, and what they were measured on, also go into that file under its
-name, beside those of the others (tools/figures/bench.json holds the README's).
+name, beside those of the others (tools/figures/bench.json holds those of the documents).
 """
 
 import argparse

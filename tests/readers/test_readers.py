@@ -17,7 +17,9 @@ from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
 PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
-SNIPPETS = re.findall(r"^```python\n(.*?)^```", (REPOSITORY / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+SNIPPETS = re.findall(
+    r"^```python\n(.*?)^```", (REPOSITORY / "docs" / "datasets.md").read_text(), re.MULTILINE | re.DOTALL
+)
 FULL_SCALE = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 PICTURES = 10
 
@@ -91,7 +93,7 @@ def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path) -> None:
         np.testing.assert_array_equal(array[..., : planes.shape[-1]], planes, err_msg=path)
 
 
-def test_the_loader_in_the_readme_works(readers, dataset, rendered, tmp_path) -> None:
+def test_the_loader_in_the_documents_works(readers, dataset, rendered, tmp_path) -> None:
     (loader,) = SNIPPETS
     keep = f"import numpy; numpy.savez({str(tmp_path / 'loaded.npz')!r}, image=image, parts=parts, depth=depth, x=x, y=y, z=z, q=q, t=t)"  # fmt: skip  # noqa: E501
     subprocess.run([readers, "-c", loader + keep], check=True, cwd=dataset.parent)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from readme.marked import NotMeasuredError, prose
+from documents.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
 from spin_usd.accuracy.front import Criterion, Outcome
@@ -34,9 +34,26 @@ def qualities(folder: Path) -> str:
         f"for `{AUTOMATIC}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
         "detector's noise in it, digital numbers, beside that one's:"
     )
-    plot = "![Error against CPU seconds on the stage sunlamp](docs/images/measure_sunlamp.svg)"
-    tables = ", ".join(f"[{stage}](tools/figures/measure_{stage}.md)" for stage in named)
-    return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{plot}\n\n{prose(f'All settings: {tables}.')}"
+    plot = "![Error against CPU seconds on the stage sunlamp](images/measure_sunlamp.svg)"
+    tables = ", ".join(f"[{stage}](../tools/figures/measure_{stage}.md)" for stage in named)
+    ends = f"{prose(_references(folder))}\n\n{plot}\n\n{prose(f'All settings: {tables}.')}"
+    return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{ends}"
+
+
+def _references(folder: Path) -> str:
+    """How far off the references themselves are, by stage."""
+    found = measurements(folder)
+    frames = [frame for each in found.values() for frame in each.frames]
+    most = " (as many as were allowed)" if any(frame.reference_capped for frame in frames) else ""
+    off = [
+        f"{' and '.join(percent(frame.reference_error) for frame in each.frames)} on `{stage}`"
+        for stage, each in found.items()
+    ]
+    samples = max(frame.reference_samples for frame in frames)
+    return (
+        f"The errors are against references of up to {samples:,} samples{most}, which are themselves off by "
+        f"{', '.join(off)}."
+    )
 
 
 def _cell(outcome: Outcome | None) -> str:
@@ -56,12 +73,12 @@ def _chosen(named: dict[str, Outcome | None]) -> str:
 def savings(folder: Path) -> str:
     """What each stage did not need, what a render costs with all of that, and what it changes."""
     intro = (
-        "What those stages do not need is not done. Processor time of the same render with all of it over that "
-        "without, in turn, least to most of the seeds; one by one, which timing hardly tells apart, they are in the "
+        "What is skipped on those stages, and what that saves: processor time of the same render with all of that work "
+        "over that without it, least to most of the seeds. Item by item, which timing hardly tells apart, it is in the "
         "tables above:"
     )
     rows = [_saved(stage, found.savings) for stage, found in measurements(folder).items()]
-    headings = ("stage", "left out", "with / without", "relative difference", "another seed's")
+    headings = ("stage", "skipped", "with / without", "relative difference", "another seed's")
     return f"{prose(intro)}\n\n{in_markdown(headings, rows)}"
 
 

@@ -7,12 +7,13 @@ from typing import Any
 from benchmarks import predict
 from benchmarks.frames import OURS
 from benchmarks.spread import shown
-from readme.marked import NotMeasuredError, prose
+from documents.marked import NotMeasuredError, prose
 
 from spin_usd.accuracy.tables import in_markdown, number, percent
 
 
-def _figures(folder: Path, name: str) -> dict[str, Any]:
+def figures_of(folder: Path, name: str) -> dict[str, Any]:
+    """What the benchmark `name` measured. Raises NotMeasuredError."""
     file = folder / "bench.json"
     found = json.loads(file.read_text()) if file.is_file() else {}
     if name not in found:
@@ -22,7 +23,7 @@ def _figures(folder: Path, name: str) -> dict[str, Any]:
 
 def machine(folder: Path) -> str:
     """What all of the costs were measured on."""
-    found = _figures(folder, "frames")
+    found = figures_of(folder, "frames")
     of, (width, height) = found["machine"], found["frame"]
     where = f"{of['cores']} cores of an {of['architecture'].replace('_', '-')} server without a GPU"
     of_what = f"{width}x{height}, the SPEED+ lens, a Tango mesh of {found['faces']:,} faces"
@@ -31,7 +32,7 @@ def machine(folder: Path) -> str:
 
 def peers(folder: Path) -> str:
     """Seconds of a picture, by spin_usd and by others."""
-    found = _figures(folder, "frames")
+    found = figures_of(folder, "frames")
     rows = []
     for name, taken in found["makers"].items():
         beside = "" if name == OURS else shown(taken["over_ours"])
@@ -54,7 +55,7 @@ def peers(folder: Path) -> str:
 
 def growth(folder: Path) -> str:
     """What one more of anything costs a run."""
-    found = _figures(folder, "growth")
+    found = figures_of(folder, "growth")
     rows = []
     for name, sweep in found["sweeps"].items():
         values, fit = [row[name] for row in sweep["rows"]], sweep["cpu"]
@@ -68,7 +69,7 @@ def growth(folder: Path) -> str:
 
 def predicted(folder: Path) -> str:
     """What plan said, beside what was."""
-    found = _figures(folder, "predict")
+    found = figures_of(folder, "predict")
     rows = [
         [
             f"{case['stage']}, `{case['effort']}`",

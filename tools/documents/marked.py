@@ -27,5 +27,5 @@ def names(text: str) -> list[str]:
 
 
 def prose(text: str) -> str:
-    """In lines as long as the README's."""
+    """In lines as long as those of the documents."""
     return textwrap.fill(text, WIDTH, break_on_hyphens=False)

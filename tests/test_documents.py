@@ -1,0 +1,150 @@
+"""Every command of README.md and docs/*.md, run as a reader would run it, and every link of every document."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from spin_usd.cli.main import app
+from tests.conftest import REPOSITORY
+
+README = REPOSITORY / "README.md"
+GUIDES = [README, *sorted((REPOSITORY / "docs").glob("*.md"))]
+DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
+TOOLS = ("tools/demo", "tools/test")
+
+
+def blocks(document, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", document.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def commands(document):
+    """Its command lines, in their order, without comments."""
+    lines = [line.partition("#")[0].strip() for block in blocks(document, "sh") for line in block.splitlines()]
+    return [line for line in lines if line]
+
+
+def files(document):
+    """The files whose text the document gives, by name: "as `NAME`", then a block of it."""
+    named = r"[Aa]s `([\w/]+\.(\w+))`[^`]*?^```\2\n(.*?)^```"
+    return {name: text for name, _, text in re.findall(named, document.read_text(), re.MULTILINE | re.DOTALL)}
+
+
+WITH_COMMANDS = [document for document in GUIDES if commands(document)]
+
+
+def renders(document):
+    return any(shlex.split(command)[1:2] == ["render"] for command in commands(document))
+
+
+def guide(document):
+    return pytest.param(document, marks=[pytest.mark.slow] if renders(document) else [], id=document.name)
+
+
+@pytest.mark.parametrize("document", WITH_COMMANDS, ids=lambda path: path.name)
+def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
+    command_line = typer.main.get_command(app)
+    for command in commands(document):
+        name, *arguments = shlex.split(command)
+        if name in TOOLS:
+            assert (REPOSITORY / name).is_file()
+            continue
+        assert name == "spin-usd", command
+        chosen = command_line.commands[arguments[0]]
+        with chosen.make_context(arguments[0], arguments[1:]) as context:
+            assert context.params, command
+
+
+@pytest.mark.parametrize("document", [guide(document) for document in WITH_COMMANDS])
+def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
+    """In a folder that has the checkout's stages, with the files that the document gives."""
+    (tmp_path / "stages").symlink_to(REPOSITORY / "stages")
+    for name, text in files(document).items():
+        (tmp_path / name).write_text(text)
+    for command in commands(document):
+        name, *arguments = shlex.split(command)
+        if name not in TOOLS:
+            spin_usd(*arguments, cwd=tmp_path)
+    if document == README:
+        run_python(document, tmp_path)
+    if document.name == "augmentations.md":
+        check_appearances(tmp_path / "noisy", spin_usd)
+
+
+def run_python(document, folder):
+    """In the order of the blocks, in one program: a later one goes on with the names of an earlier one."""
+    code = "\n".join(blocks(document, "python"))
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def check_appearances(dataset, spin_usd):
+    """The appearances of one pose differ, and all of them show it."""
+    pictures = [path.read_bytes() for path in sorted((dataset / "image").rglob("*.png"))]
+    assert len(pictures) == len(set(pictures)) == 4
+    found = json.loads(spin_usd("check", dataset, "--json").stdout)["findings"]
+    assert not {"nearly-black", "nearly-white", "exposure-end"} & {finding["code"] for finding in found}
+
+
+@pytest.mark.slow
+def test_the_demo_ends_with_a_contact_sheet(tmp_path) -> None:
+    done = subprocess.run(
+        [REPOSITORY / "tools" / "demo", "--out", tmp_path / "demo"], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "demo" / "contact_sheet.png").is_file()
+    assert len(list((tmp_path / "demo" / "dataset" / "image" / "nominal").glob("*.png"))) == 8
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(REPOSITORY)))
+def test_links_lead_to_files_and_headings_that_are_there(document) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
+        if re.match(r"\w+:", target):
+            continue
+        path, _, heading = target.partition("#")
+        file = document.parent / path if path else document
+        assert file.exists(), target
+        assert not heading or heading in headings(file), target
+
+
+def headings(file: Path):
+    """The anchors that a code host makes of a document's headings."""
+    titles = re.findall(r"^#+ (.*)$", file.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_schemas_that_documents_name_are_there() -> None:
+    named = {name for document in DOCUMENTS for name in re.findall(r"schemas/[\w.-]+\.json", document.read_text())}
+    assert named
+    assert all((REPOSITORY / name).is_file() for name in named)
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text().splitlines()) <= 150
+
+
+def test_every_page_of_docs_is_linked_from_the_readme() -> None:
+    linked = set(re.findall(r"\]\((docs/\w+\.md)\)", README.read_text()))
+    assert linked == {f"docs/{path.name}" for path in GUIDES[1:]}
+
+
+def test_what_travels_along_is_named_where_stages_are_authored() -> None:
+    text = (REPOSITORY / "docs" / "stages.md").read_text()
+    listed = re.search(r"\*\*Cameras\*\*: a name\s+\(([^)]*)\)", text)
+    assert listed
+    assert set(re.findall(r"`(\w+)`", listed[1])) == names("cameras")
+    for name in names("presets") | names("environments") | names("targets", "*/*.usda", where=is_target):
+        assert f"`{name}`" in text, name
+
+
+def names(folder, pattern="*.usda", where=lambda path: True):
+    return {path.stem for path in (REPOSITORY / "stages" / folder).glob(pattern) if where(path)}
+
+
+def is_target(path):
+    return path.stem == path.parent.name

@@ -1,0 +1,61 @@
+"""The README's few figures, of tools/figures."""
+
+import json
+from pathlib import Path
+
+from benchmarks.frames import OURS
+from benchmarks.spread import shown
+from documents.accuracy import measurements
+from documents.cost import figures_of
+from documents.labels import LABELS
+from documents.marked import prose
+
+from spin_usd.accuracy.front import Criterion
+from spin_usd.accuracy.summary import by_name
+from spin_usd.accuracy.tables import percent
+
+LABELS_ONLY, FULL, CROPPED = (
+    "spin_usd, labels only (raycast)",
+    "plain bpy script, full frame",
+    "plain bpy script, cropped to the target's box",
+)
+QUALITY = "--quality standard"
+
+
+def headline(folder: Path) -> str:
+    """How exact the labels are, what a picture takes, and how far off its light is: one item each."""
+    items = (_labels(folder), _cost(folder), _noise(folder))
+    return "\n".join(prose(f"- {item}").replace("\n", "\n  ") for item in items)
+
+
+def _labels(folder: Path) -> str:
+    cases = [each for each in json.loads((folder / "extremes.json").read_text()) if "extreme" in each]
+    worst = [f"{max(case[name]['worst'] for case in cases):.1e} {unit}" for name, unit in _UNITS.items()]
+    count = len({(case["extreme"], case["case"]) for case in cases})
+    return (
+        f"**Labels**: the worst pixel of {count} extreme cases (range, focal length, lens, grazing and needle faces) "
+        f"is off by {worst[0]} in depth, {worst[1]} in dense pose, {worst[2]} in reprojection."
+    )
+
+
+_UNITS = dict(zip(LABELS, ("of its value", "of the target's radius", "px"), strict=True))
+
+
+def _cost(folder: Path) -> str:
+    found = figures_of(folder, "frames")
+    wall = {name: shown(taken["wall_s"]) for name, taken in found["makers"].items()}
+    return (
+        f"**Speed**: a picture of {'x'.join(map(str, found['frame']))} with all labels takes {wall[OURS]} s at "
+        f"{found['samples']} samples on {found['machine']['cores']} cores without a GPU, median (least to most); "
+        f"labels alone {wall[LABELS_ONLY]} s. A plain bpy script without labels takes {wall[FULL]} s for the full "
+        f"frame, {wall[CROPPED]} s for the target's box alone."
+    )
+
+
+def _noise(folder: Path) -> str:
+    errors = []
+    for stage, found in measurements(folder).items():
+        outcome = dict(by_name(found))[QUALITY]
+        if outcome is not None:
+            errors.append(f"{percent(outcome.error(Criterion.LIGHT).expected)} on `{stage}`")
+    return f"**Light**: with `{QUALITY}` the target's pixels are off by {', '.join(errors)} (root mean square)."
