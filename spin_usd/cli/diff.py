@@ -14,7 +14,7 @@ from spin_usd.cli.progress import shown
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
 VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same; what it has follows each arrow.")]
 # What must be made again where that key is another.
-REACHES = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
+EFFECTS = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
 
 
 def diff(
@@ -56,12 +56,12 @@ def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def _difference(each: Mapping[str, Any]) -> Iterator[str]:
     subject = each["where"] if each["kind"] == "file" else _subject(each)
-    reach = f"   [{REACHES[each['reaches']]}]" if each["reaches"] else ""
+    effect = f"   [{EFFECTS[each['effect']]}]" if each["effect"] else ""
     samples = ""
     if each["samples"]:
         which = "the only time sample" if each["samples"] == 1 else f"the first of {each['samples']} time samples"
         samples = f"   (at {each['time_code']:g}, {which} that differ{'s' * (each['samples'] == 1)})"
-    yield f"  {subject}   {_text(each['before'])} -> {_text(each['after'])}{samples}{reach}"
+    yield f"  {subject}   {_text(each['before'])} -> {_text(each['after'])}{samples}{effect}"
     if each["before_from"] or each["after_from"]:
         yield f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
 

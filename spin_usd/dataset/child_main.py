@@ -73,7 +73,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         return stage_findings(progress=progress, **arguments)
 
     def diff(**arguments: Any) -> Any:
-        from spin_usd.dataset.diff.in_child import compare
+        from spin_usd.dataset.diff.in_child.compare import compare
 
         return compare(progress=progress, **arguments)
 

@@ -9,7 +9,7 @@ from spin_usd.progress import Progress
 
 
 def diff(stage: Path, before: str, after: str, *, frames: str | None = None, progress: Progress) -> dict[str, Any]:
-    """The answer of `diff_stage.compare`, from a child of its own."""
+    """Return what `in_child.compare` answers, from a child process of its own. Raises StageError, InputError."""
     with Child(memory=stage_memory()) as child:
         try:
             answer: dict[str, Any] = child.call(

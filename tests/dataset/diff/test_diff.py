@@ -1,11 +1,12 @@
-"""`spin-usd diff` on a real stage: what each property reaches, what that costs, and how it is told."""
+"""`spin-usd diff` on a real stage: the effect of each property, what that costs, and how it is shown."""
 
 import json
 import shutil
 
 import pytest
 
-from spin_usd.dataset.diff.in_child import Selection, compare
+from spin_usd.dataset.diff.in_child.compare import compare
+from spin_usd.dataset.diff.in_child.selection import Selection
 from spin_usd.dataset.render.render import RenderRequest, plan
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.keys import KEYS
@@ -51,8 +52,8 @@ VARIANTS = {
     "rough": over(*SURFACE, text="float inputs:roughness = 0.9"),
     "idle": over("Camera", text="double spin:optics:glare = 0.0", metadata=OPTICS),
 }  # fmt: skip
-# variant -> the property that it changes, which key that reaches, and in how many of the eight pictures
-REACHES = {
+# variant -> the property that it changes, which key that changes, and in how many of the eight pictures
+EFFECTS = {
     "lens": ("/World/Camera.spin:lens:fx", "geometry", 8),
     "glare": ("/World/Camera.spin:optics:glare", "exposure", 8),
     "late": ("/World/Camera.exposure:time", "exposure", 2),
@@ -83,15 +84,15 @@ def stage(small_stage, tmp_path_factory):
     return folder / "variants.usda"
 
 
-@pytest.mark.parametrize("variant", REACHES)
-def test_what_a_property_reaches_is_what_the_variant_costs(stage, variant) -> None:
-    """Each variant changes one thing, so what that reaches by itself is what differs between the variants."""
-    where, reaches, pictures = REACHES[variant]
+@pytest.mark.parametrize("variant", EFFECTS)
+def test_the_effect_of_a_property_is_what_the_variant_costs(stage, variant) -> None:
+    """Each variant changes one thing, so its effect by itself is what differs between the variants."""
+    where, effect, pictures = EFFECTS[variant]
     answer = diff(stage, "nominal", variant)
-    assert {each["where"]: each["reaches"] for each in answer["differences"] if each["kind"] != "schemas"} == {
-        where: reaches
+    assert {each["where"]: each["effect"] for each in answer["differences"] if each["kind"] != "schemas"} == {
+        where: effect
     }
-    weakest = KEYS.index(reaches) if reaches in KEYS else len(KEYS)
+    weakest = KEYS.index(effect) if effect in KEYS else len(KEYS)
     expected = {key: pictures if i >= weakest else 0 for i, key in enumerate(KEYS)}
     assert answer["pictures"] == {"compared": 8, "only_before": 0, "only_after": 0, **expected}
 
@@ -109,8 +110,8 @@ def test_what_counts_only_with_others_is_found_by_undoing_it(stage) -> None:
     """The size of a halo that only the second variant has; it has the schema from there too."""
     for pair in (("nominal", "halo"), ("halo", "nominal")):
         listed = diff(stage, *pair, frames=":1")["differences"]
-        reaches = {each["where"].rpartition(":")[2]: each["reaches"] for each in listed if each["kind"] == "attribute"}
-        assert reaches == {"glare": "exposure", "glareCore": "exposure"}
+        effects = {each["where"].rpartition(":")[2]: each["effect"] for each in listed if each["kind"] == "attribute"}
+        assert effects == {"glare": "exposure", "glareCore": "exposure"}
 
 
 def test_the_keys_that_differ_are_those_of_the_plan(stage) -> None:

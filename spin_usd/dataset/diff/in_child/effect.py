@@ -17,41 +17,41 @@ MAX_TRIALS = 200  # each reads the stage again
 
 
 class NeutralKeys:
-    """The keys of a reader's pictures as if they were of the nominal variant: no two variants share a picture's own
-    seed."""
+    """Makes the keys of a reader's pictures as if they were of the nominal variant: a picture's own seed differs from
+    variant to variant."""
 
     def __init__(self, reader: StageReader) -> None:
         self._reader, self._maker = reader, KeyMaker(SETTINGS)
 
     def of(self, frame: FrameId) -> dict[str, str]:
-        """By name."""
+        """Return the picture's keys by their names."""
         return asdict(self._maker.keys(self._reader.scene(replace(frame, variant=NOMINAL))))
 
 
 def changed(before: dict[str, str], after: dict[str, str]) -> list[str]:
-    """The keys that are not the same, in the order of KEYS."""
+    """Return the names of the keys that differ, in the order of KEYS."""
     return [key for key in KEYS if before[key] != after[key]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Side:
-    """One of the two variants: as it is, and a stage of its own to try things on."""
+class ComparedVariant:
+    """One of the two variants: a reader of it as it is, and a stage of its own to try changes on."""
 
     reader: StageReader
     trial: Stage
-    known: dict[FrameId, dict[str, str]] = field(default_factory=dict)
+    _keys: dict[FrameId, dict[str, str]] = field(default_factory=dict)
 
     def keys(self, frame: FrameId) -> dict[str, str]:
-        """Of the picture as it is."""
-        if frame not in self.known:
-            self.known[frame] = NeutralKeys(self.reader).of(frame)
-        return self.known[frame]
+        """Return the keys of the picture as it is."""
+        if frame not in self._keys:
+            self._keys[frame] = NeutralKeys(self.reader).of(frame)
+        return self._keys[frame]
 
     def changed_by(
-        self, differences: Sequence[Difference], other: "Side", frames: Sequence[FrameId]
+        self, differences: Sequence[Difference], other: "ComparedVariant", frames: Sequence[FrameId]
     ) -> set[str] | None:
-        """The keys that change where this side has the `differences` as the other has them; None where it cannot be
-        read so: they may need others."""
+        """Return the keys that change when this variant takes the `differences` over from the other; None where it
+        cannot be read so: the differences may need others."""
         session = self.trial.GetSessionLayer()
         as_it_was = session.ExportToString()
         try:
@@ -68,43 +68,47 @@ class Side:
 
 @dataclass(kw_only=True)
 class Trials:
-    """`found`: all that differs between the two sides. `frames`: pairs of the same picture in both; `telling`: those
-    at which each key differs first."""
+    """Tries differences one by one.
 
-    sides: tuple[Side, Side]
+    variants: the two that are compared · found: all that differs between them · frames: pairs of the same picture in
+    both · first_pairs: the pairs at which each key differs first.
+    """
+
+    variants: tuple[ComparedVariant, ComparedVariant]
     found: Sequence[Difference]
     frames: Sequence[tuple[FrameId, FrameId]]
-    telling: Sequence[tuple[FrameId, FrameId]]
-    _places: dict[str, str | None] = field(default_factory=dict)
+    first_pairs: Sequence[tuple[FrameId, FrameId]]
+    _effects: dict[str, str | None] = field(default_factory=dict)
 
-    def reach(self, difference: Difference) -> str | None:
-        """The first of KEYS that changes when that alone becomes different in the first variant, or the same again in
-        the second; "nothing" where none does; None where that cannot be tried, or only in part: prims can be taken away
-        by making them inactive alone, and what refers to them still finds them.
+    def effect(self, difference: Difference) -> str | None:
+        """Return the first of KEYS that changes when the first variant takes over this difference alone, or the second
+        undoes it.
 
-        With it goes what else differs in the same place, and schemas that its prim lacks: it may mean nothing without.
+        "nothing" means that no key changes. None means that it cannot be tried, or only in part: a prim is taken away
+        by making it inactive, and what refers to it still finds it. Whatever else differs in the same place is taken
+        over too, and so are schemas that its prim lacks: the difference may mean nothing without them.
         """
         where = difference.where
-        if where not in self._places:
-            free = len(self._places) < MAX_TRIALS and self._can_try(difference)
-            self._places[where] = self._tried(difference) if free else None
-        return self._places[where]
+        if where not in self._effects:
+            free = len(self._effects) < MAX_TRIALS and self._can_try(difference)
+            self._effects[where] = self._tried(difference) if free else None
+        return self._effects[where]
 
     def _can_try(self, difference: Difference) -> bool:
-        return all(can_transplant(difference, side.trial) for side in self.sides)
+        return all(can_transplant(difference, variant.trial) for variant in self.variants)
 
     def _tried(self, difference: Difference) -> str | None:
         together = [each for each in self.found if each.where == difference.where and self._can_try(each)]
         frames = self._frames_for(difference)
-        sides = zip(self.sides, reversed(self.sides), zip(*frames, strict=True), strict=True) if frames else ()
-        found = [side.changed_by(together, other, of) for side, other, of in sides]
+        changes = zip(self.variants, reversed(self.variants), zip(*frames, strict=True), strict=True) if frames else ()
+        found = [variant.changed_by(together, other, of) for variant, other, of in changes]
         certain = None not in found and difference.kind != PRIM
         keys = {key for each in found for key in each or ()}
         return next((key for key in KEYS if key in keys), NOTHING if certain else None)
 
     def _frames_for(self, difference: Difference) -> Sequence[tuple[FrameId, FrameId]]:
-        """The pictures to try it at: the telling ones, and the one next to the first sample that differs."""
+        """Return the pictures to try it at: the first pairs, and the picture next to the first sample that differs."""
         time = difference.time_code
         if time is None or not self.frames:
-            return self.telling
-        return [*self.telling, min(self.frames, key=lambda pair: abs(pair[0].time_code - time))]
+            return self.first_pairs
+        return [*self.first_pairs, min(self.frames, key=lambda pair: abs(pair[0].time_code - time))]
