@@ -76,14 +76,14 @@ def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
         check_appearances(tmp_path / "noisy", spin_usd)
 
 
-def run_python(document, folder):
+def run_python(document, folder) -> None:
     """In the order of the blocks, in one program: a later one goes on with the names of an earlier one."""
     code = "\n".join(blocks(document, "python"))
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
-def check_appearances(dataset, spin_usd):
+def check_appearances(dataset, spin_usd) -> None:
     """The appearances of one pose differ, and all of them show it."""
     pictures = [path.read_bytes() for path in sorted((dataset / "image").rglob("*.png"))]
     assert len(pictures) == len(set(pictures)) == 4

@@ -26,7 +26,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="NAME")
     for name, module in COMMANDS.items():
-        first = module.__doc__.partition("\n")[0]
+        first = (module.__doc__ or "").partition("\n")[0]
         formatter = argparse.RawDescriptionHelpFormatter
         command = commands.add_parser(name, help=first, description=module.__doc__, formatter_class=formatter)
         module.add_options(command)

@@ -24,7 +24,7 @@ def shape():
         face_part=middle[:, 0] > 0,
         face_material=middle[:, 1] > 0,
         corner_normals=normals,
-        primvars={"shade": np.random.default_rng(0).random((len(faces), 3, 1))},
+        primvars={"shade": np.random.default_rng(0).random((len(faces), 3, 1), np.float32)},
     )
 
 

@@ -1,12 +1,13 @@
 """The extremes as data: small scenes whose truth `exact` knows, each at one end of what the product must hold."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.material import Material
 from tests.cases.scenes import box, scene, target
 
 WIDTH, HEIGHT = 64, 48
@@ -26,7 +27,7 @@ class Case:
     mesh: tuple[np.ndarray, np.ndarray]
     t: tuple[float, float, float]
     q: tuple[float, float, float, float] = ATTITUDE
-    materials: tuple = field(default=())
+    materials: tuple[Material, ...] = ()
 
     def scene(self):
         T_cam_body = Transform.from_quaternion(to="cam", of="body", q=self.q, t=self.t)

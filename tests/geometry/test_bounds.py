@@ -124,6 +124,7 @@ def test_the_outline_of_a_body_in_view_is_the_area_it_covers(camera) -> None:
     """A body's silhouette within the frame: as many pixel centres as its outline's area, but for those of its rim."""
     corners = box()[0] * 0.4 + np.array([0.1, 0.05, 4])
     outline = outline_of(camera, corners)
+    assert outline is not None
     region = region_of_interest(camera, corners)
     xy = camera.centres(region).reshape(-1, 2)
     hull = ConvexHull(corners[:, :2] / corners[:, 2:])

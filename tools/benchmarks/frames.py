@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from spin_usd.dataset.render.render import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import parse_effort
+from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
 OURS = "spin_usd, image and labels"
@@ -58,12 +60,12 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         scenes = [reader.scene(frame) for frame in reader.frames]
         makers, versions, left_out = start(options, stage, scenes[0], folder, stack)
         for make, pid in makers.values():
-            timed(lambda make=make: make(scenes[0]), pid)  # warms it up, and does not count
+            timed(partial(make, scenes[0]), pid)  # warms it up, and does not count
         taken: dict[str, list[dict[str, float]]] = {name: [] for name in makers}
         for _ in range(options.rounds):
             for scene in scenes:
                 for name, (make, pid) in makers.items():
-                    taken[name].append(timed(lambda make=make, scene=scene: make(scene), pid))
+                    taken[name].append(timed(partial(make, scene), pid))
     return {
         "pictures": len(scenes),
         "rounds": options.rounds,
@@ -130,8 +132,8 @@ def timed(make: Callable[[], None], pid: int) -> dict[str, float]:
     return {"wall_s": round(wall, 4), "cpu_s": round(after.user + after.system - before.user - before.system, 2)}
 
 
-def region_share(scene: Any) -> float:
-    """Of the frame, the box that the target can cover."""
+def region_share(scene: Scene) -> float:
+    """The share of the frame that the box around the target takes."""
     frame = scene.camera.frame
     return scene.picture_region.width * scene.picture_region.height / (frame.width * frame.height)
 

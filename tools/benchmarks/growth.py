@@ -106,7 +106,7 @@ def camera(width: int) -> dict[str, Any]:
 
 def ball(faces: int) -> trimesh.Trimesh:
     """A ball of 0.5 m radius, with bumps."""
-    mesh = trimesh.creation.icosphere(subdivisions=round(np.log(faces / 20) / np.log(4)), radius=0.5)
+    mesh: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=round(np.log(faces / 20) / np.log(4)), radius=0.5)
     mesh.vertices *= 1 + BUMPS * np.sin(9 * mesh.vertices / 0.5).prod(1, keepdims=True)
     return mesh
 

@@ -16,6 +16,7 @@ from typing import IO
 
 import numpy as np
 
+from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
 
 HERE = Path(__file__).resolve().parent
@@ -55,15 +56,16 @@ class Peer:
 
 def write_scene(scene: Scene, file: Path) -> None:
     """What the scripts know: the lens without its distortion, the whole mesh of the first material, one Sun."""
-    camera, mesh, material, sun = scene.camera, scene.target.mesh, scene.target.materials[0], scene.lights[0]
+    camera, mesh, material = scene.camera, scene.target.mesh, scene.target.materials[0]
+    sun = next(light for light in scene.lights if isinstance(light, DistantLight))
     x, y, z = sun.direction_cam
     np.savez(
         file,
         camera=[camera.width, camera.height, camera.fx, camera.cx, camera.cy],
         points=mesh.points,
         faces=mesh.faces,
-        color=material.diffuse_color,
-        metal_rough=[material.metallic, material.roughness],
+        color=np.asarray(material.diffuse_color, float),
+        metal_rough=np.array([material.metallic, material.roughness], float),
         sun=[x, -y, -z, sun.irradiance[0]],
     )
 

@@ -31,6 +31,7 @@ WIDTH, HEIGHT = 1920, 1200
 CAMERA = Camera(width=WIDTH, height=HEIGHT, fx=2988, fy=2988, cx=960, cy=600)
 OPTICS = Optics(psf_sigma=0.8, glare=0.05)
 SENSOR = Sensor(gain=6, full_well=24_000, read_noise=12, dark_current=100, prnu=0.01, adc_bits=12, black_level=50)
+CENTRE = np.array([[[HEIGHT - 1]], [[WIDTH - 1]]], np.float32)  # of a halo that reaches over the whole picture
 Step = tuple[str, Callable[[], object]]
 
 
@@ -53,12 +54,12 @@ def ours(light: NDArray[np.float32], file: Path) -> list[Step]:
 
 
 def plain(light: NDArray[np.float32], file: Path) -> list[Step]:
-    y, x = np.indices((2 * HEIGHT - 1, 2 * WIDTH - 1), np.float32) - np.float32([[[HEIGHT - 1]], [[WIDTH - 1]]])
+    y, x = np.indices((2 * HEIGHT - 1, 2 * WIDTH - 1), np.float32) - CENTRE
     core, falloff = OPTICS.glare_core, OPTICS.glare_falloff
     halo = (1 + (x * x + y * y) / core**2) ** (-falloff / 2) * (falloff - 2) / (2 * np.pi * core**2)
     pattern = 1 + SENSOR.prnu * np.random.default_rng(0).standard_normal(light.shape, np.float32)
 
-    def optics() -> NDArray[np.float32]:
+    def optics() -> NDArray[np.floating]:
         core = gaussian_filter(light, OPTICS.psf_sigma, mode="constant")
         return (1 - OPTICS.glare) * core + OPTICS.glare * fftconvolve(core, halo, "same")[:HEIGHT, :WIDTH]
 

@@ -15,7 +15,7 @@ from spin_usd.accuracy.tables import in_markdown, number, percent
 def figures_of(folder: Path, name: str) -> dict[str, Any]:
     """What the benchmark `name` measured. Raises NotMeasuredError."""
     file = folder / "bench.json"
-    found = json.loads(file.read_text()) if file.is_file() else {}
+    found: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file.is_file() else {}
     if name not in found:
         raise NotMeasuredError(f"run tools/bench {name} --json {file}")
     return found[name]

@@ -145,7 +145,7 @@ def apart(ours: np.ndarray, theirs: np.ndarray) -> dict[str, float]:
     a, b = ours[both][:, :3], theirs[both][:, :3]
     mean = max(float(b.mean()), 1e-9) if both.any() else 1.0
     return {
-        "silhouette_iou": float(both.sum() / max((mine | other).sum(), 1)),
+        "silhouette_iou": int(both.sum()) / max(int((mine | other).sum()), 1),
         "brightness": float(a.mean() / mean) if both.any() else 0.0,
         "difference": float(np.abs(a - b).mean() / mean) if both.any() else 0.0,
     }
@@ -161,6 +161,8 @@ def write_beside(file: Path, ours: np.ndarray, theirs: np.ndarray) -> None:
     height, width, _ = encoded.shape
     spec = OpenImageIO.ImageSpec(width, height, 3, OpenImageIO.UINT8)
     out = OpenImageIO.ImageOutput.create(str(file))
+    if out is None:
+        raise OSError(f"{file}: OpenImageIO writes no such image")
     out.open(str(file), spec)
     out.write_image(np.ascontiguousarray(np.round(255 * encoded).astype(np.uint8)))
     out.close()

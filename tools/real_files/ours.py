@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 
+from spin_usd.scene.light import DistantLight
 from spin_usd.stage.read.stage_reader import StageReader
 
 
@@ -18,7 +19,8 @@ def main() -> None:
     folder = Path(sys.argv[1])
     reader = StageReader(folder / "stage" / "dataset.usda")
     scene = reader.scene(reader.frames[0])
-    mesh, camera, sun = scene.target.mesh, scene.camera, scene.lights[0]
+    mesh, camera = scene.target.mesh, scene.camera
+    sun = next(light for light in scene.lights if isinstance(light, DistantLight))
     points = mesh.points[np.unique(mesh.faces)]
     view = {
         "size": [camera.width, camera.height],
@@ -31,7 +33,7 @@ def main() -> None:
     }
     (folder / "view.json").write_text(json.dumps(view))
     parts = OpenImageIO.ImageBuf(str(folder / "dataset" / "segmentation" / "nominal" / "picture.png"))
-    share = float((parts.get_pixels(OpenImageIO.FLOAT) > 0).mean()) if parts.initialized else None
+    share = float(np.mean(np.asarray(parts.get_pixels(OpenImageIO.FLOAT)) > 0)) if parts.initialized else None
     bounds = [points.min(0).tolist(), points.max(0).tolist()]
     print(json.dumps({"ours": {"bounds": bounds, "faces": len(mesh.faces), "share": share}}))
 

@@ -47,8 +47,8 @@ class Craft:
 
 
 def block(centre: Point, size: Point) -> Box:
-    low, high = (tuple(c + sign * s / 2 for c, s in zip(centre, size, strict=True)) for sign in (-1, 1))
-    return Box(low=low, high=high)
+    (x, y, z), (dx, dy, dz) = centre, size
+    return Box(low=(x - dx / 2, y - dy / 2, z - dz / 2), high=(x + dx / 2, y + dy / 2, z + dz / 2))
 
 
 def corners(box: Box, name: str) -> dict[str, Point]:

@@ -114,7 +114,8 @@ def _normals(slopes: Array) -> Array:
     """Unit normals as colours: slopes (H, W, 2) are the surface's rise to the right and downwards."""
     # Rows run downwards, t upwards: the second slope changes its sign twice.
     normal = np.stack([-slopes[..., 0], slopes[..., 1], np.ones(slopes.shape[:2])], axis=-1)
-    return (normal / np.linalg.norm(normal, axis=-1, keepdims=True) + 1) / 2
+    unit: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return (unit + 1) / 2
 
 
 def _write(path: Path, image: Array) -> None:

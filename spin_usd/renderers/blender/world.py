@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix  # type: ignore[import-not-found]
+from mathutils import Matrix
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM

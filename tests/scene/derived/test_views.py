@@ -139,10 +139,10 @@ def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
         suns = (tuple(to_light.tolist()),)
         told.append(lit_shares(target.mesh.face_axes, pose.points(target.mesh.centre)[None], rotation[None], [suns])[0])
         lit.append(rendered_share(renderer, scene, rotation.T @ to_light))
-    told, lit = np.array(told) < 0.1, np.array(lit)
-    assert 10 < told.sum() < 100
-    assert (lit[told] < LIT).all()
-    assert told[lit < SHADED / 10].mean() > 0.8
+    dark, rendered = np.array(told) < 0.1, np.array(lit)
+    assert 10 < dark.sum() < 100
+    assert (rendered[dark] < LIT).all()
+    assert dark[rendered < SHADED / 10].mean() > 0.8
 
 
 def rendered_share(renderer, scene, to_light):

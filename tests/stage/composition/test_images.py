@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from typing import Any
 
 import cv2
 import numpy as np
@@ -133,7 +134,12 @@ def test_auto_follows_the_metadata_and_then_bits_and_channels(decode, color, dep
 def test_each_file_is_decoded_once_for_each_color_space(decode, monkeypatch) -> None:
     calls = []
     original = images._decode
-    monkeypatch.setattr(images, "_decode", lambda *a: calls.append(a) or original(*a))
+
+    def decode_and_note(*arguments: Any) -> Any:
+        calls.append(arguments)
+        return original(*arguments)
+
+    monkeypatch.setattr(images, "_decode", decode_and_note)
     reader = Images()
     data = png(RGB.astype(int), color=2)
     first = decode("a.png", "raw", data=data, reader=reader)

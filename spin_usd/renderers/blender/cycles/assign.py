@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from mathutils import Matrix  # type: ignore[import-not-found]
+from mathutils import Matrix
 
 from spin_usd.arrays import Float
 from spin_usd.errors import RenderError
