@@ -31,7 +31,9 @@ MeasuredIn = Annotated[
     str | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
-Labels = Annotated[str, typer.Option(metavar="NAME,...", help="Labels to write, or none.")]
+Labels = Annotated[
+    str, typer.Option(metavar="NAME,...", help="Labels to write, such as default,range; or all, or none.")
+]
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
 RendererName = Annotated[
     str | None, typer.Option("--renderer", metavar="NAME", help="blender or raycast; blender if nothing is said.")

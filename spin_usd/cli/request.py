@@ -65,7 +65,7 @@ def _request(
     error: Error = None,
     measured: MeasuredIn = None,
     seed: Seed = None,
-    labels: Labels = "all",
+    labels: Labels = "default",
     labels_only: LabelsOnly = False,
     renderer: RendererName = None,
     radiance: RadianceOption = False,
@@ -73,7 +73,6 @@ def _request(
 ) -> Any:
     """The RenderRequest of these options."""
     from spin_usd.dataset.render.render import RenderRequest
-    from spin_usd.labels.label import LABELS
 
     if labels_only and not radiance:
         _refuse_unlit(quality, error)
@@ -86,7 +85,6 @@ def _request(
         quality=quality,
         error=error,
     )
-    names = {"all": tuple(LABELS), "none": ()}
     return RenderRequest(
         stage=stage,
         frames=frames,
@@ -95,11 +93,19 @@ def _request(
         chosen=chosen,
         seed=seed,
         renderer=setting.renderer,
-        labels=names.get(labels, _names(labels)),
+        labels=_labels(labels),
         image=not labels_only,
         radiance=radiance,
         image_suffix=f".{image_format}",
     )
+
+
+def _labels(text: str) -> tuple[str, ...]:
+    """The labels that `text` names; "default", "all" and "none" may stand among the names."""
+    from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+
+    groups = {"default": DEFAULT_LABELS, "all": tuple(LABELS), "none": ()}
+    return tuple(label for name in _names(text) for label in groups.get(name, (name,)))
 
 
 def _refuse_unlit(quality: str | None, error: str | None) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.dataset.picture.make_picture import IMAGE
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.hidden_folder import hidden_folder
@@ -14,11 +15,12 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels import preview
+from spin_usd.labels.table import LABELS
 
 MARGIN = 1.2  # of the box shown to the box that the target covers
 
 TILE_PX = 480
-COLUMNS = ("image", "depth", "segmentation", "dense_pose")
+COLUMNS = {IMAGE: preview.image} | {name: label.preview for name, label in LABELS.items()}
 
 
 def write_contact_sheet(dataset: Path, path: Path, *, frames: int = 8) -> Path:
@@ -43,23 +45,11 @@ def _spread(items: list[Path], count: int) -> list[Path]:
 
 def _row(store: Store, record: dict[str, Any]) -> list[NDArray[np.uint8]]:
     around = _surroundings(record)
-    arrays = {
-        kind: read_image(store.root / record["files"][kind]["path"])[0][around]
-        for kind in COLUMNS
+    return [
+        in_colours(read_image(store.root / record["files"][kind]["path"])[0][around])
+        for kind, in_colours in COLUMNS.items()
         if kind in record["files"]
-    }
-    shown = []
-    for kind, array in arrays.items():
-        match kind:
-            case "image":
-                shown.append(preview.image(array))
-            case "depth":
-                shown.append(preview.depth(array))
-            case "segmentation":
-                shown.append(preview.segmentation(array))
-            case "dense_pose":
-                shown.append(preview.dense_pose(array))
-    return shown
+    ]
 
 
 def _surroundings(record: dict[str, Any]) -> tuple[slice, slice]:

@@ -1,66 +1,41 @@
-"""The labels there are. A new one is a function of its own file and an entry here."""
+"""What a label is: one kind of ground truth for every pixel of a picture."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.labels.dense_pose import dense_pose
-from spin_usd.labels.depth import depth
-from spin_usd.labels.segmentation import segmentation
+from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.scene.derived.surface import Surface
 from spin_usd.scene.source.channels import Channels
 
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
-    """A kind of ground truth of the whole frame. `make(surface, (H, W))` gives (H, W), or (H, W, C) when there are
-    several `channels`; `suffix` is its image file's extension.
+    """A kind of ground truth. All that spin_usd knows of it stands here.
 
-    Channels are called Y, or R, G and B, whatever they hold: OpenCV's reader of EXR knows no others and gives zeros for
-    them, without a word.
+    name: in `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"
+    make: the label (H, W), or (H, W, C) where it has several channels, from the visible surface and (H, W)
+    channels: what its numbers are; `channels.meaning` is what dataset.json says of it
+    suffix: of its files, ".exr" for float32, ".png" for uint16
+    usd_type: of a pixel in USD; authored stages list the default labels as UsdRender variables
+    file_bytes: what a pixel of the target takes in the file, compressed; `plan` expects that much
+    preview: the label in colours for people, (H, W, 3) uint8 RGB
+    faults: what `check` finds wrong with it in a picture that has it
+    default: whether `render` writes it when no labels are named
+
+    Channels are called Y, or R, G and B, whatever they hold: OpenCV's EXR reader knows no other names and silently
+    gives zeros for them.
     """
 
     name: str
     make: Callable[[Surface, tuple[int, int]], NDArray[Any]]
     channels: Channels
     suffix: str
-
-
-LABELS = {
-    label.name: label
-    for label in (
-        Label(
-            name="depth",
-            make=depth,
-            channels=Channels(
-                meaning="planar z in the camera's frame, metres: one float32 channel, Y; 0 = nothing",
-                dtype="float32",
-                holds={"Y": "z"},
-                unit="m",
-                frame="cam",
-            ),
-            suffix=".exr",
-        ),
-        Label(
-            name="segmentation",
-            make=segmentation,
-            channels=Channels(meaning="part id, 16-bit; 0 = nothing", dtype="uint16", holds={"Y": "part id"}),
-            suffix=".png",
-        ),
-        Label(
-            name="dense_pose",
-            make=dense_pose,
-            channels=Channels(
-                meaning="the surface point in the target's body frame, x, y, z in metres: float32 channels R, G, B; "
-                "0 = nothing",
-                dtype="float32",
-                holds={"R": "x", "G": "y", "B": "z"},
-                unit="m",
-                frame="body",
-            ),
-            suffix=".exr",
-        ),
-    )
-}
+    usd_type: str
+    file_bytes: float
+    preview: Callable[[NDArray[Any]], NDArray[np.uint8]]
+    faults: Callable[[LabelledPicture], Iterator[LabelFault]]
+    default: bool = False

@@ -22,8 +22,8 @@ def image(numbers: NDArray[Any]) -> RGB:
     return np.repeat(eight[..., None], 3, -1) if eight.ndim == 2 else eight
 
 
-def depth(metres: NDArray[np.float32]) -> RGB:
-    """Depth (H, W) by the perceptual map "viridis": yellow is the target's nearest point, dark blue its farthest."""
+def by_distance(metres: NDArray[np.float32]) -> RGB:
+    """Distances (H, W) in the colour map "viridis": yellow is the target's nearest point, dark blue its farthest."""
     seen = metres > 0
     colours = np.zeros((*metres.shape, 3), np.uint8)
     if seen.any():
@@ -34,8 +34,8 @@ def depth(metres: NDArray[np.float32]) -> RGB:
     return colours
 
 
-def segmentation(ids: NDArray[np.uint16]) -> RGB:
-    """Part ids (H, W): each id its own colour, the same in every picture; 0 is black."""
+def by_id(ids: NDArray[np.uint16]) -> RGB:
+    """Ids (H, W): each has its own colour, the same in every picture; 0 is black."""
     return np.array([part_colour(i) for i in range(int(ids.max(initial=0)) + 1)], np.uint8)[ids]
 
 
@@ -47,8 +47,8 @@ def part_colour(part: int) -> tuple[int, int, int]:
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
-def dense_pose(metres: NDArray[np.float32]) -> RGB:
-    """Body coordinates (H, W, 3): X, Y, Z as red, green, blue, each from the least to the greatest that is visible."""
+def by_position(metres: NDArray[np.float32]) -> RGB:
+    """Coordinates (H, W, 3): X, Y, Z as red, green, blue, each from the least to the greatest that is visible."""
     seen = metres.any(-1)
     colours = np.zeros(metres.shape, np.uint8)
     if seen.any():

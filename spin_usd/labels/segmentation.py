@@ -1,9 +1,15 @@
 """Segmentation: which part of the target each pixel shows."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
+from spin_usd.labels.label import Label
+from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
+from spin_usd.labels.preview import by_id
 from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.source.channels import Channels
 
 
 def segmentation(surface: Surface, shape: tuple[int, int]) -> NDArray[np.uint16]:
@@ -11,3 +17,25 @@ def segmentation(surface: Surface, shape: tuple[int, int]) -> NDArray[np.uint16]
     frame = np.zeros(shape, np.uint16)
     frame[surface.rows, surface.columns] = surface.part
     return frame
+
+
+def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
+    """Every id is one of the dataset's parts."""
+    highest = int(picture.arrays["segmentation"].max(initial=0))
+    if highest > picture.parts:
+        yield LabelFault(
+            code="parts", message=f"segmentation holds id {highest}, dataset.json lists {picture.parts} parts"
+        )
+
+
+SEGMENTATION = Label(
+    name="segmentation",
+    make=segmentation,
+    channels=Channels(meaning="part id, 16-bit; 0 = nothing", dtype="uint16", holds={"Y": "part id"}),
+    suffix=".png",
+    usd_type="int",
+    file_bytes=0.03,
+    preview=by_id,
+    faults=faults,
+    default=True,
+)

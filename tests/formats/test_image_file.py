@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as hnp
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 
 RGB, XYZ, GREY, Z = ("R", "G", "B"), ("X", "Y", "Z"), ("Y",), ("Z",)
 SPECIAL = [0.0, -0.0, 1e-45, -1e38, np.inf, -np.inf, np.nan, 1e7 + 1, 1 / 3]

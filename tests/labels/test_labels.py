@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from tests.cases.scenes import BARREL, SMALL, pose, scene, soup, target
@@ -27,11 +27,11 @@ def labelled(request):
 
 def test_shapes_and_types_are_the_contracts(labelled) -> None:
     s, _, labels = labelled
-    kinds = {"depth": np.float32, "segmentation": np.uint16, "dense_pose": np.float32}
     for name, label in LABELS.items():
         channels = () if len(label.channels.names) == 1 else (len(label.channels.names),)
         assert labels[name].shape == (*s.camera.frame.shape, *channels)
-        assert labels[name].dtype == np.dtype(label.channels.dtype) == kinds[name]
+        assert labels[name].dtype == np.dtype(label.channels.dtype)
+        assert label.suffix == (".png" if labels[name].dtype == np.uint16 else ".exr")
 
 
 def test_all_cover_the_same_pixels(labelled) -> None:

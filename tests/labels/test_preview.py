@@ -12,16 +12,16 @@ def luminance(rgb):
 
 def test_nearer_is_brighter() -> None:
     metres = np.linspace(3, 9, 40, dtype=np.float32)[None]
-    assert (np.diff(luminance(preview.depth(metres))[0]) <= 0).all()
-    assert np.ptp(luminance(preview.depth(metres))) > 100
+    assert (np.diff(luminance(preview.by_distance(metres))[0]) <= 0).all()
+    assert np.ptp(luminance(preview.by_distance(metres))) > 100
 
 
 @pytest.mark.parametrize(
     ("colour", "empty", "seen"),
     [
-        (preview.depth, np.zeros((2, 3), np.float32), 5.0),
-        (preview.segmentation, np.zeros((2, 3), np.uint16), 7),
-        (preview.dense_pose, np.zeros((2, 3, 3), np.float32), 0.5),
+        (preview.by_distance, np.zeros((2, 3), np.float32), 5.0),
+        (preview.by_id, np.zeros((2, 3), np.uint16), 7),
+        (preview.by_position, np.zeros((2, 3, 3), np.float32), 0.5),
     ],
 )
 def test_background_is_black_and_the_target_is_not(colour, empty, seen) -> None:
@@ -42,12 +42,12 @@ def test_parts_have_colours_of_their_own() -> None:
 
 def test_a_parts_colour_does_not_depend_on_the_others() -> None:
     few, many = np.array([[0, 3]], np.uint16), np.array([[500, 3]], np.uint16)
-    np.testing.assert_array_equal(preview.segmentation(few)[0, 1], preview.segmentation(many)[0, 1])
+    np.testing.assert_array_equal(preview.by_id(few)[0, 1], preview.by_id(many)[0, 1])
 
 
 def test_dense_pose_shows_x_y_z_as_red_green_blue() -> None:
     metres = np.array([[[-1, -1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]], np.float32)
-    rgb = preview.dense_pose(metres)[0]
+    rgb = preview.by_position(metres)[0]
     low, high = rgb[0, 0], rgb[1, 0]
     assert high > low > 0
     np.testing.assert_array_equal(rgb, [[low] * 3, [high, low, low], [low, high, low], [low, low, high]])

@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera

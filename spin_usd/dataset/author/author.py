@@ -21,6 +21,7 @@ from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedEr
 from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
 from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
 from spin_usd.geometry.camera import Camera
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 from spin_usd.resources import bundled
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
@@ -39,6 +40,9 @@ from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.stage_reader import StageReader
+
+OUTPUTS = {"image": "color3f"} | {name: LABELS[name].usd_type for name in DEFAULT_LABELS}
+"""The files of a picture that an authored stage lists, each with the USD type of its pixels."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,6 +177,7 @@ def _author(
             camera=layer,
             origin=origin,
             seed=choices.seed,
+            outputs=OUTPUTS,
             preset=settings,
             surroundings=surroundings,
         )

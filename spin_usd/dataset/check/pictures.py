@@ -5,9 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from spin_usd.dataset.picture.brightness import tone_findings
 from spin_usd.dataset.store.cache import Purpose, uses
 from spin_usd.dataset.store.dataset_folder import Store
@@ -16,11 +13,11 @@ from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.labels.labelled_picture import LabelledPicture
+from spin_usd.labels.table import LABELS
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.sha256 import sha256_of
 
-REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
-DEPTH_RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much
 AGAIN = "run spin-usd render again with the stage that did"
 MEND = "remove its record and run spin-usd render again"
 
@@ -89,7 +86,7 @@ def _provenance(store: Store, record: dict[str, Any], name: str, inventory: Inve
 
 
 def _labels(store: Store, record: dict[str, Any], name: str, parts: int) -> Iterator[Finding]:
-    """Do the labels cover the same pixels, and does each body point project onto its own pixel at its own depth?"""
+    """Is every array of the camera's size, and does each label agree with the others, as it says itself?"""
     arrays = {kind: read_image(store.root / entry["path"])[0] for kind, entry in record["files"].items()}
     shape = (record["camera"]["height"], record["camera"]["width"])
     for kind, array in arrays.items():
@@ -97,35 +94,13 @@ def _labels(store: Store, record: dict[str, Any], name: str, parts: int) -> Iter
             message = f"is {array.shape[:2]}, the camera is {shape}; {MEND}"
             yield Finding(code="size", where=record["files"][kind]["path"], message=message)
             return
-    ids, depth, dense = (arrays.get(kind) for kind in ("segmentation", "depth", "dense_pose"))
-    if ids is None:
-        return
-    if int(ids.max(initial=0)) > parts:
-        message = f"segmentation holds id {ids.max()}, dataset.json lists {parts}; {MEND}"
-        yield Finding(code="parts", where=name, message=message)
-    if depth is not None and ((ids > 0) != (depth > 0)).any():
-        yield Finding(code="support", where=name, message=f"segmentation and depth cover different pixels; {MEND}")
-    if dense is not None:
-        if dense[ids == 0].any():
-            yield Finding(code="support", where=name, message=f"dense pose reaches beyond the segmentation; {MEND}")
-        yield from _points(record, name, ids, dense, depth)
-
-
-def _points(
-    record: dict[str, Any], name: str, ids: NDArray[Any], dense: NDArray[Any], depth: NDArray[Any] | None
-) -> Iterator[Finding]:
-    camera = Camera(**{**record["camera"], "distortion": tuple(record["camera"]["distortion"])})
     q, t = record["pose"]["q_cam_body"], record["pose"]["t_cam_body"]
-    rows, columns = np.nonzero(ids)
-    points = Transform.from_quaternion(to="cam", of="body", q=q, t=t).points(dense[rows, columns])
-    off = np.abs(camera.project(points) - np.stack([columns + 0.5, rows + 0.5], -1)).max(initial=0)
-    if not off <= REPROJECTION_PX:
-        yield Finding(
-            code="reprojection", where=name, message=f"dense pose projects {off:.3g} px beside its pixels; {MEND}"
-        )
-    if depth is not None:
-        off = (np.abs(depth[rows, columns] - points[:, 2]) / points[:, 2]).max(initial=0)
-        if not off <= DEPTH_RELATIVE:
-            yield Finding(
-                code="depth", where=name, message=f"depth and dense pose differ by {off:.3g} of the range; {MEND}"
-            )
+    picture = LabelledPicture(
+        camera=Camera(**{**record["camera"], "distortion": tuple(record["camera"]["distortion"])}),
+        T_cam_body=Transform.from_quaternion(to="cam", of="body", q=q, t=t),
+        parts=parts,
+        arrays={kind: array for kind, array in arrays.items() if kind in LABELS},
+    )
+    for label in LABELS.values():
+        for fault in label.faults(picture) if label.name in picture.arrays else ():
+            yield Finding(code=fault.code, where=name, message=f"{fault.message}; {MEND}")

@@ -17,7 +17,6 @@ from spin_usd.dataset.picture.render_file import in_order
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
-from spin_usd.labels.label import LABELS
 from spin_usd.renderers.renderer import Renderer
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.scene.derived.keys import RenderSettings
@@ -180,5 +179,6 @@ class MeasuringWorker:
 
 
 def _labels(scene: Scene, renderer: Renderer) -> LabelImages:
-    made = {kind: array for kind, array, _ in make_labels(scene, renderer, tuple(LABELS), Stopwatch())}
+    kinds = ("depth", "segmentation", "dense_pose")
+    made = {kind: array for kind, array, _ in make_labels(scene, renderer, kinds, Stopwatch())}
     return LabelImages(depth=made["depth"], part=made["segmentation"], body=made["dense_pose"])

@@ -14,7 +14,7 @@ from pathlib import Path
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.plan.work import Making, Method, amounts
 from spin_usd.dataset.store.atomic import write_json
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 
 Costs = Mapping[str, Mapping[str, float]]
 EVERYWHERE: Costs = {
@@ -62,7 +62,7 @@ TRACING: Mapping[str, Costs] = {
 }
 """The same of the two passes, by renderer, as `tools/bench calibrate` finds them: units that one of them does not have
 there cost nothing."""
-BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0, "depth": 1.3, "segmentation": 0.03, "dense_pose": 4.0}
+BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0} | {name: label.file_bytes for name, label in LABELS.items()}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
 CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.geometry.bands import ROWS
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.scene.derived.light_groups import Groups

@@ -8,7 +8,7 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.render.same_stage import differences
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 
 MEANINGS = {
     IMAGE: IMAGE_MEANING,

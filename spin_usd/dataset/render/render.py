@@ -33,7 +33,7 @@ from spin_usd.dataset.store.dataset_folder import STAGE, Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
@@ -53,7 +53,7 @@ class RenderRequest:
     chosen: Chosen | None = None
     seed: int | None = None
     renderer: str = "blender"
-    labels: tuple[str, ...] = tuple(LABELS)
+    labels: tuple[str, ...] = DEFAULT_LABELS
     image: bool = True
     radiance: bool = False
     image_suffix: str = ".png"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 
 
 @dataclass(kw_only=True)

@@ -21,7 +21,7 @@ from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.tree import NodeType, files, remove_emptied, remove_file, type_of
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 from spin_usd.sha256 import sha256_of
 
 RENDERS = "renders"

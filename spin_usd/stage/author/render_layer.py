@@ -1,21 +1,18 @@
 """UsdRender's account of what a stage is rendered to: resolution, products, and one variable for each label."""
 
+from collections.abc import Mapping
+
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.stage.usd.layer_file import author_metadata
 
 SETTINGS = Sdf.Path("/Render/Settings")
-VARIABLES = {  # name: type of a pixel
-    "image": "color3f",
-    "depth": "float",
-    "segmentation": "int",
-    "dense_pose": "point3f",
-}
 
 
-def render_layer(camera: Camera) -> Sdf.Layer:
-    """An anonymous layer with /Render. Its camera is named where the layer is referenced, which is outside it."""
+def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
+    """An anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name. Its
+    camera is named where the layer is referenced, which is outside it."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
     stage = Usd.Stage.Open(layer)
@@ -26,7 +23,7 @@ def render_layer(camera: Camera) -> Sdf.Layer:
     settings.CreateResolutionAttr(Gf.Vec2i(camera.width, camera.height))
     settings.CreatePixelAspectRatioAttr(camera.fy / camera.fx)
     settings.CreateIncludedPurposesAttr([UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
-    settings.CreateProductsRel().SetTargets([_product(stage, name, kind) for name, kind in VARIABLES.items()])
+    settings.CreateProductsRel().SetTargets([_product(stage, name, kind) for name, kind in outputs.items()])
     return layer
 
 

@@ -42,18 +42,19 @@ def write_stage(
     camera: Sdf.Layer,
     origin: Origin,
     seed: int,
+    outputs: Mapping[str, str],
     preset: Preset | None = None,
     surroundings: Mapping[str, Sdf.Layer] | None = None,
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `camera` is a layer as `author.camera_layer` makes it; it is changed. `surroundings`: layers by their kind,
-    instead of the preset's and the usual ones. Raises OutputError, InputError for a file that one of them names and
-    that is not there.
+    `camera` is a layer as `author.camera_layer` makes it; it is changed. `outputs`: the files of a picture, each with
+    the USD type of its pixels. `surroundings`: layers by their kind, instead of the preset's and the usual ones. Raises
+    OutputError, InputError for a file that one of them names and that is not there.
     """
     if preset:
         preset.set_camera(camera)
-    own = _write_layers(folder / "layers", poses, camera, preset, surroundings or {})
+    own = _write_layers(folder / "layers", poses, camera, outputs, preset, surroundings or {})
     write_groups(folder / "layers", own, target.variants, find_matt(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
@@ -73,13 +74,18 @@ def write_stage(
 
 
 def _write_layers(
-    folder: Path, poses: PoseList, camera: Sdf.Layer, preset: Preset | None, surroundings: Mapping[str, Sdf.Layer]
+    folder: Path,
+    poses: PoseList,
+    camera: Sdf.Layer,
+    outputs: Mapping[str, str],
+    preset: Preset | None,
+    surroundings: Mapping[str, Sdf.Layer],
 ) -> dict[Sdf.Path, Sdf.Layer]:
     """Write what the root layer refers to; returns the layers of the lights and of what lies behind, by their place."""
     lens = _place_camera(camera)
     export(poses_layer(poses), folder / "poses.usdc")
     export(camera, folder / "camera.usda")
-    export(render_layer(lens), folder / "render.usda")
+    export(render_layer(lens, outputs), folder / "render.usda")
     chosen: dict[Sdf.Path, Sdf.Layer] = {}
     for kind, place in KINDS.items():
         own = surroundings.get(kind) or (preset.layer(place) if preset else None)

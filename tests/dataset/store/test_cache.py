@@ -17,7 +17,7 @@ from spin_usd.dataset.store.cache import Cache, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.labels.label import LABELS
+from spin_usd.labels.table import LABELS
 from spin_usd.scene.effort import Effort
 
 VARIANTS = ("nominal", "dim", "starry", "matt", "wide", "noisy")

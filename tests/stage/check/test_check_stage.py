@@ -26,6 +26,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 SECONDS_TO_REFUSE = 5.0  # USD hangs for ever
 ORIGIN = Origin(inputs={"poses": ("poses.json", "0" * 64)})
+OUTPUTS = {"image": "color3f", "depth": "float"}
 POSES = PoseList(
     names=("a", "b", "c"),
     q_cam_body=np.array([[1.0, 0, 0, 0], [0.6, 0.8, 0, 0], [0, 0, 1, 0]]),
@@ -44,7 +45,9 @@ TETRAHEDRON = MeshPart(
 def author(folder: Path) -> Path:
     file = write_mesh_target(MeshAsset(name="box", parts=(TETRAHEDRON,)), folder / "targets" / "box", "box")
     camera = open_camera_layer(bundled("camera", "speedplus"))
-    return write_stage(folder, poses=POSES, target=describe(file, "box"), camera=camera, origin=ORIGIN, seed=7)
+    return write_stage(
+        folder, poses=POSES, target=describe(file, "box"), camera=camera, origin=ORIGIN, seed=7, outputs=OUTPUTS
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +81,7 @@ def test_the_built_in_target_has_no_findings(tmp_path: Path) -> None:
     camera = camera_layer_of(
         Camera(width=64, height=40, fx=100.0, fy=99.0, cx=31.0, cy=21.0), pixel_pitch=1e-5, documentation=""
     )
-    root = write_stage(tmp_path, poses=POSES, target=asset, camera=camera, origin=ORIGIN, seed=0)
+    root = write_stage(tmp_path, poses=POSES, target=asset, camera=camera, origin=ORIGIN, seed=0, outputs=OUTPUTS)
     assert check_stage(root) == ()
     stage = Usd.Stage.Open(str(root))
     keypoints = stage.GetPrimAtPath("/World/Target").GetRelationship("spin:target:keypoints").GetTargets()

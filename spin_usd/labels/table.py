@@ -1,0 +1,11 @@
+"""The labels that there are. A new one is a file of its own and an entry here."""
+
+from spin_usd.labels.dense_pose import DENSE_POSE
+from spin_usd.labels.depth import DEPTH
+from spin_usd.labels.segmentation import SEGMENTATION
+
+LABELS = {label.name: label for label in (DEPTH, SEGMENTATION, DENSE_POSE)}
+"""By name, in the order in which they are made."""
+
+DEFAULT_LABELS = tuple(name for name, label in LABELS.items() if label.default)
+"""Names of those that `render` writes when none are named."""
