@@ -40,6 +40,7 @@ def test_all_cover_the_same_pixels(labelled) -> None:
     np.testing.assert_array_equal(np.argwhere(seen), np.stack([surface.rows, surface.columns], -1))
     np.testing.assert_array_equal(labels["depth"] > 0, seen)
     np.testing.assert_array_equal(labels["dense_pose"].any(-1), seen)
+    np.testing.assert_array_equal(labels["range"] > 0, seen)
 
 
 def test_dense_pose_projects_onto_its_own_pixels(labelled) -> None:

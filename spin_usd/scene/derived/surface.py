@@ -30,13 +30,14 @@ CHUNK = 16384  # points worked on at once: their temporaries fit a core's cache
 class Surface:
     """The visible points of the target: N pixels of `region`, in row-major order.
 
-    rows, columns (N,) pixel indices in the whole frame · face (N,) · part (N,) uint16 ids · z (N,) planar depth in
-    metres · body (N, 3) metres in body axes.
+    rows, columns (N,) pixel indices in the whole frame · xy (N, 2): (x, y, 1) is the pixel's ray in the camera's axes ·
+    face (N,) · part (N,) uint16 ids · z (N,) planar depth in metres · body (N, 3) metres in body axes.
     """
 
     region: Region
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
+    xy: Float
     face: NDArray[np.int32]
     part: NDArray[np.uint16]
     z: Float
@@ -56,6 +57,7 @@ def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
         region=region,
         rows=rows + region.y0,
         columns=columns + region.x0,
+        xy=xy,
         face=face,
         part=parts_of(scene.target.mesh, face),
         z=z,
