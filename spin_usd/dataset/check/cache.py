@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from spin_usd.dataset.check.pictures import Inventory
 from spin_usd.dataset.store.cache import CACHED, MEASURED, Entry, entries
-from spin_usd.dataset.store.dataset_folder import CACHE, Store
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.names import CACHE
 from spin_usd.dataset.store.tree import files
 from spin_usd.scene.finding import WARNING, Finding
 

@@ -8,8 +8,9 @@ from spin_usd.dataset.check.cache import cache_findings
 from spin_usd.dataset.check.pictures import AGAIN, Inventory, picture_findings
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
-from spin_usd.dataset.store.dataset_folder import DESCRIPTION, LOCK, OWN, RECORDS, STAGE, Store
+from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
 from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.dataset.store.tree import STRANGE, Node, NodeType, file_at, type_of, walk
 from spin_usd.errors import InputError, SpinError

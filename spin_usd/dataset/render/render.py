@@ -29,8 +29,9 @@ from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
-from spin_usd.dataset.store.dataset_folder import STAGE, Lease, Store
+from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
+from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS

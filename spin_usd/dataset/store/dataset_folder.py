@@ -21,10 +21,10 @@ from pathlib import Path
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.lock import Lock, create_lock, new_token, refuse_foreign, take_lock, token_in
+from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE
 from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
 from spin_usd.errors import InputError, OutputError
 
-DESCRIPTION, STAGE, RECORDS, CACHE = "dataset.json", "stage", "records", "cache"
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
 LOCK = ".lock"
 LOCK_PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die

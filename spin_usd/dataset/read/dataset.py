@@ -1,0 +1,121 @@
+"""A dataset as those who train and test with it read it."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from operator import index
+from pathlib import Path
+from typing import SupportsIndex, overload
+
+from spin_usd.dataset.read.description import read_description
+from spin_usd.dataset.read.picture import Picture, read_picture
+from spin_usd.dataset.store.names import RECORDS
+from spin_usd.dataset.store.tree import files
+from spin_usd.errors import InputError
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.target import Part
+
+NAMED = 3  # names that an error lists as examples
+
+
+class Dataset(Sequence[Picture]):
+    """The pictures in a dataset's folder, ordered by variant and by frame.
+
+    `dataset[0]` is a Picture, `dataset[:100]` a Dataset of the first hundred, and a loop over a dataset goes through
+    its pictures. Each is read when it is asked for: a Dataset holds no more than their names, so it is quick to open,
+    to pickle and to send to other processes. PyTorch's DataLoader takes it as a map-style dataset; its `collate_fn`
+    gets a list of pictures, in the worker's process, and makes a batch of them.
+
+    Pictures that are rendered after a dataset was opened are not in it.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Open the dataset in the folder `path`. Raises InputError where there is none."""
+        self.root = Path(path).absolute()
+        self._description = read_description(self.root)
+        self._names = _names(self.root)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> Picture: ...
+    @overload
+    def __getitem__(self, place: slice) -> "Dataset": ...
+    def __getitem__(self, place: SupportsIndex | slice) -> "Picture | Dataset":
+        if isinstance(place, slice):
+            return self._of(self._names[place])
+        return self._read(self._names[index(place)])
+
+    def __repr__(self) -> str:
+        return f"Dataset({str(self.root)!r}, {len(self)} pictures, variants {', '.join(self.variants)})"
+
+    @property
+    def names(self) -> Sequence[tuple[str, str]]:
+        """(frame, variant) of each picture, in order."""
+        return self._names
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """The variants that the pictures are of, each once, in order."""
+        return tuple(dict.fromkeys(variant for _, variant in self._names))
+
+    @property
+    def target(self) -> str:
+        """The target's name."""
+        return self._description.target
+
+    @property
+    def parts(self) -> dict[int, Part]:
+        """The target's parts by their ids, which are the numbers in the segmentation."""
+        return dict(self._description.parts)
+
+    @property
+    def keypoints(self) -> Keypoints:
+        """The target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self._description.keypoints
+
+    def picture(self, frame: str, variant: str = "nominal") -> Picture:
+        """The picture of that frame and variant. Raises InputError where there is none."""
+        if (frame, variant) not in self._known:
+            raise InputError(
+                f"has no picture {frame!r} in variant {variant!r}", where=self.root, do=self._examples(variant)
+            )
+        return self._read((frame, variant))
+
+    def of_variant(self, variant: str) -> "Dataset":
+        """The pictures of one variant. Raises InputError where there are none."""
+        names = [name for name in self._names if name[1] == variant]
+        if not names:
+            raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
+        return self._of(names)
+
+    def _read(self, name: tuple[str, str]) -> Picture:
+        frame, variant = name
+        return read_picture(self.root, self.root / RECORDS / variant / f"{frame}.json", self._description)
+
+    def _of(self, names: list[tuple[str, str]]) -> "Dataset":
+        """The same dataset with these pictures alone."""
+        part = Dataset.__new__(Dataset)
+        part.root, part._description, part._names = self.root, self._description, names
+        return part
+
+    @cached_property
+    def _known(self) -> frozenset[tuple[str, str]]:
+        return frozenset(self._names)
+
+    def _examples(self, variant: str) -> str:
+        """The names there are, for an error about one that is not."""
+        frames = [frame for frame, other in self._names if other == variant][:NAMED]
+        if frames:
+            return f"pictures are named like {', '.join(frames)}"
+        return f"choose among the variants {', '.join(self.variants)}" if self._names else "render it first"
+
+
+def _names(root: Path) -> list[tuple[str, str]]:
+    """(frame, variant) of each picture in the folder `root`, from the names of the records' files alone."""
+    found = []
+    for name in files(root, RECORDS):
+        if name.count("/") == 2 and name.endswith(".json"):
+            _, variant, file = name.split("/")
+            found.append((file.removesuffix(".json"), variant))
+    return found

@@ -1,0 +1,173 @@
+"""One picture of a dataset, as those who train and test with it read it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float, frozen
+from spin_usd.dataset.read.description import Description
+from spin_usd.dataset.store.tree import file_at
+from spin_usd.errors import InputError
+from spin_usd.formats.image_file import read_image
+from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.target import Part
+
+CHECK = "run spin-usd check on the dataset"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureFile:
+    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it."""
+
+    path: str
+    dtype: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """One frame of one variant: its image, its labels, and what is known of it.
+
+    The image and the labels are read when they are first asked for. Their arrays are the caller's own, to be changed
+    at will; they lie in memory as long as the picture does.
+
+    Every pixel coordinate has (0, 0) at the corner of the image, so the first pixel's centre is (0.5, 0.5) and the
+    pixel in row r and column c has its centre at (c + 0.5, r + 0.5). OpenCV's functions that look up pixels, such as
+    `remap` and `undistort`, put (0, 0) at the first pixel's centre: subtract 0.5 from cx and cy for those.
+
+    Metres, radians and pixels throughout. The camera's axes are OpenCV's: x right, y down, z forward. The body's axes
+    are those of the target's model.
+
+    Attributes:
+        root: the dataset's folder.
+        frame: the picture's name, such as "img000001"; the same in all variants.
+        variant: the name of its variant, such as "nominal".
+        index: the picture's place in the stage, from 0.
+        files: its files by what they are: "image", "depth" and so on.
+        record: all that the dataset's record says of it, by schemas/record-1.schema.json.
+        camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
+        T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
+    """
+
+    root: Path
+    frame: str
+    variant: str
+    index: int
+    files: Mapping[str, PictureFile]
+    record: Mapping[str, Any]
+    camera: Camera
+    T_cam_body: Float
+    description: Description
+
+    @property
+    def camera_matrix(self) -> Float:
+        """The camera's matrix K (3, 3) float64, pixels; (0, 0) is the corner of the image."""
+        return self.camera.matrix
+
+    @property
+    def distortion(self) -> Float:
+        """The lens's k1, k2, p1, p2, k3 (5,) float64, as OpenCV orders them."""
+        return frozen(self.camera.distortion)
+
+    @property
+    def q_cam_body(self) -> Float:
+        """The rotation of `T_cam_body` as a unit quaternion (4,) float64, scalar first, Hamilton."""
+        return frozen(self.record["pose"]["q_cam_body"])
+
+    @property
+    def t_cam_body(self) -> Float:
+        """The origin of the body's axes in the camera's axes (3,) float64, metres."""
+        return frozen(self.record["pose"]["t_cam_body"])
+
+    @property
+    def parts(self) -> Mapping[int, Part]:
+        """The target's parts by their ids, which are the numbers in `segmentation`."""
+        return self.description.parts
+
+    @property
+    def keypoints(self) -> Keypoints:
+        """The target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self.description.keypoints
+
+    @cached_property
+    def keypoint_pixels(self) -> Float:
+        """Where the lens puts the keypoints, (N, 2) float64 pixels x and y, hidden ones too; NaN where it sees none."""
+        points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
+        return self.camera.project(points)
+
+    @cached_property
+    def image(self) -> NDArray[Any]:
+        """What the sensor saw, (H, W) uint8, or (H, W, 3) of R, G and B; its curve is `encoding` in the record."""
+        return self._array("image")
+
+    @cached_property
+    def depth(self) -> NDArray[np.float32]:
+        """Depth (H, W) float32: planar z in the camera's axes, metres; 0 where nothing is."""
+        return self._array("depth")
+
+    @cached_property
+    def segmentation(self) -> NDArray[np.uint16]:
+        """Part ids (H, W) uint16, the keys of `parts`; 0 where nothing is."""
+        return self._array("segmentation")
+
+    @cached_property
+    def dense_pose(self) -> NDArray[np.float32]:
+        """The surface point seen in each pixel (H, W, 3) float32: x, y, z in the body's axes, metres; 0 where nothing
+        is."""
+        return self._array("dense_pose")
+
+    def label(self, name: str) -> NDArray[Any]:
+        """The label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record says.
+
+        The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
+        has no such label.
+        """
+        return self._array(name)
+
+    def _array(self, kind: str) -> NDArray[Any]:
+        """The numbers in the picture's file of that kind. Raises InputError where it has none, or a damaged one."""
+        if kind not in self.files:
+            do = f"choose among {', '.join(self.files)}, or render {kind} too"
+            raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
+        path = file_at(self.root, self.files[kind].path)
+        array, _ = read_image(path)
+        if array.dtype.name != self.files[kind].dtype or array.shape[:2] != (self.camera.height, self.camera.width):
+            found = f"holds {array.dtype} numbers in {array.shape}, which is not what its record says"
+            raise InputError(found, where=path, do=CHECK)
+        return array
+
+
+def read_picture(root: Path, path: Path, description: Description) -> Picture:
+    """The picture whose record is the file `path` in the dataset `root`. Raises InputError for a broken record.
+
+    The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
+    """
+    try:
+        record = json.loads(path.read_bytes())
+        pose, camera = record["pose"], record["camera"]
+        return Picture(
+            root=root,
+            frame=record["frame"],
+            variant=record["variant"],
+            index=record["index"],
+            files={kind: PictureFile(path=file["path"], dtype=file["dtype"]) for kind, file in record["files"].items()},
+            record=record,
+            camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
+            T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
+            description=description,
+        )
+    except OSError as e:
+        raise InputError(f"cannot be read ({e.strerror})", where=path, do=CHECK) from e
+    except (AttributeError, KeyError, TypeError, ValueError) as e:
+        raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
+
+
+def _pose_matrix(q_cam_body: list[float], t_cam_body: list[float]) -> Float:
+    return frozen(Transform.from_quaternion(to="cam", of="body", q=q_cam_body, t=t_cam_body).matrix)

@@ -1,0 +1,137 @@
+"""A picture as users read it agrees with OpenCV's readers, OpenCV's camera and SciPy's rotations."""
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.errors import InputError
+
+HALF_PIXEL_TOLERANCE = 1e-3  # pixels: float32 body points at SPEED+'s distances are off by less
+SHAPE = (150, 240)
+
+
+@pytest.fixture(scope="module")
+def dataset(rendered):
+    return Dataset(rendered)
+
+
+@pytest.fixture
+def copy(dataset, tmp_path):
+    """The dataset, to be damaged."""
+    return Dataset(shutil.copytree(dataset.root, tmp_path / "copy"))
+
+
+def change(dataset, **changes) -> None:
+    """Give the first picture's record other values."""
+    frame, variant = dataset.names[0]
+    path = dataset.root / "records" / variant / f"{frame}.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def projected(picture, points_body):
+    """Pixels of body points (N, 3), by OpenCV."""
+    rotation, _ = cv2.Rodrigues(picture.T_cam_body[:3, :3])
+    return cv2.projectPoints(points_body, rotation, picture.t_cam_body, picture.camera_matrix, picture.distortion)[0][:, 0]  # fmt: skip  # noqa: E501
+
+
+def test_opencv_projects_the_dense_pose_to_the_pixels_centres(dataset) -> None:
+    picture = dataset[0]
+    rows, columns = np.nonzero(picture.segmentation)
+    assert len(rows) > 1000
+    pixels = projected(picture, picture.dense_pose[rows, columns].astype(np.float64))
+    assert np.abs(pixels - np.stack([columns + 0.5, rows + 0.5], -1)).max() < HALF_PIXEL_TOLERANCE
+
+
+def test_opencv_projects_the_keypoints_to_theirs(dataset) -> None:
+    picture = dataset[0]
+    assert len(picture.keypoints.names) == len(picture.keypoint_pixels) > 5
+    assert np.abs(projected(picture, picture.keypoints.points) - picture.keypoint_pixels).max() < 1e-9
+
+
+def test_quaternion_translation_and_matrix_are_one_pose(dataset) -> None:
+    picture = dataset[0]
+    rotation = Rotation.from_quat(picture.q_cam_body, scalar_first=True).as_matrix()
+    assert np.allclose(picture.T_cam_body[:3, :3], rotation, atol=1e-12)
+    assert np.array_equal(picture.T_cam_body[:3, 3], picture.t_cam_body)
+    assert np.array_equal(picture.T_cam_body[3], [0, 0, 0, 1])
+
+
+def test_depth_is_the_z_of_the_dense_pose_in_camera_axes(dataset) -> None:
+    picture = dataset[0]
+    seen = picture.segmentation > 0
+    z = picture.dense_pose[seen] @ picture.T_cam_body[2, :3] + picture.T_cam_body[2, 3]
+    assert np.allclose(picture.depth[seen], z, rtol=1e-5)
+    assert not picture.depth[~seen].any()
+
+
+def test_arrays_are_what_opencv_reads(dataset) -> None:
+    picture = dataset[0]
+    for kind in ("image", "segmentation"):
+        file = dataset.root / picture.files[kind].path
+        assert np.array_equal(picture.label(kind), cv2.imread(str(file), cv2.IMREAD_UNCHANGED))
+    assert picture.image.shape == picture.depth.shape == picture.segmentation.shape == SHAPE
+    assert picture.dense_pose.shape == (*SHAPE, 3)
+    assert (picture.image.dtype, picture.segmentation.dtype, picture.dense_pose.dtype) == ("uint8", "uint16", "float32")
+    assert picture.label("radiance").shape == (*SHAPE, 4)
+
+
+def test_segmentation_ids_are_parts(dataset) -> None:
+    picture = dataset[0]
+    ids = set(np.unique(picture.segmentation)) - {0}
+    assert len(ids) > 3
+    assert ids <= picture.parts.keys()
+    assert all(part.path.endswith(part.name) for part in picture.parts.values())
+
+
+def test_arrays_are_read_once_and_are_the_callers(dataset) -> None:
+    picture = dataset[0]
+    picture.depth[0, 0] = 7
+    assert picture.depth[0, 0] == 7
+    assert dataset[0].depth[0, 0] == 0
+
+
+def test_a_label_that_is_not_there_is_refused_with_those_that_are(dataset) -> None:
+    with pytest.raises(InputError, match=r"has no flow; choose among depth, .* or render flow too"):
+        dataset[0].label("flow")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"pose": {"q_cam_body": [1, 1, 1, 1], "t_cam_body": [0, 0, 1]}},
+        {"pose": {"q_cam_body": [1, 0, 0, 0]}},
+        {"camera": {"width": 240}},
+        {"files": []},
+        {"files": {"depth": {}}},
+        {"camera": None},
+    ],
+    ids=lambda changes: json.dumps(changes)[:40],
+)
+def test_a_broken_record_is_refused_by_name(copy, changes) -> None:
+    change(copy, **changes)
+    with pytest.raises(InputError, match=r"img000001.json: is not a record of a picture .*; run spin-usd check"):
+        copy[0]
+
+
+def test_a_file_that_is_gone_or_another_is_refused_by_name(copy) -> None:
+    depth = copy.root / copy[0].files["depth"].path
+    shutil.copy(copy.root / copy[0].files["dense_pose"].path, depth)
+    change(copy, camera=copy[0].record["camera"] | {"width": 200})
+    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: .* not what its record says"):
+        copy[0].depth  # noqa: B018
+    depth.unlink()
+    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: is missing"):
+        copy[0].depth  # noqa: B018
+
+
+def test_files_outside_the_dataset_are_not_read(copy, tmp_path) -> None:
+    shutil.copy(copy.root / copy[0].files["depth"].path, tmp_path / "outside.exr")
+    files = {"depth": {"path": "../outside.exr", "dtype": "float32"}}
+    change(copy, files=files)
+    with pytest.raises(InputError, match="lies outside the folder"):
+        copy[0].depth  # noqa: B018
