@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from decimal import ROUND_CEILING, Context
 
 from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
-from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.accuracy.tables import number, percent
 from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 from spin_usd.errors import InputError
@@ -17,7 +17,7 @@ ROUNDING_DN = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choice:
+class SettingChoice:
     """A setting, and why it was chosen.
 
     outcome: what was measured of it · bound: the most that its error by the criterion may be in each picture ·
@@ -30,7 +30,7 @@ class Choice:
     cheaper: Outcome | None
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> Configuration:
         return self.outcome.setting
 
     @property
@@ -48,7 +48,7 @@ class Choice:
 
 def choose(
     measurement: Measurement, *, error: float | None = None, auto: bool = False, renderer: str = "blender"
-) -> Choice:
+) -> SettingChoice:
     """The cheapest setting of `renderer` within a bound in every picture measured, as far as was measured there: its
     relative error in linear light at most `error`; with `auto` instead, its error after the detector at most AUTO of
     the detector's own noise. Raises InputError where none is.
@@ -65,7 +65,9 @@ def choose(
     place = next((i for i, each in enumerate(found) if each.error(criterion).at_most <= bound), None)
     if place is None:
         raise _none_enough(found[-1], bound, criterion)
-    return Choice(outcome=found[place], bound=bound, criterion=criterion, cheaper=found[place - 1] if place else None)
+    return SettingChoice(
+        outcome=found[place], bound=bound, criterion=criterion, cheaper=found[place - 1] if place else None
+    )
 
 
 def _measured(measurement: Measurement, renderer: str) -> list[Outcome]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from spin_usd.accuracy.measurement import Figures, Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Figures, Measurement
 
 
 class Criterion(Enum):
@@ -29,7 +29,7 @@ class Outcome:
     figures: of each picture, in their order · noise_dn: the detector's own noise in each, digital numbers.
     """
 
-    setting: Setting
+    setting: Configuration
     figures: tuple[Figures, ...]
     noise_dn: tuple[float, ...]
 
@@ -63,7 +63,7 @@ class Outcome:
 
 def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
     """Of the settings that were measured on all pictures, in the order in which they were."""
-    measured: dict[Setting, dict[str, Figures]] = {}
+    measured: dict[Configuration, dict[str, Figures]] = {}
     for figures in measurement.figures:
         measured.setdefault(figures.setting, {})[figures.frame] = figures
     frames = measurement.frames

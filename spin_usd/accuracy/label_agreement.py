@@ -27,7 +27,7 @@ class LabelImages:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sight:
+class Viewpoint:
     """How the picture was taken, which decides where a body point appears."""
 
     camera: Camera
@@ -35,7 +35,7 @@ class Sight:
 
 
 def agreement(
-    ours: LabelImages, theirs: LabelImages, sight: Sight, *, frame: str, renderer: str, against: str
+    ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
     """Of the labels `ours` of `renderer`, with those of the renderer `against`; two empty silhouettes are one."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
@@ -51,7 +51,7 @@ def agreement(
     )
 
 
-def _worst_reprojection(labels: LabelImages, sight: Sight) -> float:
+def _worst_reprojection(labels: LabelImages, sight: Viewpoint) -> float:
     """How far, pixels, the projection of a pixel's body point is from that pixel's centre, at the worst."""
     rows, columns = np.nonzero(labels.seen)
     body = labels.body[rows, columns].astype(np.float64)

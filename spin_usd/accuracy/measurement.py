@@ -15,7 +15,7 @@ FORMULAS = 3  # raise it, here and in the schema, when what a figure means chang
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class Configuration:
     """A way to render: renderer and effort."""
 
     renderer: str
@@ -27,7 +27,7 @@ class Setting:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Frame:
+class MeasuredPicture:
     """A picture that was measured, and its reference.
 
     region: columns and rows x0, y0, x1, y1 of the pixels rendered · target_pixels: those that the target covers by half
@@ -60,7 +60,7 @@ class Figures:
     """
 
     frame: str
-    setting: Setting
+    setting: Configuration
     seeds: int
     cpu_s: float
     wall_s: float
@@ -159,7 +159,7 @@ class Measurement:
     variant: str
     machine: Mapping[str, Any]
     versions: Mapping[str, str]
-    frames: tuple[Frame, ...]
+    frames: tuple[MeasuredPicture, ...]
     figures: tuple[Figures, ...]
     labels: tuple[LabelFigures, ...] = ()
     execution: tuple[Execution, ...] = ()
@@ -179,7 +179,7 @@ class Measurement:
             variant=value["variant"],
             machine=value["machine"],
             versions=value["versions"],
-            frames=tuple(Frame(**{**frame, "region": tuple(frame["region"])}) for frame in value["frames"]),
+            frames=tuple(MeasuredPicture(**{**frame, "region": tuple(frame["region"])}) for frame in value["frames"]),
             figures=tuple(Figures(**{**each, "setting": _setting(each["setting"])}) for each in value["figures"]),
             labels=tuple(LabelFigures(**each) for each in value["labels"]),
             execution=tuple(Execution(**each) for each in value["execution"]),
@@ -189,5 +189,5 @@ class Measurement:
         )
 
 
-def _setting(value: Mapping[str, Any]) -> Setting:
-    return Setting(renderer=value["renderer"], effort=Effort(**value["effort"]))
+def _setting(value: Mapping[str, Any]) -> Configuration:
+    return Configuration(renderer=value["renderer"], effort=Effort(**value["effort"]))

@@ -1,7 +1,7 @@
-"""Structural similarity of two images.
+"""Structural ssim of two images.
 
 Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error visibility to structural
-similarity", IEEE Transactions on Image Processing 13 (4), 2004, section III-C: an 11 x 11 Gaussian window of 1.5
+ssim", IEEE Transactions on Image Processing 13 (4), 2004, section III-C: an 11 x 11 Gaussian window of 1.5
 pixels, K1 = 0.01, K2 = 0.03.
 """
 
@@ -15,7 +15,7 @@ RADIUS_PX = 5
 K1, K2 = 0.01, 0.03
 
 
-def similarity(a: Float, b: Float, *, top: float) -> Float:
+def ssim(a: Float, b: Float, *, top: float) -> Float:
     """(H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are averaged, which reach from 0 to
     `top`: 1 where the windows around a pixel are equal, less where not. Beyond its edge an image is mirrored."""
     c1, c2 = (K1 * top) ** 2, (K2 * top) ** 2

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion, Outcome, outcomes
 from spin_usd.accuracy.lookup import outcome_of
-from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
@@ -24,7 +24,7 @@ def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
     measured on all pictures, or no setting is good enough."""
     asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
     for name, effort in asked.items():
-        yield name, outcome_of(measurement, Setting(renderer="blender", effort=effort))
+        yield name, outcome_of(measurement, Configuration(renderer="blender", effort=effort))
     yield AUTOMATIC, _automatic(measurement)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from spin_usd.accuracy.measurement import Setting
+from spin_usd.accuracy.measurement import Configuration
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 
 BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a time is changed around them
@@ -16,14 +16,16 @@ REDUCTIONS = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 
 
-def settings_to_measure(*, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()) -> list[Setting]:
+def settings_to_measure(
+    *, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()
+) -> list[Configuration]:
     """All settings, each once, none of more than `most_samples`; and of the `others`, such as named qualities, those of
     one STEP more at most."""
     near = (effort for effort in others if effort.samples <= STEP * most_samples)
     efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *near])
-    blender = [Setting(renderer="blender", effort=effort) for effort in efforts]
+    blender = [Configuration(renderer="blender", effort=effort) for effort in efforts]
     raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= most_samples]
-    return [*blender, *(Setting(renderer="raycast", effort=effort) for effort in raycast)]
+    return [*blender, *(Configuration(renderer="raycast", effort=effort) for effort in raycast)]
 
 
 def base_effort(most_samples: int) -> Effort:

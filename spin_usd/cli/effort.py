@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:
-    from spin_usd.accuracy.measurement import Setting
+    from spin_usd.accuracy.measurement import Configuration
     from spin_usd.dataset.plan.effort_choice import Chosen
     from spin_usd.scene.effort import Effort
 
@@ -20,10 +20,10 @@ def setting_of(
     effort: str | None,
     quality: str | None,
     error: str | None,
-) -> tuple["Setting", "Chosen | None"]:
+) -> tuple["Configuration", "Chosen | None"]:
     """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
     do not go together."""
-    from spin_usd.accuracy.measurement import Setting
+    from spin_usd.accuracy.measurement import Configuration
     from spin_usd.dataset.plan import effort_choice as choosing
     from spin_usd.dataset.store.measurement_file import measurement_file
     from spin_usd.scene.effort import Effort, parse_effort
@@ -44,7 +44,7 @@ def setting_of(
     if quality is not None:
         tried, chosen = choosing.by_quality(quality, stage, renderer=renderer)
         _refuse_raycast(quality, tried, renderer)
-    return Setting(renderer=renderer, effort=tried), chosen
+    return Configuration(renderer=renderer, effort=tried), chosen
 
 
 def _said(effort: str) -> str:

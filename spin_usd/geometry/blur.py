@@ -44,7 +44,7 @@ def rotation_angle(a: Transform, b: Transform) -> float:
     return float(2 * np.arcsin(min(sine, 1.0)))
 
 
-def offset_reach(points_cam: Float, offset: float) -> Float:
+def offset_blur_radius(points_cam: Float, offset: float) -> Float:
     """Reach (N,) of points (N, 3) that may lie `offset` metres from where they are, any way; infinite where that takes
     them to the camera."""
     x, y, z = points_cam.T

@@ -10,7 +10,7 @@ PLANE = 1e-9  # of the body's size, by which a corner may stand out of a face's 
 AREA = 1e-9  # relative
 CHUNK = 1 << 22  # distances worked out at once
 FEW = 64  # faces that are looked at first: of most bodies that are not convex, one of them says so
-MOST_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: some seconds
+MAX_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: some seconds
 
 
 def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
@@ -27,7 +27,7 @@ def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
     except (QhullError, ValueError):  # flat
         return False
     around = hull.points[hull.vertices]
-    if len(around) * len(faces) > MOST_DISTANCES or not _supports(corners, around):
+    if len(around) * len(faces) > MAX_DISTANCES or not _supports(corners, around):
         return False
     area = float(areas(corners).sum())
     return abs(area - hull.area) <= AREA * hull.area and _is_closed(corners)

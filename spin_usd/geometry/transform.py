@@ -32,8 +32,9 @@ class Transform:
         return cls(to=to, of=of, rotation=matrix_from_quaternion(q), translation=np.asarray(t, np.float64))
 
     @classmethod
-    def following(cls, *, to: str, of: str, rotation: Float, translation: Float) -> "Transform":
-        """Of a product of rotations that were checked, which is one but for rounding: every picture takes several."""
+    def unchecked(cls, *, to: str, of: str, rotation: Float, translation: Float) -> "Transform":
+        """A transform whose `rotation` is known to be one, such as a product of checked ones: the check is skipped,
+        because every picture takes several."""
         made = object.__new__(cls)
         for name, value in (
             ("to", to),
@@ -58,14 +59,14 @@ class Transform:
 
     def inverse(self) -> "Transform":
         r = self.rotation.T
-        return Transform.following(to=self.of, of=self.to, rotation=r, translation=-r @ self.translation)
+        return Transform.unchecked(to=self.of, of=self.to, rotation=r, translation=-r @ self.translation)
 
     def __matmul__(self, other: "Transform") -> "Transform":
         if self.of != other.to:
             raise FrameError(
                 f"T_{self.to}_{self.of} @ T_{other.to}_{other.of} does not join: '{self.of}' is not '{other.to}'"
             )
-        return Transform.following(
+        return Transform.unchecked(
             to=self.to,
             of=other.of,
             rotation=self.rotation @ other.rotation,

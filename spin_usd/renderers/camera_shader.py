@@ -21,7 +21,7 @@ from spin_usd.scene.model import Scene, ThinLens
 # camera's axes pixels to 2**-24 of their distance from the principal point.
 NEAR_RADII = 16.0
 CLEARANCE = 1.01  # rays start this many radii before the target's centre: outside its bounding sphere
-LEAST_CLEARANCE = 2e-6  # metres: Blender sees nothing nearer to a ray's start than 1e-6
+MIN_CLEARANCE = 2e-6  # metres: Blender sees nothing nearer to a ray's start than 1e-6
 PLAIN_FOCAL = (1 / 8, 16.0)  # fx / width within which Blender's own camera is off by at most 1e-3 px (measured)
 INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
@@ -95,7 +95,7 @@ class View:
         1,920 px, which shows less than the first itself: so labels and picture share a shader, compiled in 20 ms.
         """
         c, inverse = self.camera, lens_inverse(self.camera)
-        half, snap, unit = SUBPIXELS // 2, round(centre_reach(c) * SUBPIXELS), inverse.unit
+        half, snap, unit = SUBPIXELS // 2, round(centre_radius(c) * SUBPIXELS), inverse.unit
         k1, k2, p1, p2, k3 = map(_number, inverse.distortion)
         return f"""
 shader spin_camera(output point position = 0.0, output vector direction = 0.0, output color throughput = 1.0)
@@ -154,7 +154,7 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         if self.near:
             return "position = lens;" if self.thin_lens else "position = point(0.0, 0.0, 0.0);"
         x, y, z = self.centre
-        start = max(CLEARANCE * self.radius, self.radius + LEAST_CLEARANCE)
+        start = max(CLEARANCE * self.radius, self.radius + MIN_CLEARANCE)
         # Seen from the plane of the centre, the aperture's places draw near as it draws near the plane of focus.
         lens = f" + lens * {_number(1 - z / self.thin_lens.focus)}" if self.thin_lens else ""
         return (
@@ -165,7 +165,7 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         )
 
 
-def centre_reach(camera: Camera) -> float:
+def centre_radius(camera: Camera) -> float:
     """Pixels along an axis, from a pixel's centre, within which the shader finds Cycles' first ray."""
     return FIRST_RAY_PX + RASTER_ROUNDINGS * 2.0**-24 * max(camera.width, camera.height)
 

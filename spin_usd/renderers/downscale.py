@@ -14,7 +14,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.scene.model import Scene, Shutter
 from spin_usd.scene.passes import Radiance
 
-LEAST_PX = 4  # a side: Blender renders no smaller image
+MIN_PX = 4  # a side: Blender renders no smaller image
 
 
 def reduced(scene: Scene, by: int) -> Scene:
@@ -47,7 +47,7 @@ def enlarged(small: Radiance, scene: Scene, by: int) -> Radiance:
 
 
 def _reduced_camera(camera: Camera, by: int) -> Camera:
-    sizes = {name: max(-(-getattr(camera, name) // by), LEAST_PX) for name in ("width", "height")}
+    sizes = {name: max(-(-getattr(camera, name) // by), MIN_PX) for name in ("width", "height")}
     return replace(camera, **sizes, **{name: getattr(camera, name) / by for name in ("fx", "fy", "cx", "cy")})
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from spin_usd.errors import InputError
 
 DIGITS = 9
-LEAST_SHARE = 1e-3  # of a normal distribution, that is left of it where it is cut
+MIN_SHARE = 1e-3  # of a normal distribution, that is left of it where it is cut
 
 Value = float | str | tuple[float, ...]
 
@@ -88,8 +88,8 @@ class Normal:
             found = f"no number lies between low {self.low:g} and high {self.high:g}"
             raise InputError(found, do="give a lower low or a higher high")
         law = NormalDist(self.mean, self.sigma)
-        if law.cdf(self.high) - law.cdf(self.low) < LEAST_SHARE:
-            few = f"fewer than {LEAST_SHARE:g} of all draws"
+        if law.cdf(self.high) - law.cdf(self.low) < MIN_SHARE:
+            few = f"fewer than {MIN_SHARE:g} of all draws"
             found = f"{few} about {self.mean:g} +- {self.sigma:g} are from {self.low:g} to {self.high:g}"
             raise InputError(found, do="move the range to where the distribution is")
 
@@ -99,7 +99,7 @@ class Normal:
         return tuple(end for end in (self.low, self.high) if math.isfinite(end))
 
     def draw(self, rng: np.random.Generator) -> float:
-        while True:  # it ends: LEAST_SHARE
+        while True:  # it ends: MIN_SHARE
             value = rounded(rng.normal(self.mean, self.sigma))
             if self.low <= value <= self.high:
                 return value

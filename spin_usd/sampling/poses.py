@@ -10,11 +10,11 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.sampling.distribution import Distribution
 
-MOST_TRIES = 10_000  # of a place and an attitude in the picture
+MAX_TRIES = 10_000  # of a place and an attitude in the picture
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class PositionLaw:
     """Where the body's origin is: `range` metres from the camera, `across` and `down` pixels from the principal point,
     as a lens without distortion would show it.
 
@@ -39,21 +39,21 @@ class Place:
 class PoseLaw:
     """`attitude` gives q_cam_body. whole: all of the body is in the picture."""
 
-    place: Place
+    place: PositionLaw
     attitude: Distribution
     whole: bool = False
 
     def draw(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
         """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame.
 
-        Raises InputError when none of MOST_TRIES draws has all of it in the picture.
+        Raises InputError when none of MAX_TRIES draws has all of it in the picture.
         """
-        for _ in range(MOST_TRIES):
+        for _ in range(MAX_TRIES):
             q, t = quaternion(self.attitude, rng), self.place.draw(rng, camera)
             if not self.whole or in_frame(camera, hull, q[None], t[None]):
                 return q, t
         raise InputError(
-            f"none of {MOST_TRIES} poses has all of the target in the picture",
+            f"none of {MAX_TRIES} poses has all of the target in the picture",
             do="put it farther away or nearer to the middle, or leave out 'whole'",
         )
 

@@ -20,7 +20,7 @@ from spin_usd.sampling.stream import stream
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kind:
+class DistributionKind:
     """A distribution as its words name it: `numbers` are in the parameter's unit, `required` must be there."""
 
     make: type[Any]
@@ -34,14 +34,16 @@ class Kind:
 
 
 BOUNDS = ("low", "high")
-KINDS: Mapping[str, Kind] = {
-    "fixed": Kind(make=Fixed, required=("value",), numbers=("value",)),
-    "uniform": Kind(make=Uniform, required=BOUNDS, numbers=BOUNDS),
-    "log_uniform": Kind(make=LogUniform, required=BOUNDS, numbers=BOUNDS),
-    "normal": Kind(make=Normal, required=("mean", "sigma"), optional=BOUNDS, numbers=("mean", "sigma", *BOUNDS)),
-    "choice": Kind(make=Choice, required=("values",), optional=("weights",), numbers=("values",)),
-    "directions": Kind(make=Directions, optional=("axis", "least", "most")),
-    "attitudes": Kind(make=Attitudes),
+KINDS: Mapping[str, DistributionKind] = {
+    "fixed": DistributionKind(make=Fixed, required=("value",), numbers=("value",)),
+    "uniform": DistributionKind(make=Uniform, required=BOUNDS, numbers=BOUNDS),
+    "log_uniform": DistributionKind(make=LogUniform, required=BOUNDS, numbers=BOUNDS),
+    "normal": DistributionKind(
+        make=Normal, required=("mean", "sigma"), optional=BOUNDS, numbers=("mean", "sigma", *BOUNDS)
+    ),
+    "choice": DistributionKind(make=Choice, required=("values",), optional=("weights",), numbers=("values",)),
+    "directions": DistributionKind(make=Directions, optional=("axis", "least", "most")),
+    "attitudes": DistributionKind(make=Attitudes),
 }
 
 

@@ -17,11 +17,11 @@ from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.sampling.distribution import Distribution
-from spin_usd.sampling.poses import Place, in_frame, number, quaternion
+from spin_usd.sampling.poses import PositionLaw, in_frame, number, quaternion
 
 # Rows: the camera's x, y, z before its tilt, in the orbit's axes (up, forward, normal).
 CAM_FROM_ORBIT = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
-MOST_SEQUENCES = 1000  # tried for one that stays in range and in the picture
+MAX_SEQUENCES = 1000  # tried for one that stays in range and in the picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +50,8 @@ class RelativeOrbit:
 class Transfer:
     """Free fall from a drawn place to another, which it reaches with the sequence's last picture."""
 
-    start: Place
-    end: Place
+    start: PositionLaw
+    end: PositionLaw
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,16 +89,16 @@ class TrajectoryLaw:
     def draw(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.
 
-        Raises InputError when none of MOST_SEQUENCES stays in range and, with `whole`, in the picture.
+        Raises InputError when none of MAX_SEQUENCES stays in range and, with `whole`, in the picture.
         """
-        for _ in range(MOST_SEQUENCES):
+        for _ in range(MAX_SEQUENCES):
             q, t = self._sequence(rng, camera, pictures)
             away = np.linalg.norm(t, axis=1)
             near = self.range[0] <= away.min() and away.max() <= self.range[1]
             if near and (not self.whole or in_frame(camera, hull, q, t)):
                 return q, t
         raise InputError(
-            f"none of {MOST_SEQUENCES} sequences keeps the target in range and in the picture",
+            f"none of {MAX_SEQUENCES} sequences keeps the target in range and in the picture",
             do="widen the range, or bring start and end nearer to the middle of the picture",
         )
 

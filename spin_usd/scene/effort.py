@@ -8,8 +8,8 @@ from typing import Any
 from spin_usd.errors import InputError
 
 DENOISERS = ("none", "fast", "balanced", "high")
-MOST_SAMPLES = 1 << 20
-MOST_BOUNCES = 1024  # as many as Cycles takes
+MAX_SAMPLES = 1 << 20
+MAX_BOUNCES = 1024  # as many as Cycles takes
 REDUCTIONS = (1, 2, 4, 8)
 LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, and so the least that it takes
 
@@ -38,10 +38,10 @@ class Effort:
     reduction: int = 1
 
     def __post_init__(self) -> None:
-        self._refuse_unless("samples", 1 <= self.samples <= MOST_SAMPLES, f"1 to {MOST_SAMPLES}")
+        self._refuse_unless("samples", 1 <= self.samples <= MAX_SAMPLES, f"1 to {MAX_SAMPLES}")
         self._refuse_unless("adaptive", 0 <= self.adaptive < 1, "at least 0 and below 1")
         self._refuse_unless("denoiser", self.denoiser in DENOISERS, f"one of {', '.join(DENOISERS)}")
-        self._refuse_unless("bounces", 0 <= self.bounces <= MOST_BOUNCES, f"0 to {MOST_BOUNCES}")
+        self._refuse_unless("bounces", 0 <= self.bounces <= MAX_BOUNCES, f"0 to {MAX_BOUNCES}")
         self._refuse_unless("clamp", 0 <= self.clamp < float("inf"), "0 or more")
         self._refuse_unless("reduction", self.reduction in REDUCTIONS, f"one of {', '.join(map(str, REDUCTIONS))}")
 

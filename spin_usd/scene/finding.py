@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 ERROR, WARNING = "error", "warning"
-MAX_TOLD = 3  # sentences by one rule
+MAX_SENTENCES = 3  # sentences by one rule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +23,9 @@ def in_sentences(findings: Iterable[Finding]) -> list[str]:
     by_code: dict[str, list[str]] = {}
     for finding in findings:
         by_code.setdefault(finding.code, []).append(f"{finding.where}: {finding.message}")
-    return [text for told in by_code.values() for text in (*told[:MAX_TOLD], *_rest(told))]
+    return [text for told in by_code.values() for text in (*told[:MAX_SENTENCES], *_rest(told))]
 
 
 def _rest(told: list[str]) -> list[str]:
-    more = len(told) - MAX_TOLD
+    more = len(told) - MAX_SENTENCES
     return [f"{more} more prims are rendered likewise; spin-usd check names them"] if more > 0 else []

@@ -5,14 +5,14 @@ does not change shape); everything else is of one frame.
 """
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
-from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_reach
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_blur_radius
 from spin_usd.geometry.bounds import outline_of, polygon_area, region_around, region_of_interest
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
@@ -123,15 +123,23 @@ class Scene:
         places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
         return outline_of(self.camera, places, reach=self.reach(places) if self.blurred else None)
 
-    def lit_by(self, lights: tuple[Light, ...]) -> "Scene":
-        """The same scene with other lights; what was worked out of its geometry stays."""
+    def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
+        """The same scene with other lights; what was computed of its geometry stays."""
         other = copy(self)
         object.__setattr__(other, "lights", lights)
         return other
 
+    def with_blur(self, *, thin_lens: ThinLens | None, shutter: Shutter | None) -> "Scene":
+        """The same scene with another lens and shutter. Its `picture_region` stays, in which pictures are exchanged."""
+        if thin_lens is self.thin_lens and shutter is self.shutter:
+            return self
+        other = replace(self, thin_lens=thin_lens, shutter=shutter)
+        object.__setattr__(other, "picture_region", self.picture_region)
+        return other
+
     @property
     def blurred(self) -> bool:
-        """Whether lens or motion smear the target."""
+        """Whether lens or motion blur the target."""
         return bool(self.thin_lens or self.shutter)
 
     @property
@@ -142,7 +150,7 @@ class Scene:
     def reach(self, points_cam: Float) -> Float:
         """How far, in undistorted normalised coordinates, lens and motion smear the target's points (N, 3), camera
         frame, in its `poses`, beyond the straight lines from pose to pose."""
-        reach = offset_reach(points_cam, self._arc_height)
+        reach = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             reach += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)
         return reach

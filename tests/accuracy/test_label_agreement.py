@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.accuracy.label_agreement import LabelImages, Sight, agreement
+from spin_usd.accuracy.label_agreement import LabelImages, Viewpoint, agreement
 from tests.cases.scenes import SPEEDPLUS, pose
 
 SHAPE = (SPEEDPLUS.height, SPEEDPLUS.width)
@@ -23,7 +23,7 @@ def labels(shift=0.0, near=0.0):
 
 
 def compared(ours, theirs):
-    sight = Sight(camera=SPEEDPLUS, T_cam_body=POSE)
+    sight = Viewpoint(camera=SPEEDPLUS, T_cam_body=POSE)
     return agreement(ours, theirs, sight, frame="f", renderer="blender", against="raycast")
 
 

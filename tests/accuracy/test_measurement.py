@@ -6,21 +6,21 @@ from dataclasses import replace
 import pytest
 
 from spin_usd.accuracy.measurement import (
+    Configuration,
     Execution,
     Failure,
     Figures,
-    Frame,
     LabelFigures,
+    MeasuredPicture,
     Measurement,
     Saving,
-    Setting,
 )
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
 
-SETTING = Setting(renderer="blender", effort=Effort(samples=4, denoiser="fast", adaptive=0.03))
-FRAME = Frame(
+SETTING = Configuration(renderer="blender", effort=Effort(samples=4, denoiser="fast", adaptive=0.03))
+FRAME = MeasuredPicture(
     name="img000001",
     index=0,
     region=(1, 2, 30, 40),

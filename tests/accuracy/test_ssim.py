@@ -1,9 +1,9 @@
-"""Structural similarity by its axioms, and against the definition written out window by window."""
+"""Structural ssim by its axioms, and against the definition written out window by window."""
 
 import numpy as np
 import pytest
 
-from spin_usd.accuracy.ssim import K1, K2, RADIUS_PX, SIGMA_PX, similarity
+from spin_usd.accuracy.ssim import K1, K2, RADIUS_PX, SIGMA_PX, ssim
 
 TOP = 255.0
 
@@ -29,41 +29,41 @@ def by_definition(a, b, row, column):
 
 def test_it_is_what_its_definition_says() -> None:
     a, b = image(0), image(1) * 0.3 + image(0) * 0.7
-    found = similarity(a, b, top=TOP)
+    found = ssim(a, b, top=TOP)
     for row, column in ((5, 5), (12, 20), (18, 25)):
         assert found[row, column] == pytest.approx(by_definition(a, b, row, column), rel=1e-9)
 
 
 def test_an_image_is_like_itself() -> None:
-    assert similarity(image(2), image(2), top=TOP) == pytest.approx(1)
+    assert ssim(image(2), image(2), top=TOP) == pytest.approx(1)
 
 
 def test_it_is_symmetric_and_at_most_one() -> None:
     a, b = image(3), image(4)
-    assert similarity(a, b, top=TOP) == pytest.approx(similarity(b, a, top=TOP))
-    assert similarity(a, b, top=TOP).max() < 1
+    assert ssim(a, b, top=TOP) == pytest.approx(ssim(b, a, top=TOP))
+    assert ssim(a, b, top=TOP).max() < 1
 
 
 def test_what_is_far_away_does_not_matter() -> None:
     a, b = image(5), image(5)
     b[0, 0] += 100
-    found = similarity(a, b, top=TOP)
+    found = ssim(a, b, top=TOP)
     assert found[RADIUS_PX + 1 :] == pytest.approx(1)
     assert found[0, 0] < 1
 
 
 def test_it_does_not_depend_on_the_unit() -> None:
     a, b = image(6), image(7)
-    assert similarity(a, b, top=TOP) == pytest.approx(similarity(257 * a, 257 * b, top=257 * TOP))
+    assert ssim(a, b, top=TOP) == pytest.approx(ssim(257 * a, 257 * b, top=257 * TOP))
 
 
 def test_more_noise_is_less_alike() -> None:
     a, noise = image(8), image(9) - TOP / 2
-    alike = [similarity(a, a + k * noise, top=TOP).mean() for k in (0.1, 0.3, 1.0)]
+    alike = [ssim(a, a + k * noise, top=TOP).mean() for k in (0.1, 0.3, 1.0)]
     assert alike == sorted(alike, reverse=True)
 
 
 def test_channels_are_averaged() -> None:
     a, b = image(10, (20, 20, 3)), image(11, (20, 20, 3))
-    each = [similarity(a[..., i], b[..., i], top=TOP) for i in range(3)]
-    assert similarity(a, b, top=TOP) == pytest.approx(np.mean(each, 0))
+    each = [ssim(a[..., i], b[..., i], top=TOP) for i in range(3)]
+    assert ssim(a, b, top=TOP) == pytest.approx(np.mean(each, 0))

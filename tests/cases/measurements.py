@@ -1,6 +1,6 @@
 """Measurements made by hand."""
 
-from spin_usd.accuracy.measurement import Figures, Frame, Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Figures, MeasuredPicture, Measurement
 from spin_usd.scene.effort import Effort, parse_effort
 
 NOISE_DN = 1.5
@@ -8,7 +8,7 @@ NOISE_DN = 1.5
 
 def setting(effort, renderer="blender"):
     """`effort`: an Effort, or its text."""
-    return Setting(renderer=renderer, effort=effort if isinstance(effort, Effort) else parse_effort(effort))
+    return Configuration(renderer=renderer, effort=effort if isinstance(effort, Effort) else parse_effort(effort))
 
 
 def figures(
@@ -34,7 +34,7 @@ def figures(
 
 
 def frame(name="a", noise_dn=NOISE_DN):
-    return Frame(
+    return MeasuredPicture(
         name=name,
         index=0,
         region=(10, 20, 90, 80),

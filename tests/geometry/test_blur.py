@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_reach, rotation_angle
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_blur_radius, rotation_angle
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import turn_between
 from spin_usd.geometry.transform import Transform
@@ -53,7 +53,7 @@ def test_a_point_moved_by_an_offset_stays_within_its_reach(point, offset, seed) 
     where = np.array([point])
     aside = np.random.default_rng(seed).normal(size=(50, 3))
     moved = where + offset * aside / np.linalg.norm(aside, axis=1, keepdims=True)
-    reach = offset_reach(where, offset)[0]
+    reach = offset_blur_radius(where, offset)[0]
     seen = np.linalg.norm(moved[:, :2] / moved[:, 2:] - where[:, :2] / where[:, 2:], axis=1)
     assert reach == np.inf or seen.max() <= reach + ROUNDING
     assert reach == np.inf or offset < point[2]

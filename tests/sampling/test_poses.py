@@ -9,12 +9,12 @@ from scipy.stats import kstest, truncnorm, uniform
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.distribution import Attitudes, Choice, Fixed, Normal, Uniform
-from spin_usd.sampling.poses import Place, PoseLaw, in_frame
+from spin_usd.sampling.poses import PoseLaw, PositionLaw, in_frame
 from spin_usd.sampling.stream import stream
 
 CAMERA = Camera(width=1920, height=1200, fx=2988, fy=2989, cx=950, cy=610)
 HULL = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0, 0.3)])
-PLACE = Place(
+PLACE = PositionLaw(
     range=Uniform(low=2, high=10),
     across=Normal(mean=0, sigma=90, low=-200, high=200),
     down=Normal(mean=0, sigma=140, low=-540, high=540),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.distribution import Attitudes, Directions, Fixed, Normal, Uniform
-from spin_usd.sampling.poses import Place
+from spin_usd.sampling.poses import PositionLaw
 from spin_usd.sampling.stream import stream
 from spin_usd.sampling.trajectory import (
     RelativeOrbit,
@@ -83,7 +83,7 @@ AROUND, FRAME = Normal(mean=0, sigma=100), (CAMERA.width, CAMERA.height)
 
 
 def law(**changes):
-    ends = [Place(range=Uniform(low=1.5, high=10), across=AROUND, down=AROUND, frame=FRAME) for _ in range(2)]
+    ends = [PositionLaw(range=Uniform(low=1.5, high=10), across=AROUND, down=AROUND, frame=FRAME) for _ in range(2)]
     spin = Spin(degrees=Fixed(value=1.5), axis=Directions())
     fields = {"path": Transfer(start=ends[0], end=ends[1]), "spin": spin, "attitude": Attitudes(), "step": 0.1}
     return TrajectoryLaw(**fields | {"period": 5900.0, "range": (1.5, 10.0), "whole": True} | changes)

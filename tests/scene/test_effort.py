@@ -3,14 +3,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.errors import InputError
-from spin_usd.scene.effort import DENOISERS, MOST_BOUNCES, MOST_SAMPLES, REDUCTIONS, Effort, parse_effort
+from spin_usd.scene.effort import DENOISERS, MAX_BOUNCES, MAX_SAMPLES, REDUCTIONS, Effort, parse_effort
 
 efforts = st.builds(
     Effort,
-    samples=st.integers(1, MOST_SAMPLES),
+    samples=st.integers(1, MAX_SAMPLES),
     adaptive=st.floats(0, 1, exclude_max=True),
     denoiser=st.sampled_from(DENOISERS),
-    bounces=st.integers(0, MOST_BOUNCES),
+    bounces=st.integers(0, MAX_BOUNCES),
     clamp=st.floats(0, allow_infinity=False),
     light_tree=st.booleans(),
     reduction=st.sampled_from(REDUCTIONS),

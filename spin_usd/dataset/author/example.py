@@ -12,7 +12,7 @@ from spin_usd.formats.example_file import read_example_file
 from spin_usd.formats.spec_file import SampleEntry, check_document, samples_of
 from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Distribution
-from spin_usd.sampling.poses import Place, PoseLaw
+from spin_usd.sampling.poses import PoseLaw, PositionLaw
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.trajectory import RelativeOrbit, Spin, TrajectoryLaw, Transfer
 from spin_usd.stage.author.camera_layer import lens_of
@@ -123,9 +123,9 @@ def _poses(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> Pose
     return PoseLaw(place=_place(table, frame, where), attitude=attitude, whole=table.get("whole", False))
 
 
-def _place(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> Place:
+def _place(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> PositionLaw:
     laws = {name: _distribution(table[name], f"{where}, {name}") for name in ("range", "across", "down")}
-    return Place(**laws, frame=frame)
+    return PositionLaw(**laws, frame=frame)
 
 
 def _trajectory(table: Mapping[str, Any], frame: tuple[int, int], where: str) -> TrajectoryLaw:

@@ -14,7 +14,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
-from spin_usd.scene.effort import MOST_SAMPLES, Effort
+from spin_usd.scene.effort import MAX_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 
 BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
@@ -53,9 +53,9 @@ class MeasureRequest:
         _refuse_unless(1 <= self.count <= MOST_PICTURES, f"{self.count} pictures are asked for", few)
         spread = f"take 2 to {MOST_SEEDS}: their spread is measured"
         _refuse_unless(2 <= self.seeds <= MOST_SEEDS, f"{self.seeds} seeds are asked for", spread)
-        well = 1 <= self.most_samples <= self.reference_samples <= MOST_SAMPLES
+        well = 1 <= self.most_samples <= self.reference_samples <= MAX_SAMPLES
         found = f"settings of {self.most_samples} samples and a reference of {self.reference_samples} are asked for"
-        _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MOST_SAMPLES}")
+        _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MAX_SAMPLES}")
         share = f"a reference with a share of {self.reference_share:g} of the error is asked for"
         _refuse_unless(0 < self.reference_share <= 1, share, "make it above 0 and at most 1")
         _refuse_unless(self.variant != "all", "all variants are asked for", "measure one at a time")

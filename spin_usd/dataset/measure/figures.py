@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.accuracy.error import LinearError, Reference, linear_error, standard_error
-from spin_usd.accuracy.measurement import Figures, Saving, Setting
-from spin_usd.accuracy.ssim import RADIUS_PX, similarity
+from spin_usd.accuracy.measurement import Configuration, Figures, Saving
+from spin_usd.accuracy.ssim import RADIUS_PX, ssim
 from spin_usd.arrays import Float
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.errors import InputError
@@ -120,7 +120,9 @@ class MeasuredPicture:
             "noise_dn": image.noise,
         }
 
-    def figures(self, image: Developed, setting: Setting, keys: Sequence[str], *, capped: bool = False) -> Figures:
+    def figures(
+        self, image: Developed, setting: Configuration, keys: Sequence[str], *, capped: bool = False
+    ) -> Figures:
         """Of the setting, from its runs; `capped`: the reference may be less exact than they are. Raises InputError
         where one of them is not there any more."""
         linear, pictures = self.linear_error(keys), [self._image_of(key, image) for key in keys]
@@ -180,7 +182,7 @@ class MeasuredPicture:
         """1 - SSIM, the mean over the target's pixels."""
         around = self._region.padded(2 * RADIUS_PX) & self.scene.camera.frame
         top = 2**image.scene.sensor.bit_depth - 1
-        alike = similarity(picture[around.slices], image.image[around.slices], top=top)
+        alike = ssim(picture[around.slices], image.image[around.slices], top=top)
         inside = (slice(self._region.y0 - around.y0, None), slice(self._region.x0 - around.x0, None))
         rows, columns = self._region.shape
         found = alike[inside][:rows, :columns][self._target]

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from spin_usd.accuracy.measurement import Failure, Figures, Frame, LabelFigures, Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Failure, Figures, LabelFigures, MeasuredPicture, Measurement
 from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
 from spin_usd.dataset.measure.pool import Kind, Pool
@@ -67,7 +67,7 @@ class PictureTask:
         return {self.key, *saved, *(key for each in series for key in each.keys)}
 
     def _made(self, pool: Pool) -> Measurement:
-        by_kind: dict[Kind, dict[Setting, Series]] = {BLENDER: {}, RAYCAST: {}}
+        by_kind: dict[Kind, dict[Configuration, Series]] = {BLENDER: {}, RAYCAST: {}}
         for setting, series in self._settings.items():
             by_kind[series.kind][setting] = series
         made = self._rendered(pool, by_kind[BLENDER])
@@ -86,7 +86,7 @@ class PictureTask:
             failures=(*self._failures, *(saved.failures if saved else ())),
         )
 
-    def _rendered(self, pool: Pool, wanted: Mapping[Setting, Series]) -> dict[Setting, Series]:
+    def _rendered(self, pool: Pool, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
         """Those of which all renders are there."""
         reasons = self._campaign.make(pool, self._picture, list(wanted.values()))
         failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
@@ -116,8 +116,8 @@ class PictureTask:
         return [], False
 
     def _figures(
-        self, pool: Pool, made: Mapping[Setting, Series], reference: Sequence[str], *, capped: bool
-    ) -> tuple[tuple[Frame, ...], tuple[Figures, ...]]:
+        self, pool: Pool, made: Mapping[Configuration, Series], reference: Sequence[str], *, capped: bool
+    ) -> tuple[tuple[MeasuredPicture, ...], tuple[Figures, ...]]:
         answer = self._asked(
             pool,
             RAYCAST,
@@ -134,7 +134,7 @@ class PictureTask:
         frame = {**answer["frame"], "region": tuple(answer["frame"]["region"])}
         figures = zip(made, answer["figures"], strict=True)
         return (
-            (Frame(**frame, reference_samples=samples, reference_capped=capped),),
+            (MeasuredPicture(**frame, reference_samples=samples, reference_capped=capped),),
             tuple(Figures(**{**each, "setting": setting}) for setting, each in figures),
         )
 
@@ -148,7 +148,7 @@ class PictureTask:
     def _fail(self, what: str, why: str) -> None:
         self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
 
-    def _series(self, setting: Setting) -> Series:
+    def _series(self, setting: Configuration) -> Series:
         kind, numbers = Kind(renderer=setting.renderer), range(self._campaign.request.seeds)
         return self._campaign.series(self._picture, kind, setting.effort, self._campaign.seeds("setting", numbers))
 

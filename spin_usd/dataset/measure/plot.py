@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from spin_usd.accuracy.choice import AUTO
 from spin_usd.accuracy.front import Criterion, Outcome, front, outcomes
-from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.scene.effort import QUALITIES, Effort
 
 SIZE_INCHES = (10.5, 4.2)
@@ -68,7 +68,7 @@ def _short_coordinates(svg: str) -> str:
     return re.sub(r">[^<]*<|(\.\d\d)\d+", lambda found: found[1] or found[0], svg)
 
 
-def kind_of(setting: Setting) -> str:
+def kind_of(setting: Configuration) -> str:
     """Of the kinds in LOOKS."""
     usual, effort = Effort(samples=setting.effort.samples), setting.effort
     if setting.renderer == "raycast":
@@ -117,9 +117,11 @@ def _scales(axes: Axes) -> None:
     axes.grid(color="#e6e6e6", linewidth=0.5)
 
 
-def _names(axes: Axes, points: Sequence[tuple[Setting, tuple[float, float]]], best: Container[Setting]) -> None:
+def _names(
+    axes: Axes, points: Sequence[tuple[Configuration, tuple[float, float]]], best: Container[Configuration]
+) -> None:
     """The named qualities', and of the front's other points those for which there is room."""
-    qualities = {Setting(renderer="blender", effort=effort): f"{name}: " for name, effort in QUALITIES.items()}
+    qualities = {Configuration(renderer="blender", effort=effort): f"{name}: " for name, effort in QUALITIES.items()}
     axes.autoscale_view()
     place = (axes.transData - axes.transAxes).transform
     taken: list[tuple[float, float]] = []
@@ -134,7 +136,7 @@ def _names(axes: Axes, points: Sequence[tuple[Setting, tuple[float, float]]], be
         taken.append((x, y))
 
 
-def _short(setting: Setting) -> str:
+def _short(setting: Configuration) -> str:
     """As its text, with what all settings have left unsaid: `16 fast`."""
     said = setting.effort.text.removeprefix("samples=").replace("denoiser=", "").replace(",", " ")
     return said if setting.renderer == "blender" else f"{setting.renderer} {said}"

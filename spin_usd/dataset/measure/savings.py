@@ -31,7 +31,7 @@ class SavingsTask:
     def render(self, pool: Pool) -> None:
         """The picture with and without each work that is left out of it, and all of that."""
         campaign, effort = self._campaign, asdict(self._effort)
-        found = campaign.asked(pool, self._picture, BLENDER, "left_out", effort=effort)
+        found = campaign.asked(pool, self._picture, BLENDER, "skipped_work", effort=effort)
         if found.failed is not None:
             self._fail("what is left out", found.failed)
         works = _works(found.result or [])

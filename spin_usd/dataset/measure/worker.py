@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from spin_usd.accuracy.label_agreement import LabelImages, Sight, agreement
-from spin_usd.accuracy.measurement import Setting
+from spin_usd.accuracy.label_agreement import LabelImages, Viewpoint, agreement
+from spin_usd.accuracy.measurement import Configuration
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.figures import MeasuredPicture
 from spin_usd.dataset.measure.renders import Cost, Runs
@@ -93,7 +93,7 @@ class MeasuringWorker:
     def labels(self, *, index: int, against: str) -> dict[str, Any]:
         """This renderer's labels of picture `index` against those of the renderer `against`: LabelFigures as JSON."""
         scene, other = self._scene(index), open_renderer(against)
-        sight = Sight(camera=scene.camera, T_cam_body=scene.T_cam_body)
+        sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
         ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
         other.close()
         names = {"frame": scene.frame.name, "renderer": self.renderer.name, "against": against}
@@ -123,7 +123,7 @@ class MeasuringWorker:
         """
         picture = self._picture(index, reference)
         image = picture.developed(seed)
-        made = [Setting(renderer=each["renderer"], effort=Effort(**each["effort"])) for each in settings]
+        made = [Configuration(renderer=each["renderer"], effort=Effort(**each["effort"])) for each in settings]
         return {
             "frame": picture.frame(image),
             "figures": [
@@ -132,10 +132,10 @@ class MeasuringWorker:
             ],
         }
 
-    def left_out(self, *, index: int, effort: Mapping[str, Any]) -> list[str]:
+    def skipped_work(self, *, index: int, effort: Mapping[str, Any]) -> list[str]:
         """Names of the work that a render of picture `index` does not need."""
         required = Requirements.of(self._scene(index), Effort(**effort))
-        return [each.what for each in required.left_out]
+        return [each.what for each in required.skipped]
 
     def savings(
         self,

@@ -8,8 +8,8 @@ from typing import Any
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion, Outcome
-from spin_usd.accuracy.lookup import known, outcome_of
-from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.lookup import expectation, outcome_of
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.dataset.store.measurement_file import measurement_file, read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
@@ -91,15 +91,15 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
         measurement = read_measurement(file)
     except InputError:
         return effort, chosen
-    outcome = outcome_of(measurement, Setting(renderer=renderer, effort=effort))
+    outcome = outcome_of(measurement, Configuration(renderer=renderer, effort=effort))
     if outcome is None:
         return effort, chosen
-    said = f"the quality {name}: {known(measurement, outcome)}"
+    said = f"the quality {name}: {expectation(measurement, outcome)}"
     basis = _basis(measurement, file)
     return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), knows=said)
 
 
-def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Setting, Chosen]:
+def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
     """The cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number or
     "auto". Raises InputError where there is none."""
     bound = None if asked == "auto" else _number(asked)

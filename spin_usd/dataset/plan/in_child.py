@@ -19,7 +19,7 @@ from spin_usd.formats import image_file
 from spin_usd.formats.pose_list import slice_of
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.model import Scene
@@ -163,7 +163,7 @@ def _planned(
         if tally:
             tally.add(scene, keys.radiance, has)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
-        for name, value in zip(COLUMNS, (*row, Groups.of(scene).count, has, frame.source_file), strict=True):
+        for name, value in zip(COLUMNS, (*row, LightGroups.of(scene).count, has, frame.source_file), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
             progress(done)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from spin_usd.accuracy.measurement import Measurement, Setting
+from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.make_plan import Plan
@@ -29,7 +29,7 @@ def measured_beside(stage: Path, plan: Plan, method: Method) -> tuple[Timings, l
 
 def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Timings:
     """Of the pictures that were measured and are planned, at the method's very setting."""
-    setting, found = Setting(renderer=method.renderer, effort=method.effort), Timings()
+    setting, found = Configuration(renderer=method.renderer, effort=method.effort), Timings()
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:

@@ -7,7 +7,7 @@ from typing import Any
 
 from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.renderers.skipped.facts import Facts
-from spin_usd.renderers.skipped.rules import BITS, LeftOut, left_out
+from spin_usd.renderers.skipped.rules import BITS, SkippedWork, skipped_work
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.model import Scene
 
@@ -27,12 +27,12 @@ FEATURES = ((BACKGROUND, BEHIND, NONE), (OPTICS, THROUGH_OPTICS, NONE), (DETECTO
 KEPT = "geometry is not simplified: labels need every face as it is, and the picture shows the same"
 
 Item = tuple[str, str, str, str]
-"""A part of the work, and LeftOut's what, why and same."""
+"""A part of the work, and SkippedWork's what, why and same."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spared:
-    """Something left out of `part` of the work (see LeftOut); pictures: in how many of each variant that has any."""
+    """Something skipped of `part` of the work (see SkippedWork); pictures: in how many of each variant that has any."""
 
     part: str
     what: str
@@ -47,7 +47,7 @@ class Tally:
     def __init__(self, settings: RenderSettings) -> None:
         self._settings = settings
         self._counts: Counter[Item] = Counter()
-        self._known: dict[str, tuple[LeftOut, ...]] = {}
+        self._known: dict[str, tuple[SkippedWork, ...]] = {}
 
     def add(self, scene: Scene, radiance: str, has: Collection[str]) -> None:
         """Note the picture of `scene`, whose radiance key is given, and what it `has` of amounts.features."""
@@ -58,7 +58,7 @@ class Tally:
         if self._settings.renderer != "blender":
             return
         if radiance not in self._known:
-            self._known[radiance] = left_out(Facts(scene=scene, effort=self._settings.effort))
+            self._known[radiance] = skipped_work(Facts(scene=scene, effort=self._settings.effort))
         self._counts.update((RENDER, each.what, each.why, each.same) for each in self._known[radiance])
 
     def taken(self) -> list[Any]:

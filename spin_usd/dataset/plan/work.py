@@ -13,7 +13,7 @@ from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import LABELS
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
 from spin_usd.renderers.skipped.material_needs import surfaces_of
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
@@ -59,7 +59,7 @@ class Method:
 def features(scene: Scene) -> list[str]:
     """What of the scene costs, of BEHIND, DEVELOPED and LIT."""
     behind, optics, sensor = scene.environment, scene.optics, scene.sensor
-    groups, surfaces = Groups.of(scene), surfaces_of(scene.target)
+    groups, surfaces = LightGroups.of(scene), surfaces_of(scene.target)
     has = {
         "planet": bool(behind.planets),
         "stars": bool(behind.stars),
@@ -70,8 +70,8 @@ def features(scene: Scene) -> list[str]:
         "glare": optics.glare > 0,
         "bloom": optics.bloom_intensity > 0,
         NOISE: sensor.gain > 0,
-        "glossy": not surfaces.matt,
-        "clear": surfaces.clear,
+        "glossy": not surfaces.diffuse,
+        "clear": surfaces.transparent,
         "several lights": len(groups.placed) > 1,
         "surroundings": groups.surroundings,
     }

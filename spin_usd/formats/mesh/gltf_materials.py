@@ -13,7 +13,7 @@ from typing import Any
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.gltf_document import Document, at
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.source.asset import RAW, SRGB, ImageMap, ModelMaterial, Placement
+from spin_usd.scene.source.asset import RAW, SRGB, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.texture import RGBA, Color, Primvar
 
 TRANSFORM = "KHR_texture_transform"
@@ -186,9 +186,9 @@ def _sampler(document: Document, info: dict[str, Any]) -> dict[str, Any]:
     return at(document.entries("samplers"), texture["sampler"]) if "sampler" in texture else {}
 
 
-def _placement(move: dict[str, Any]) -> Placement:
+def _placement(move: dict[str, Any]) -> ImageTransform:
     """(u, v) = offset + R(rotation) (scale * (u, v)), with v = 1 - t on both sides."""
     angle = float(move.get("rotation", 0))
     (over, down), (su, sv) = move.get("offset", (0, 0)), move.get("scale", (1, 1))
     translation = float(over + sv * sin(angle)), float(1 - down - sv * cos(angle))
-    return Placement(scale=(float(su), float(sv)), rotation_deg=degrees(angle), translation=translation)
+    return ImageTransform(scale=(float(su), float(sv)), rotation_deg=degrees(angle), translation=translation)

@@ -11,7 +11,7 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.formats.texture_file import color_space, has_alpha, is_grey, texture_beside
 from spin_usd.scene.material import Material
-from spin_usd.scene.source.asset import RAW, ImageFile, ImageMap, Placement
+from spin_usd.scene.source.asset import RAW, ImageFile, ImageMap, ImageTransform
 
 INPUTS = {
     "map_kd": "diffuseColor",
@@ -118,10 +118,10 @@ def _channel(statement: MapStatement, file: ImageFile) -> str:
     raise InputError("USD cannot take the luminance of a coloured image; give a grey one, or -imfchan")
 
 
-def _placement(statement: MapStatement) -> Placement:
+def _placement(statement: MapStatement) -> ImageTransform:
     su, sv = _pair(statement, "-s", 1.0)
     ou, ov = _pair(statement, "-o", 0.0)
-    return Placement(scale=(su, sv), translation=(ou, ov))
+    return ImageTransform(scale=(su, sv), translation=(ou, ov))
 
 
 def _pair(statement: MapStatement, option: str, missing: float) -> tuple[float, float]:

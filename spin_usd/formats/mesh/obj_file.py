@@ -23,7 +23,7 @@ NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no gr
 
 
 @dataclass
-class _Faces:
+class _ObjFaces:
     """The faces of one part while the file is read: corners as (point, coordinates, normal), -1 where there is none."""
 
     name: str
@@ -37,7 +37,7 @@ def read_obj(path: Path) -> MeshAsset:
     points: list[list[float]] = []
     normals: list[list[float]] = []
     coordinates: list[list[float]] = []
-    parts: dict[tuple[str, str], _Faces] = {}
+    parts: dict[tuple[str, str], _ObjFaces] = {}
     materials: dict[str, int] = {}
     libraries: list[str] = []
     colors: list[list[float]] = []
@@ -51,7 +51,7 @@ def read_obj(path: Path) -> MeshAsset:
         elif key == "vt":
             coordinates.append(_coordinates(rest, where))
         elif key == "f":
-            faces = parts.setdefault(group, _Faces(_part_name(group, path)))
+            faces = parts.setdefault(group, _ObjFaces(_part_name(group, path)))
             counts = len(points), len(coordinates), len(normals)
             corners = [_corner(text, counts, where) for text in rest.split()]
             if len(corners) < 3:
@@ -111,7 +111,7 @@ def _color(rest: str, where: str) -> list[float]:
     return _vector(" ".join(fields), where) if len(fields) == 3 else []
 
 
-def _corner_colors(colors: list[list[float]], parts: list[_Faces]) -> list[Float | None]:
+def _corner_colors(colors: list[list[float]], parts: list[_ObjFaces]) -> list[Float | None]:
     """Linear (C, 3) at the corners of each part, white for points without; None for all where no point has one."""
     if not any(colors):
         return [None] * len(parts)
@@ -152,7 +152,7 @@ def _part_name(group: tuple[str, str], path: Path) -> str:
     return " ".join(names) or path.stem
 
 
-def _part(faces: _Faces, points: Float, st: Float, normals: Float) -> MeshPart:
+def _part(faces: _ObjFaces, points: Float, st: Float, normals: Float) -> MeshPart:
     """The part with only the points that it uses, in their order in the file; st is 0 where a corner has none."""
     corners = np.array(faces.corners, np.int64)
     used, indices = np.unique(corners[:, 0], return_inverse=True)
@@ -169,7 +169,7 @@ def _part(faces: _Faces, points: Float, st: Float, normals: Float) -> MeshPart:
     )
 
 
-def _plain_where_unmapped(asset: MeshAsset, faces: list[_Faces]) -> MeshAsset:
+def _plain_where_unmapped(asset: MeshAsset, faces: list[_ObjFaces]) -> MeshAsset:
     """Faces that lack texture coordinates get their material's constants alone, with a note."""
     materials = list(asset.materials)
     parts, notes = [], []

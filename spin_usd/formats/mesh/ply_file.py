@@ -31,7 +31,7 @@ NORMALS = (("nx", "ny", "nz"),)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Faces:
+class _PlyFaces:
     """indices (C,) of the corners' points, counts (F,) · colors (C, 3) and st (C, 2) where the faces have their own."""
 
     indices: NDArray[np.int64]
@@ -75,7 +75,7 @@ def _with_plain_header(data: bytes) -> bytes:
     return b"".join([*known, end, body])
 
 
-def _part(name: str, points: Float, faces: _Faces) -> MeshPart:
+def _part(name: str, points: Float, faces: _PlyFaces) -> MeshPart:
     return MeshPart(
         name=name,
         points=points,
@@ -86,7 +86,7 @@ def _part(name: str, points: Float, faces: _Faces) -> MeshPart:
     )
 
 
-def _faces(data: PlyData) -> _Faces:
+def _faces(data: PlyData) -> _PlyFaces:
     """The file's polygons, or the triangles of its strips; polygons of fewer than three corners are none."""
     if "face" in data and data["face"].count:
         element = data["face"]
@@ -94,9 +94,9 @@ def _faces(data: PlyData) -> _Faces:
         keep = np.array([len(corners) > 2 for corners in lists])
         counts = np.array([len(corners) for corners in lists], np.int64)[keep]
         if not len(counts):
-            return _Faces(indices=counts, counts=counts)
+            return _PlyFaces(indices=counts, counts=counts)
         colors = _columns(element, COLORS)
-        return _Faces(
+        return _PlyFaces(
             indices=np.concatenate([lists[i] for i in np.flatnonzero(keep)]).astype(np.int64),
             counts=counts,
             colors=None if colors is None else np.repeat(linear_colors(colors)[keep], counts, axis=0),
@@ -104,7 +104,7 @@ def _faces(data: PlyData) -> _Faces:
         )
     strips = [np.asarray(strip) for strip in _lists(data["tristrips"], INDICES)] if "tristrips" in data else []
     triangles = np.concatenate([np.zeros((0, 3), np.int64), *(strip_triangles(strip) for strip in strips)])
-    return _Faces(indices=triangles.ravel(), counts=np.full(len(triangles), 3, np.int64))
+    return _PlyFaces(indices=triangles.ravel(), counts=np.full(len(triangles), 3, np.int64))
 
 
 def _corner_coordinates(element: PlyElement, keep: NDArray[np.bool_], counts: NDArray[np.int64]) -> Float | None:
@@ -116,7 +116,7 @@ def _corner_coordinates(element: PlyElement, keep: NDArray[np.bool_], counts: ND
     return np.concatenate(lists).reshape(-1, 2) if whole else None
 
 
-def _at_corners(vertices: PlyElement, faces: _Faces, choices: tuple[tuple[str, ...], ...]) -> Float | None:
+def _at_corners(vertices: PlyElement, faces: _PlyFaces, choices: tuple[tuple[str, ...], ...]) -> Float | None:
     values = _columns(vertices, choices)
     return None if values is None else values[faces.indices]
 

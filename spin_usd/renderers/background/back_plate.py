@@ -14,7 +14,7 @@ PLATE = 1  # tells this use of a picture's seed from others
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lie:
+class PlacedImage:
     """A picture as it lies behind one frame: turned clockwise by `roll`, radians, after it was mirrored."""
 
     image: Image
@@ -22,17 +22,17 @@ class Lie:
     mirrored: bool
 
 
-def choose(plate: BackPlate, seed: int) -> Lie | None:
+def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
     """What the picture with this seed has of the back plate."""
     there, which, turn, mirror = np.random.default_rng([seed, PLATE]).random(4)
     if there >= plate.probability:
         return None
     least, most = plate.roll
     image = plate.images[int(which * len(plate.images))]
-    return Lie(image=image, roll=least + turn * (most - least), mirrored=bool(mirror < plate.mirror))
+    return PlacedImage(image=image, roll=least + turn * (most - least), mirrored=bool(mirror < plate.mirror))
 
 
-def plate_radiance(lie: Lie, frame: Region, band: Region) -> list[Float32]:
+def plate_radiance(lie: PlacedImage, frame: Region, band: Region) -> list[Float32]:
     """R, G, B (N,) of the image behind the pixels of `band`, in the same order; 1 is white.
 
     The image is as small as it can be without an edge in the frame, its middle in the frame's middle.

@@ -10,7 +10,7 @@ from spin_usd.renderers.background.latlong import Float32
 from spin_usd.scene.environment import Planet
 
 AIR_HEIGHTS = 10.0  # scale heights above which there is no air to see
-LEAST_SPAN = np.float32(1e-12)
+MIN_SPAN = np.float32(1e-12)
 BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 
@@ -84,7 +84,7 @@ class Globe:
         p = [(i + way * j).astype(np.float32) for i, j in zip(o, d, strict=True)]
         span = way.astype(np.float32) * rays.angle * rays.length / np.float32(radii.mean())
         gap = (inside / (1 + np.sqrt(np.maximum(1 - inside, 0)))).astype(np.float32)  # 1 - that distance
-        covered = np.clip(gap / np.maximum(span, LEAST_SPAN) + np.float32(0.5), 0, 1)
+        covered = np.clip(gap / np.maximum(span, MIN_SPAN) + np.float32(0.5), 0, 1)
         covered[od >= 0] = 0
         normal = _unit([c / np.float32(r) for c, r in zip(p, radii / radii.mean(), strict=True)])
         back = [n * i.astype(np.float32) * np.float32(-r) for n, i, r in zip(normal, d, radii, strict=True)]

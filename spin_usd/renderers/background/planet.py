@@ -18,27 +18,30 @@ RELIEF = 0.1  # standard deviation of the albedo by detail, relative
 WARP_TEXELS = 0.7  # by which detail moves what the images show: coasts and edges get their shape from it
 SHARPNESS = 0.7  # width of a cloud's edge, in standard deviations of its thickness
 LOGISTIC = 1.702  # a logistic function so much steeper is the normal distribution, to 0.01
-LEAST_OPACITY = 0.002
-LEAST_MASS = np.float32(1e-20)
+MIN_OPACITY = 0.002
+MIN_MASS = np.float32(1e-20)
 RGB = range(3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Glow:
-    """radiance: R, G, B (N,), W/m2/sr, of planet and air; clear: R, G, B (N,), what they let through."""
+class PlanetRadiance:
+    """Light along N rays. radiance: R, G, B (N,), W/m2/sr, of planet and air · transmittance: R, G, B (N,), the share
+    of what lies behind that they let through."""
 
     radiance: list[Float32]
-    clear: list[Float32]
+    transmittance: list[Float32]
 
 
-def suns_of(lights: tuple[Light, ...]) -> tuple[DistantLight, ...]:
+def suns_of_planets(lights: tuple[Light, ...]) -> tuple[DistantLight, ...]:
     """The lights that light a planet."""
     return tuple(
         light for light in lights if isinstance(light, DistantLight) and light.lights is None and any(light.irradiance)
     )
 
 
-def glow(globe: Globe, suns: tuple[DistantLight, ...], rays: Rays, meeting: Meeting, *, fine: bool) -> Glow:
+def planet_radiance(
+    globe: Globe, suns: tuple[DistantLight, ...], rays: Rays, meeting: Meeting, *, fine: bool
+) -> PlanetRadiance:
     """What comes along the rays; with detail finer than the planet's images where `fine`."""
     planet, air = globe.planet, Air.of(globe.planet)
     albedo = _albedo(planet, meeting, fine)
@@ -49,7 +52,7 @@ def glow(globe: Globe, suns: tuple[DistantLight, ...], rays: Rays, meeting: Meet
             for c in RGB:
                 sunlight[c] += np.float32(sun.irradiance[c] / np.pi) * lit
         radiance = [meeting.covered * albedo[c] * sunlight[c] for c in RGB]
-        return Glow(radiance=radiance, clear=[1 - meeting.covered] * 3)
+        return PlanetRadiance(radiance=radiance, transmittance=[1 - meeting.covered] * 3)
     return _through_air(air, planet, suns, rays, meeting, albedo)
 
 
@@ -60,7 +63,7 @@ def _through_air(
     rays: Rays,
     meeting: Meeting,
     albedo: list[Float32],
-) -> Glow:
+) -> PlanetRadiance:
     """Sunlight that the ground sends back, less what the air takes on both ways, and what the air scatters once itself:
     of parallel layers E P m / (m + m_sun) (1 - exp(-t (m + m_sun))), with the air masses m.
 
@@ -77,13 +80,13 @@ def _through_air(
         scattered = (
             rayleigh(_scattering_cosine(sun, rays))
             * air.twilight(cosine)
-            * (mass / np.maximum(mass + sun_mass, LEAST_MASS))
+            * (mass / np.maximum(mass + sun_mass, MIN_MASS))
         )
         for c in RGB:
             sun_clear = np.exp(sun_mass * np.float32(-air.depth[c]))
             ground = albedo[c] * lit * clear[c] * (1 + sun_clear) * np.float32(0.5 / np.pi)
             radiance[c] += np.float32(sun.irradiance[c]) * (ground + scattered * (1 - clear[c] * sun_clear))
-    return Glow(radiance=radiance, clear=[(1 - covered) * clear[c] for c in RGB])
+    return PlanetRadiance(radiance=radiance, transmittance=[(1 - covered) * clear[c] for c in RGB])
 
 
 def _cosine(planet: Planet, sun: DistantLight, meeting: Meeting) -> Float32:
@@ -139,7 +142,7 @@ def _albedo(planet: Planet, meeting: Meeting, fine: bool) -> list[Float32]:
 def _cloud_tables(clouds: Image) -> Float32:
     """The logit of the opacity, and R, G and B of the albedo where it varies: (1 or 4, H + 1, W + 1)."""
     red, green, blue, opacity = planes(clouds)
-    within = np.clip(opacity, LEAST_OPACITY, 1 - LEAST_OPACITY)
+    within = np.clip(opacity, MIN_OPACITY, 1 - MIN_OPACITY)
     logit = np.log(within / (1 - within))
     varies = any(np.ptp(channel) for channel in (red, green, blue))
     return np.stack([logit, red, green, blue] if varies else [logit])

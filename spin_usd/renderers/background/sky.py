@@ -3,12 +3,12 @@
 import numpy as np
 
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.back_plate import choose, plate_radiance
+from spin_usd.renderers.background.back_plate import place_image, plate_radiance
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.globe import Globe
 from spin_usd.renderers.background.latlong import Float32
 from spin_usd.renderers.background.pixels import bands, region_of_cone, splat
-from spin_usd.renderers.background.planet import filling_rays, glow, suns_of
+from spin_usd.renderers.background.planet import filling_rays, planet_radiance, suns_of_planets
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 
@@ -28,7 +28,7 @@ def sky(scene: Scene, *, seed: int) -> Float32 | None:
 
 def _draw_plate(scene: Scene, frame: Float32, seed: int) -> int:
     plate = scene.environment.back_plate
-    lie = plate and choose(plate, seed)
+    lie = plate and place_image(plate, seed)
     if not plate or not lie:
         return 0
     white = np.array(plate.radiance, np.float32)
@@ -63,7 +63,7 @@ def _draw_stars(scene: Scene, frame: Float32) -> int:
 
 def _draw_planets(scene: Scene, frame: Float32) -> int:
     """The farthest first."""
-    suns, drawn = suns_of(scene.lights), 0
+    suns, drawn = suns_of_planets(scene.lights), 0
     for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
         if _is_small(scene, globe):
             drawn += _draw_small(scene, frame, globe, suns)
@@ -74,7 +74,7 @@ def _draw_planets(scene: Scene, frame: Float32) -> int:
 
 def _draw_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
     rays, solid_angle = filling_rays(globe, SMALL_STEPS)
-    light = glow(globe, suns, rays, globe.meet(rays), fine=False)
+    light = planet_radiance(globe, suns, rays, globe.meet(rays), fine=False)
     irradiance = np.stack(light.radiance, -1).astype(np.float64) * solid_angle
     splat(frame, scene.camera, np.stack([rays.x, rays.y, rays.z], -1), irradiance)
     return 1
@@ -87,9 +87,9 @@ def _draw_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantL
         meeting = globe.meet(rays)
         if not globe.touches(meeting):
             continue
-        light, part = glow(globe, suns, rays, meeting, fine=True), frame[band.slices]
+        light, part = planet_radiance(globe, suns, rays, meeting, fine=True), frame[band.slices]
         for channel in range(3):
-            part[..., channel] *= light.clear[channel].reshape(band.shape)
+            part[..., channel] *= light.transmittance[channel].reshape(band.shape)
         _add(frame, band, light.radiance)
         drawn += 1
     return drawn

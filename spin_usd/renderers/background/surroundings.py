@@ -9,7 +9,7 @@ from spin_usd.arrays import Float, digest
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.latlong import Float32
-from spin_usd.renderers.background.planet import filling_rays, glow, suns_of
+from spin_usd.renderers.background.planet import filling_rays, planet_radiance, suns_of_planets
 from spin_usd.scene.content import content
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
@@ -36,7 +36,7 @@ class Surroundings:
     def of(cls, scene: Scene) -> "Surroundings | None":
         """Those of `scene`, None where all is dark."""
         domes = tuple(light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance))
-        suns = suns_of(scene.lights)
+        suns = suns_of_planets(scene.lights)
         globes = tuple(_seen_from_target(scene)) if suns or domes else ()
         if not domes and not globes:
             return None
@@ -124,16 +124,17 @@ class Grid:
 
 
 def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantLight, ...]) -> None:
-    """Draw a planet into the image (3, N), with all of its light."""
+    """Add a planet to the image (3, N), with all of its light."""
     filling, solid_angle = filling_rays(globe, STEPS)
-    light = np.stack(glow(globe, suns, filling, globe.meet(filling), fine=False).radiance) * np.float32(solid_angle)
+    sent = planet_radiance(globe, suns, filling, globe.meet(filling), fine=False).radiance
+    light = np.stack(sent) * np.float32(solid_angle)
     if globe.reach * grid.height / np.pi < SMALL_TEXELS:
         radiance += grid.spread(filling, light)
         return
-    drawn = glow(globe, suns, grid.rays, globe.meet(grid.rays), fine=False)
-    own = np.stack(drawn.radiance)
+    rendered = planet_radiance(globe, suns, grid.rays, globe.meet(grid.rays), fine=False)
+    own = np.stack(rendered.radiance)
     got = own @ grid.solid_angles
-    radiance *= np.stack(drawn.clear)
+    radiance *= np.stack(rendered.transmittance)
     radiance += own * (light.sum(1) / np.maximum(got, np.finfo(float).tiny)).astype(np.float32)[:, None]
 
 

@@ -19,7 +19,7 @@ CLIP_START = 1e-6  # Blender's least, metres
 CLIP_SLACK = 2.0
 
 
-class CameraRig:
+class CameraSetup:
     """The camera of the Blender scene, at its origin."""
 
     def __init__(self, scene: Any, scratch: Path) -> None:

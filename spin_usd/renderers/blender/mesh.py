@@ -46,10 +46,10 @@ class TargetObject:
         matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
         assign_matrix(self.axes, matrix)
 
-    def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, glowing_lights: bool) -> None:
-        """Give it the materials that are `needed` of those `authored`; `glowing_lights`: rays look for those that glow.
+    def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, emissive_lights: bool) -> None:
+        """Give it the materials that are `needed` of those `authored`; `emissive_lights`: rays look for emissive faces.
         Raises UnsupportedError; what only labels need stays visible without."""
-        self._fill(partial(self._materials.dress, needed=needed, glowing_lights=glowing_lights), authored)
+        self._fill(partial(self._materials.dress, needed=needed, emissive_lights=emissive_lights), authored)
 
     def number(self, materials: Sequence[Material]) -> None:
         """Let it glow with its faces' numbers, where its materials do not cut it out."""

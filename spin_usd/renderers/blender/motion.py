@@ -23,7 +23,7 @@ STILL = {"use_motion_blur": False}
 CHANNELS = (("location", 3), ("rotation_quaternion", 4))
 
 
-class MotionRig:
+class MotionSetup:
     """Moves the target's axes in the Blender scene, whose own pose is that of the shutter's middle."""
 
     def __init__(self, scene: Any) -> None:

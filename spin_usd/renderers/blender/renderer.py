@@ -11,7 +11,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.blender.camera import CameraRig
+from spin_usd.renderers.blender.camera import CameraSetup
 from spin_usd.renderers.blender.cycles.assign import assign
 from spin_usd.renderers.blender.cycles.denoiser import GUIDES, Denoiser
 from spin_usd.renderers.blender.cycles.light_groups import group_names, keep_apart, pass_names
@@ -23,18 +23,18 @@ from spin_usd.renderers.blender.cycles.settings import (
     cycles_effort,
     cycles_scene,
 )
-from spin_usd.renderers.blender.lights.light import LightRig
+from spin_usd.renderers.blender.lights.light import LightSetup
 from spin_usd.renderers.blender.lights.light_links import needs_groups
 from spin_usd.renderers.blender.materials.material import black_material, label_material
 from spin_usd.renderers.blender.mesh import TargetObject
-from spin_usd.renderers.blender.motion import MotionRig
-from spin_usd.renderers.blender.world import WorldRig
+from spin_usd.renderers.blender.motion import MotionSetup
+from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.crop import label_bands, picture_bands
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.renderers.skipped.requirements import Requirements
-from spin_usd.renderers.skipped.rules import known_rules
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.renderers.skipped.rules import check_rule_names
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
@@ -46,24 +46,25 @@ class BlenderRenderer:
     """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
 
     Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
-    `keep`: names in render.left_out.RULES of what it does even where the scene does not need it, to measure that.
+    `keep`: names in renderers.skipped.rules.RULES of what it does even where the scene does not need it, to measure
+    that.
     """
 
     name = "blender"
 
     def __init__(self, *, crop: bool = True, keep: Collection[str] = ()) -> None:
-        self._crop, self._keep = crop, known_rules(keep)
+        self._crop, self._keep = crop, check_rule_names(keep)
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self._scratch = scratch_folder()
         folder = Path(self._scratch.name)
         # One Blender scene for both passes: alternating between two cost 30 ms of CPU more per frame.
         self._scene = cycles_scene()
         self._label_material, self._black = label_material(), black_material()
-        self._camera = CameraRig(self._scene, folder)
+        self._camera = CameraSetup(self._scene, folder)
         self._target = TargetObject(self._scene)
-        self._motion = MotionRig(self._scene)
-        self._lights = LightRig(self._scene)
-        self._world = WorldRig(self._scene)
+        self._motion = MotionSetup(self._scene)
+        self._lights = LightSetup(self._scene)
+        self._world = WorldSetup(self._scene)
         self._readback = Readback(folder)
         self._denoiser = Denoiser(folder)
         self._kept: Any = None
@@ -86,7 +87,7 @@ class BlenderRenderer:
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
         """Linear radiance of `scene.picture_region`, W/m2/sr. Raises RenderError, UnsupportedError."""
-        region, names = scene.picture_region, group_names(Groups.of(scene))
+        region, names = scene.picture_region, group_names(LightGroups.of(scene))
         if region.empty:
             return Radiance.dark(region, groups=len(names))
         required = Requirements.of(scene, effort, self._keep)
@@ -123,7 +124,7 @@ class BlenderRenderer:
         view = View.blurred(scene)
         self._show(scene, view, required.primvars, camera_shader=required.camera_shader)
         self._motion.move(target.axes, target.objects, scene)
-        target.dress(scene.target.materials, required.materials, glowing_lights=required.glowing_lights)
+        target.dress(scene.target.materials, required.materials, emissive_lights=required.emissive_lights)
         self._lights.shine(scene.lights, required.lights, view, target.groups, shadows=required.shadows)
         self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)
         self._forget((effort, settings, self._world.image, self._lights.made))
@@ -192,7 +193,7 @@ def _settings(required: Requirements) -> dict[str, Any]:
         "glossy_bounces": required.glossy_bounces,
         "transmission_bounces": required.transmission_bounces,
         "volume_bounces": required.volume_bounces,
-        "transparent_max_bounces": TRANSPARENT_BOUNCES if required.clear else 0,
+        "transparent_max_bounces": TRANSPARENT_BOUNCES if required.transparent else 0,
         "use_light_tree": required.light_tree,
     }
 

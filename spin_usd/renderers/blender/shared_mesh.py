@@ -12,7 +12,7 @@ from spin_usd.scene.shape import Shape
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Copy:
+class MeshCopy:
     """One object of a shared mesh. matrix (4, 4) from its axes around its centre to the body's around the target's,
     metres · group: of faces, 0 where nobody asks · first: how many faces are numbered before its own."""
 
@@ -27,18 +27,18 @@ class SharedMesh:
 
     shape: Shape
     centre: Float
-    copies: tuple[Copy, ...]
+    copies: tuple[MeshCopy, ...]
     chosen: Faces = EVERY
 
 
 def shared_meshes(mesh: Mesh, *, split: bool) -> Iterator[SharedMesh]:
     """All of `mesh`; `split` by face groups."""
     if len(mesh.faces) and not split:
-        yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(Copy(matrix=np.eye(4)),))
+        yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(MeshCopy(matrix=np.eye(4)),))
     elif len(mesh.faces):
         of_face = np.asarray(mesh.face_group)
         for group in np.unique(of_face):
-            copy = Copy(matrix=np.eye(4), group=int(group))
+            copy = MeshCopy(matrix=np.eye(4), group=int(group))
             yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(copy,), chosen=np.flatnonzero(of_face == group))
     for first, each in mesh.numbered:
         used = each.shape.used_points
@@ -48,5 +48,5 @@ def shared_meshes(mesh: Mesh, *, split: bool) -> Iterator[SharedMesh]:
             matrix = np.eye(4)
             matrix[:3, :3], matrix[:3, 3] = linear, each.moved(centre, number) - mesh.centre
             before = first + number * len(each.shape.faces)
-            copies.append(Copy(matrix=matrix, group=int(group) if split else 0, first=before))
+            copies.append(MeshCopy(matrix=matrix, group=int(group) if split else 0, first=before))
         yield SharedMesh(shape=each.shape, centre=centre, copies=tuple(copies))

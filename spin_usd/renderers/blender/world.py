@@ -21,7 +21,7 @@ FINE_MAP_WIDTH = 1024
 BLACK = "black"
 
 
-class WorldRig:
+class WorldSetup:
     """The world of one Blender scene; none where nothing shines from afar."""
 
     def __init__(self, scene: Any) -> None:

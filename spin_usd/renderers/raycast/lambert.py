@@ -17,7 +17,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.renderers.raycast.preview_light import Beam, beam, mean_radiance
 from spin_usd.scene.derived.faces import groups_of, materials_of
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.lookup import material_values
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, surface_points, weights_at
 from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
@@ -31,7 +31,7 @@ PLASTIC = 1.324717957244746
 STEP = np.array([1 / PLASTIC, 1 / PLASTIC**2])
 
 
-class Caster(Protocol):
+class RayCaster(Protocol):
     """What shading asks of a renderer."""
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]: ...
@@ -41,10 +41,10 @@ class Caster(Protocol):
     ) -> NDArray[np.bool_]: ...
 
 
-def radiance(scene: Scene, caster: Caster, xy: Float) -> tuple[Float, Float]:
+def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
     """Along the camera's rays (x, y, 1) of `xy` (N, 2), 0 where they meet nothing: linear radiance (G, N, 3) by the
     scene's light groups, W/m2/sr, and coverage (N,)."""
-    groups = Groups.of(scene)
+    groups = LightGroups.of(scene)
     planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
     face = caster.cast(scene, xy)
     hit = np.flatnonzero(face >= 0)
@@ -56,7 +56,9 @@ def radiance(scene: Scene, caster: Caster, xy: Float) -> tuple[Float, Float]:
     return planes, coverage
 
 
-def _shade(scene: Scene, groups: Groups, caster: Caster, face: NDArray[np.int32], body: Float) -> Iterator[Float]:
+def _shade(
+    scene: Scene, groups: LightGroups, caster: RayCaster, face: NDArray[np.int32], body: Float
+) -> Iterator[Float]:
     """(N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
     target = scene.target
     weights = weights_at(target.mesh, face, body)
@@ -75,7 +77,7 @@ def _shade(scene: Scene, groups: Groups, caster: Caster, face: NDArray[np.int32]
 
 def _lambert(
     scene: Scene,
-    caster: Caster,
+    caster: RayCaster,
     light: DistantLight | AreaLight,
     arriving: Beam,
     face: NDArray[np.int32],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.renderers.raycast import lambert
 from spin_usd.scene.derived.faces import groups_of
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.lookup import is_there
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import Links
@@ -53,7 +53,7 @@ class RaycastRenderer:
         """The preview: `effort.samples` rays spread over each pixel's square, one through its centre when it is 1.
         It ignores thin lens and shutter: it is sharp."""
         region, samples = scene.picture_region, effort.samples
-        picture = Radiance.dark(region, groups=Groups.of(scene).count)
+        picture = Radiance.dark(region, groups=LightGroups.of(scene).count)
         rng = np.random.default_rng(seed)
         for band in region.bands():
             rows = slice(band.y0 - region.y0, band.y1 - region.y0)

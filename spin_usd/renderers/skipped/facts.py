@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_reach
+from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_blur_radius
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.skipped.material_needs import Surfaces, surfaces_of
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, CylinderLight, DomeLight
 from spin_usd.scene.model import Scene
@@ -23,8 +23,8 @@ class Facts:
     effort: Effort
 
     @cached_property
-    def groups(self) -> Groups:
-        return Groups.of(self.scene)
+    def groups(self) -> LightGroups:
+        return LightGroups.of(self.scene)
 
     @cached_property
     def surfaces(self) -> Surfaces:
@@ -57,7 +57,7 @@ class Facts:
     @property
     def dark(self) -> bool:
         """Whether there is no light at all."""
-        return not (self.lights or self.groups.surroundings or self.surfaces.glowing)
+        return not (self.lights or self.groups.surroundings or self.surfaces.emissive)
 
     @cached_property
     def alone(self) -> bool:
@@ -65,7 +65,7 @@ class Facts:
         scene, mesh = self.scene, self.scene.target.mesh
         nearest = min(float(np.linalg.norm(pose.points(mesh.centre))) for pose in scene.poses) - mesh.radius
         outside = nearest > (scene.thin_lens.radius if scene.thin_lens else 0.0)
-        return outside and not self.surfaces.clear and mesh.convex
+        return outside and not self.surfaces.transparent and mesh.convex
 
     @cached_property
     def defocus_px(self) -> float:
@@ -85,7 +85,7 @@ class Facts:
         xy = places[..., :2] / places[..., 2:]
         way = np.linalg.norm(xy - xy[len(xy) // 2], axis=-1).max()
         aside = arc_height(self.scene.target.mesh.radius, shutter.poses)
-        return float(way + offset_reach(places.reshape(-1, 3), aside).max()) * magnification(self.scene.camera)
+        return float(way + offset_blur_radius(places.reshape(-1, 3), aside).max()) * magnification(self.scene.camera)
 
     @cached_property
     def _places(self) -> Float:

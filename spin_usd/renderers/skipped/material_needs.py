@@ -44,21 +44,21 @@ class Surfaces:
         return tuple(said.name for _, said in NAMED if said.name in changed)
 
     @cached_property
-    def matt(self) -> bool:
+    def diffuse(self) -> bool:
         """Whether all of it reflects by Lambert's law and nothing else."""
-        return all(is_matt(material) for _, material in self.seen)
+        return all(is_diffuse(material) for _, material in self.seen)
 
     @cached_property
-    def clear(self) -> bool:
+    def transparent(self) -> bool:
         """Whether rays may go on through some of it."""
         return any(not is_opaque(material) for _, material in self.seen)
 
     @cached_property
-    def glowing(self) -> bool:
+    def emissive(self) -> bool:
         return any(material.emissive_color != BLACK for _, material in self.seen)
 
     @cached_property
-    def tilted(self) -> bool:
+    def normal_mapped(self) -> bool:
         """Whether some of it is shaded along other normals than its faces' own."""
         smooth = any(shape.smooth.any() for shape in self.target.mesh.shapes)
         return smooth or any(m.normal is not None for _, m in self.seen)
@@ -111,7 +111,7 @@ def is_opaque(material: Material) -> bool:
     return material.opacity == 1 and not material.cut_out
 
 
-def is_matt(material: Material) -> bool:
+def is_diffuse(material: Material) -> bool:
     """Whether it reflects by Lambert's law and nothing else."""
     if material.clearcoat != 0 or not _is_solid(material):
         return False
@@ -137,7 +137,7 @@ def _idle(material: Material) -> Iterator[str]:
             yield "ior"
     if material.clearcoat == 0:
         yield "clearcoat_roughness"
-    if is_matt(material):
+    if is_diffuse(material):
         yield "roughness"
     if is_opaque(material) or material.cut_out:
         yield "opacity_mode"

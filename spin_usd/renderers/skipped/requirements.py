@@ -1,13 +1,13 @@
 """What a path tracer must do for a scene: everything that its picture depends on and nothing else.
 
-Decided here alone: the renderer takes its settings from it, and `plan --explain` says what it left out and why.
+It is decided here alone: the renderer takes its settings from it, and `plan --explain` says what is skipped and why.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.skipped.facts import Facts
-from spin_usd.renderers.skipped.rules import LeftOut, late_bounces, left_out
+from spin_usd.renderers.skipped.rules import SkippedWork, late_bounces, skipped_work
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.model import Scene
@@ -17,26 +17,26 @@ READ_MORE = frozenset(("primvars", "material inputs", "unseen materials"))
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Requirements:
-    """left_out: what is not done, and why.
+    """What must be done, and what is `skipped` and why.
 
-    scene: as it is to be drawn, without blur that does not show; its region stays · materials: of the target, as far as
-    they matter · primvars: those that the mesh must have · shading: whether there is any light; else only coverage ·
+    scene: as it is to be rendered, without blur that does not show; its region stays · materials: of the target, as far
+    as they matter · primvars: those that the mesh must have · shading: whether there is any light; else only coverage ·
     lights: indices of those with a place or a direction that shine on the target · shadows: whether rays look for what
-    is in their way · glowing_lights: whether glowing faces are looked for as lights · surroundings: what shines from
+    is in their way · emissive_lights: whether emissive faces are looked for as lights · surroundings: what shines from
     all around; world: whether there is to be a sky, world_sampling: whether rays look for where it is bright · bounces:
-    of any kind, glossy, through refraction (transmission) and in volumes · clear: whether rays may go on through a
-    surface or a lamp · light_tree: whether lights are chosen by what they do · camera_shader: even where a plain camera
-    would do · light_groups: passes even for a single one.
+    of any kind, glossy, through refraction (transmission) and in volumes · transparent: whether rays may go on through
+    a surface or a lamp · light_tree: whether lights are chosen by what they do · camera_shader: even where a plain
+    camera would do · light_groups: passes even for a single one.
     """
 
-    left_out: tuple[LeftOut, ...]
+    skipped: tuple[SkippedWork, ...]
     scene: Scene
     materials: tuple[Material, ...]
     primvars: frozenset[str]
     shading: bool
     lights: tuple[int, ...]
     shadows: bool
-    glowing_lights: bool
+    emissive_lights: bool
     surroundings: Surroundings | None
     world: bool
     world_sampling: bool
@@ -44,29 +44,29 @@ class Requirements:
     glossy_bounces: int
     transmission_bounces: int
     volume_bounces: int
-    clear: bool
+    transparent: bool
     light_tree: bool
     camera_shader: bool
     light_groups: bool
 
     @classmethod
     def of(cls, scene: Scene, effort: Effort, keep: frozenset[str] = frozenset()) -> "Requirements":
-        """For a picture of `scene`. `keep`: names of what is to be done even where it changes nothing, to measure it;
-        it changes no byte that left_out.LeftOut.same does not allow to change."""
+        """The requirements of a picture of `scene`. `keep`: names of what is to be done even where it changes nothing,
+        to measure it; it changes no byte that SkippedWork.same does not allow to change."""
         facts = Facts(scene=scene, effort=effort)
-        reasons = left_out(facts, keep)
+        reasons = skipped_work(facts, keep)
         without = {each.what for each in reasons}
         least = late_bounces(facts) if "late bounces" in without else effort.bounces
         bounces = 0 if "bounces" in without else least
         return cls(
-            left_out=reasons,
-            scene=_drawn(scene, without),
+            skipped=reasons,
+            scene=_without_invisible_blur(scene, without),
             materials=_materials(facts, keep),
             primvars=scene.target.mesh.primvar_names if keep & READ_MORE else facts.surfaces.primvars,
             shading="shading" not in without,
             lights=facts.lights,
             shadows="shadow rays" not in without,
-            glowing_lights="glowing faces as lights" not in without,
+            emissive_lights="emissive faces as lights" not in without,
             surroundings=facts.surroundings,
             world="world" not in without,
             world_sampling="world sampling" not in without,
@@ -74,22 +74,18 @@ class Requirements:
             glossy_bounces=0 if "glossy bounces" in without else bounces,
             transmission_bounces=0 if "transmission bounces" in without else bounces,
             volume_bounces=0 if "volumes" in without else bounces,
-            clear="transparent layers" not in without,
+            transparent="transparent layers" not in without,
             light_tree=effort.light_tree and "light tree" not in without,
             camera_shader="camera shader" not in without,
             light_groups="light groups" not in without,
         )
 
 
-def _drawn(scene: Scene, without: set[str]) -> Scene:
+def _without_invisible_blur(scene: Scene, without: set[str]) -> Scene:
     """`scene` without blur that does not show; its region, in which pictures are exchanged, stays."""
     lens = None if "depth of field" in without else scene.thin_lens
     shutter = None if "motion blur" in without else scene.shutter
-    if lens is scene.thin_lens and shutter is scene.shutter:
-        return scene
-    drawn = replace(scene, thin_lens=lens, shutter=shutter)
-    object.__setattr__(drawn, "picture_region", scene.picture_region)
-    return drawn
+    return scene.with_blur(thin_lens=lens, shutter=shutter)
 
 
 def _materials(facts: Facts, keep: frozenset[str]) -> tuple[Material, ...]:

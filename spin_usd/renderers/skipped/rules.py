@@ -15,7 +15,7 @@ TREE_FROM = 2  # as many lights are chosen among by what they do where they are 
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeftOut:
+class SkippedWork:
     """`what` by its short name in RULES; `same`: BITS, ROUNDING or MEASURED."""
 
     what: str
@@ -33,7 +33,7 @@ def late_bounces(facts: Facts) -> int:
     A surface passes on at most its albedo of what it gets, so what comes after n bounces is at most
     albedo^(n + 1) + albedo^(n + 2) + ... of the light that is reflected once.
     """
-    albedo = facts.surfaces.albedo if facts.surfaces.matt else 1.0
+    albedo = facts.surfaces.albedo if facts.surfaces.diffuse else 1.0
     most = facts.effort.bounces
     if not albedo < 1:
         return most
@@ -41,7 +41,7 @@ def late_bounces(facts: Facts) -> int:
 
 
 def _shading(facts: Facts) -> Reason:
-    return ("no light reaches the target", BITS) if facts.dark and not facts.surfaces.clear else None
+    return ("no light reaches the target", BITS) if facts.dark and not facts.surfaces.transparent else None
 
 
 def _bounces(facts: Facts) -> Reason:
@@ -61,7 +61,7 @@ def _late_bounces(facts: Facts) -> Reason:
 
 
 def _glossy(facts: Facts) -> Reason:
-    return ("all materials are matt", BITS) if facts.surfaces.matt and facts.effort.bounces else None
+    return ("all materials are matt", BITS) if facts.surfaces.diffuse and facts.effort.bounces else None
 
 
 def _transmission(facts: Facts) -> Reason:
@@ -73,13 +73,13 @@ def _volumes(_: Facts) -> Reason:
 
 
 def _transparent(facts: Facts) -> Reason:
-    return None if facts.surfaces.clear or facts.lamps else ("nothing is clear or cut out", BITS)
+    return None if facts.surfaces.transparent or facts.lamps else ("nothing is clear or cut out", BITS)
 
 
 def _tree(facts: Facts) -> Reason:
     if not facts.effort.light_tree or len(facts.lights) >= TREE_FROM or facts.tubes:
         return None
-    if facts.surfaces.glowing and not facts.alone:
+    if facts.surfaces.emissive and not facts.alone:
         return None
     if facts.lights and facts.groups.surroundings:
         return "there is one light, and the sky", MEASURED
@@ -87,13 +87,13 @@ def _tree(facts: Facts) -> Reason:
 
 
 def _shadows(facts: Facts) -> Reason:
-    if not facts.lights or not facts.alone or facts.surfaces.tilted or facts.tubes:
+    if not facts.lights or not facts.alone or facts.surfaces.normal_mapped or facts.tubes:
         return None
     return "the target is convex and its faces flat: none is in another's light", BITS
 
 
 def _emitters(facts: Facts) -> Reason:
-    if not facts.surfaces.glowing or not facts.alone:
+    if not facts.surfaces.emissive or not facts.alone:
         return None
     return "the target is convex: its own light never falls on it", MEASURED
 
@@ -157,7 +157,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "transparent layers": _transparent,
         "light tree": _tree,
         "shadow rays": _shadows,
-        "glowing faces as lights": _emitters,
+        "emissive faces as lights": _emitters,
         "world": _world,
         "world sampling": _world_sampling,
         "depth of field": _depth_of_field,
@@ -172,7 +172,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
 """By name, what a renderer may leave out. The names are those of `BlenderRenderer(keep=...)`."""
 
 
-def known_rules(names: Collection[str]) -> frozenset[str]:
+def check_rule_names(names: Collection[str]) -> frozenset[str]:
     """`names` as those of RULES. Raises InputError for another."""
     for name in names:
         if name not in RULES:
@@ -180,7 +180,7 @@ def known_rules(names: Collection[str]) -> frozenset[str]:
     return frozenset(names)
 
 
-def left_out(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[LeftOut, ...]:
+def skipped_work(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[SkippedWork, ...]:
     """What the scene does not need, but for what is to be kept all the same."""
     found = {name: rule(facts) for name, rule in RULES.items() if name not in keep}
-    return tuple(LeftOut(what=name, why=reason[0], same=reason[1]) for name, reason in found.items() if reason)
+    return tuple(SkippedWork(what=name, why=reason[0], same=reason[1]) for name, reason in found.items() if reason)

@@ -13,15 +13,15 @@ from spin_usd.scene.mesh import Mesh
 # Of the target's radius. A renderer's float32 resolves a range of 16 radii, beyond which its rays start at the target,
 # to 2**-24 of that: surfaces nearer to each other are drawn in random order.
 GAP = 2.0**-20
-MOST_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
+MAX_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
 CHUNK = 4096  # faces whose neighbourhoods are looked at together
-MOST_PAIRS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
+MAX_PAIRS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
 INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
 
 
 def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
-    """(M,) all faces of `mesh`, or of very many MOST_MIDDLES at most."""
-    return np.arange(0, mesh.count, -(-mesh.count // MOST_MIDDLES))
+    """(M,) all faces of `mesh`, or of very many MAX_MIDDLES at most."""
+    return np.arange(0, mesh.count, -(-mesh.count // MAX_MIDDLES))
 
 
 def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -45,7 +45,7 @@ def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], 
     around the mesh's centre, some faces at a time."""
     from scipy.spatial import cKDTree
 
-    tree, left = cKDTree(middles), MOST_PAIRS
+    tree, left = cKDTree(middles), MAX_PAIRS
     for start in range(0, mesh.count, CHUNK):
         corners = corners_of(mesh, np.arange(start, min(start + CHUNK, mesh.count))) - mesh.centre
         centre, radius = _bounding_spheres(corners)

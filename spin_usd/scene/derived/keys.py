@@ -1,8 +1,8 @@
 """Three keys per picture: content digests of at least all that labels, render and image depend on.
 
 Equal keys mean equal results, so the work is done once. Equal results may have other keys: that of the radiance also
-holds what a render of this scene leaves out and is the same without (render.left_out), as materials on no face, inputs
-that change nothing, and bounces of a convex target's light.
+holds what a render of this scene leaves out and is the same without (renderers.skipped), as materials on no face,
+inputs that change nothing, and bounces of a convex target's light.
 """
 
 from collections.abc import Callable, Mapping

@@ -5,8 +5,8 @@ groups, each times its light's own red, green and blue. So strengths and colours
 rays are shared out among the lights, and for that the power of CLASS nearest to each light's share is near enough: to
 choose among lights as if all were equally strong would be noisy where one outshines the others.
 
-Groups, in this order: each light with a place or a direction that reaches the target, by its place in Scene.lights;
-then domes and planets together; then emissive materials. One that the scene lacks has no group.
+The groups are, in this order: each light with a place or a direction that reaches the target, by its place in
+Scene.lights; then domes and planets together; then emissive materials. One that the scene lacks has no group.
 """
 
 import math
@@ -35,7 +35,7 @@ class UnitLight:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Groups:
+class LightGroups:
     """Which light groups a scene has. placed: indices into Scene.lights of those with a group each; whether domes and
     planets light the target; whether its materials shine themselves."""
 
@@ -44,7 +44,7 @@ class Groups:
     emission: bool
 
     @classmethod
-    def of(cls, scene: Scene) -> "Groups":
+    def of(cls, scene: Scene) -> "LightGroups":
         placed = tuple(i for i, light in enumerate(scene.lights) if _is_placed(light))
         return cls(placed=placed, surroundings=bool(_around(scene)), emission=_shines(scene))
 
@@ -55,7 +55,7 @@ class Groups:
 
 def in_unit_light(scene: Scene) -> UnitLight:
     """`scene` in unit light, and the gains that make it the picture's own."""
-    groups, around = Groups.of(scene), _around(scene)
+    groups, around = LightGroups.of(scene), _around(scene)
     strengths = [_irradiance(light, scene) * _mean(_emission(light)) for light in scene.lights]
     tied = around if scene.environment.illuminating else []  # planets are lit by them all in proportion
     most = max((strengths[i] for i in tied or range(len(strengths))), default=0.0)
@@ -78,7 +78,7 @@ def in_unit_light(scene: Scene) -> UnitLight:
         lights.append(_emitting(light, unit))
     gains = [_gain(scene.lights[i], lights[i]) for i in groups.placed]
     gains += [_times(reference, 1 / scale)] * groups.surroundings + [WHITE] * groups.emission
-    return UnitLight(scene=scene.lit_by(tuple(lights)), gains=tuple(gains))
+    return UnitLight(scene=scene.with_lights(tuple(lights)), gains=tuple(gains))
 
 
 def _is_placed(light: Light) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.facing import facing_share
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 
@@ -20,7 +20,7 @@ the dark. None where others light it too: lamps, domes, what shines itself."""
 
 def suns_of(scene: Scene) -> Suns:
     """Those of one picture. The light of planets does not count: it reaches what the Sun lights, and less brightly."""
-    groups = Groups.of(scene)
+    groups = LightGroups.of(scene)
     lights = [scene.lights[i] for i in groups.placed]
     suns = [light for light in lights if isinstance(light, DistantLight)]
     domes = any(isinstance(light, DomeLight) and any(light.radiance) for light in scene.lights)

@@ -23,7 +23,7 @@ class ImageFile:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placement:
+class ImageTransform:
     """UsdTransform2d: st is scaled, then turned counter-clockwise by `rotation_deg`, then moved."""
 
     scale: tuple[float, float] = (1.0, 1.0)
@@ -40,7 +40,7 @@ class ImageMap:
     color_space: str
     output: str = "rgb"
     primvar: str = "st"
-    placement: Placement = Placement()
+    placement: ImageTransform = ImageTransform()
     wrap: tuple[str, str] = ("repeat", "repeat")
     scale: RGBA = (1.0, 1.0, 1.0, 1.0)
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)

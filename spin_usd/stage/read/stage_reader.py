@@ -164,7 +164,7 @@ class StageReader:
         body = placement_below(self._above, self._target_prim, world, frame="body")
         near = between(usdcam, body.transform)
         metres = near.translation * (size * self.metres)
-        return T_CAM_USDCAM @ Transform.following(
+        return T_CAM_USDCAM @ Transform.unchecked(
             to=near.to, of=near.of, rotation=near.rotation, translation=metres
         ), size * body.scale
 

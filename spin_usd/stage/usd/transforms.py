@@ -56,7 +56,7 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
 def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
     """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
     inverse = T_world_a.rotation.T
-    return Transform.following(
+    return Transform.unchecked(
         to=T_world_a.of,
         of=T_world_b.of,
         rotation=inverse @ T_world_b.rotation,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.accuracy.error import FLOOR
-from spin_usd.accuracy.measurement import Setting
+from spin_usd.accuracy.measurement import Configuration
 from spin_usd.dataset.measure.figures import MeasuredPicture
 from spin_usd.dataset.measure.renders import Cost, Runs
 from spin_usd.errors import InputError
@@ -20,7 +20,7 @@ from tests.cases import scenes
 
 SUN = DistantLight(path="/Sun", direction_cam=(0.36, -0.48, 0.8), irradiance=(1361.0, 1200.0, 900.0))
 SENSOR = Sensor(gain=2.0, read_noise=5.0, auto_exposure=AutoExposure())
-SETTING = Setting(renderer="raycast", effort=Effort(samples=4))
+SETTING = Configuration(renderer="raycast", effort=Effort(samples=4))
 SEEDS, PARTS = 4, range(1000, 1004)
 REFERENCE = [f"reference{seed}" for seed in PARTS]
 

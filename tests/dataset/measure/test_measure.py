@@ -11,7 +11,7 @@ from typing import Never
 
 import pytest
 
-from spin_usd.accuracy.measurement import Setting
+from spin_usd.accuracy.measurement import Configuration
 from spin_usd.accuracy.sweep import STEP, settings_to_measure
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure.execution import ExecutionTask
@@ -77,7 +77,7 @@ def measured(killed, tiny_stage, spin_usd):
 
 
 def figures(measurement, renderer="blender", **effort):
-    setting = Setting(renderer=renderer, effort=Effort(**effort))
+    setting = Configuration(renderer=renderer, effort=Effort(**effort))
     return next(each for each in measurement.figures if each.setting == setting)
 
 
@@ -260,7 +260,7 @@ def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path) -> N
 def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> None:
     """In pairs, each in a job of its own; and where one is left out, all of it is that."""
     for names, wanted in ((["world", "volumes"], ["world", "volumes", EVERYTHING]), (["world"], ["world"]), ([], [])):
-        pool, shared = Answering(left_out=Answer(result=names)), campaign(tmp_path)
+        pool, shared = Answering(skipped_work=Answer(result=names)), campaign(tmp_path)
         saving = SavingsTask(shared, planned())
         saving.render(pool)
         assert len(saving.keys) == 2 * shared.request.seeds * len(wanted)

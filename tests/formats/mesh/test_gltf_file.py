@@ -15,7 +15,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
 from spin_usd.scene.material import PRESENCE
-from spin_usd.scene.source.asset import ImageMap, MeshAsset, Placement
+from spin_usd.scene.source.asset import ImageMap, ImageTransform, MeshAsset
 from spin_usd.scene.texture import Primvar
 from tests.formats.mesh.conftest import COORDINATES, FACES, SQUARE, GltfWriter, png, uri
 
@@ -30,7 +30,7 @@ def images(asset: MeshAsset) -> dict[str, ImageMap]:
     return dict(material.images)
 
 
-def placed(placement: Placement, st: Float) -> Float:
+def placed(placement: ImageTransform, st: Float) -> Float:
     """UsdTransform2d in its own words: scaled, then turned counter-clockwise, then translated."""
     angle = np.radians(placement.rotation_deg)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

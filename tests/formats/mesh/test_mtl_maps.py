@@ -8,7 +8,7 @@ import trimesh
 from PIL import Image
 
 from spin_usd.formats.mesh.mesh_file import read_mesh_file
-from spin_usd.scene.source.asset import ImageMap, MeshAsset, Placement
+from spin_usd.scene.source.asset import ImageMap, ImageTransform, MeshAsset
 from tests.formats.mesh.conftest import png
 
 OBJ = """mtllib model.mtl
@@ -82,14 +82,14 @@ def test_a_map_is_multiplied_by_its_constant(
 @pytest.mark.parametrize(
     ("options", "placement", "wrap"),
     [
-        ("", Placement(), "repeat"),
-        ("-s 2 3 1 -o 0.25 0.5 0", Placement(scale=(2, 3), translation=(0.25, 0.5)), "repeat"),
-        ("-o 0.25 -s 2", Placement(scale=(2, 1), translation=(0.25, 0)), "repeat"),
-        ("-blendu on  -clamp on -mm 0 1 -bm 1", Placement(), "clamp"),
-        ("-clamp off -texres 512", Placement(), "repeat"),
+        ("", ImageTransform(), "repeat"),
+        ("-s 2 3 1 -o 0.25 0.5 0", ImageTransform(scale=(2, 3), translation=(0.25, 0.5)), "repeat"),
+        ("-o 0.25 -s 2", ImageTransform(scale=(2, 1), translation=(0.25, 0)), "repeat"),
+        ("-blendu on  -clamp on -mm 0 1 -bm 1", ImageTransform(), "clamp"),
+        ("-clamp off -texres 512", ImageTransform(), "repeat"),
     ],
 )
-def test_options_place_the_image(tmp_path: Path, options: str, placement: Placement, wrap: str) -> None:
+def test_options_place_the_image(tmp_path: Path, options: str, placement: ImageTransform, wrap: str) -> None:
     (tmp_path / "a  name with spaces.png").write_bytes(png(COLORED))
     asset = read(tmp_path, f"map_Kd {options} a  name with spaces.png")
     _, image = only(asset)

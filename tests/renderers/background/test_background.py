@@ -8,7 +8,7 @@ import pytest
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.atmosphere import Air
-from spin_usd.renderers.background.back_plate import choose
+from spin_usd.renderers.background.back_plate import place_image
 from spin_usd.renderers.background.detail import detail
 from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.pixels import solid_angles
@@ -398,13 +398,14 @@ def test_a_large_back_plate_is_averaged_not_sampled() -> None:
 
 def test_a_share_of_the_pictures_has_a_back_plate() -> None:
     seeds = range(2000)
-    chosen = [choose(plate(probability=0.25, mirror=0.5, roll=(0.0, 1.0)), seed) for seed in seeds]
-    there = [lie for lie in chosen if lie]
+    chosen = [place_image(plate(probability=0.25, mirror=0.5, roll=(0.0, 1.0)), seed) for seed in seeds]
+    there = [image for image in chosen if image]
     assert len(there) == pytest.approx(500, abs=5 * np.sqrt(2000 * 0.25 * 0.75))
-    assert sum(lie.mirrored for lie in there) == pytest.approx(len(there) / 2, abs=5 * np.sqrt(len(there)) / 2)
-    rolls = [lie.roll for lie in there]
+    assert sum(image.mirrored for image in there) == pytest.approx(len(there) / 2, abs=5 * np.sqrt(len(there)) / 2)
+    rolls = [image.roll for image in there]
     assert np.mean(rolls) == pytest.approx(0.5, abs=5 / np.sqrt(12 * len(rolls)))
-    assert choose(plate(), 7) == choose(plate(), 7) or choose(plate(), 7).roll == choose(plate(), 7).roll
+    assert place_image(plate(), 7).roll == place_image(plate(), 7).roll
+
     assert sky(behind(plate=plate(probability=0.0)), seed=0) is None
 
 

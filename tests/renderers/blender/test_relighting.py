@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
-from spin_usd.scene.derived.light_groups import Groups, in_unit_light
+from spin_usd.scene.derived.light_groups import LightGroups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import CylinderLight, DistantLight, DomeLight, RectLight, SphereLight
@@ -113,7 +113,7 @@ def as_one(blender, monkeypatch, scene, effort, **options):
     """The picture without groups."""
     with monkeypatch.context() as patch:
         patch.setattr("spin_usd.renderers.blender.renderer.group_names", lambda groups: ["all"])
-        patch.setattr("spin_usd.renderers.skipped.facts.Groups.count", 1)
+        patch.setattr("spin_usd.renderers.skipped.facts.LightGroups.count", 1)
         return blender.radiance(scene, effort, **options)
 
 
@@ -127,7 +127,7 @@ def test_the_sum_of_the_groups_is_the_picture(blender, taken, monkeypatch, name)
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)
     apart = blender.radiance(scene, Effort(samples=SAMPLES), seed=1)
-    assert len(apart.groups) == Groups.of(scene).count
+    assert len(apart.groups) == LightGroups.of(scene).count
     assert all(group.any() for group in apart.groups)
     assert_sum(apart, as_one(blender, monkeypatch, scene, Effort(samples=SAMPLES), seed=1), samples=SAMPLES)
 
@@ -149,7 +149,7 @@ def test_the_sum_is_the_picture_with_motion_and_depth_of_field_and_in_bands(blen
 
 
 def test_each_group_is_what_its_source_makes_alone(blender, taken) -> None:
-    """The order is that of Groups: lights by their places, then what shines from around, then what glows."""
+    """The order is that of LightGroups: lights by their places, then what shines from around, then what glows."""
     lights, fields = SOURCES["everything"]
     groups = blender.radiance(taken(*lights, **fields), Effort(samples=256), seed=1).groups.mean((1, 2))
     domeless = [taken(light) for light in lights[:3]]

@@ -8,7 +8,7 @@ import pytest
 from spin_usd.geometry.transform import Transform
 from spin_usd.renderers.background.latlong import bilinear_latlong, planes
 from spin_usd.renderers.background.surroundings import Surroundings
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import DistantLight, DomeLight
@@ -272,11 +272,11 @@ def test_a_planet_that_does_not_illuminate_leaves_the_target_as_it_is_without(bl
     for planets in ([], [one]):
         with_it, without = facing(lights=lights, planets=[*planets, seen_only]), facing(lights=lights, planets=planets)
         assert Surroundings.of(with_it).key == Surroundings.of(without).key
-        assert Groups.of(with_it) == Groups.of(without)
+        assert LightGroups.of(with_it) == LightGroups.of(without)
     both = facing(lights=lights, planets=[one, other])
     assert Surroundings.of(both).key != Surroundings.of(facing(lights=lights, planets=[one])).key
     dark = facing(lights=lights[:1], planets=[seen_only])
     assert Surroundings.of(dark) is None
-    assert Groups.of(dark).count == 1
+    assert LightGroups.of(dark).count == 1
     plain = [blender.radiance(scene, Effort(samples=4), seed=0).rgba for scene in (dark, facing(lights=lights[:1]))]
     np.testing.assert_array_equal(*plain)

@@ -35,7 +35,7 @@ DEEP_SPACE = {*ALWAYS, "glossy bounces", "transparent layers", "light tree", "wo
 
 
 def left(scene, effort=Effort(), keep=()):  # noqa: B008 - frozen
-    return {each.what for each in Requirements.of(scene, effort, frozenset(keep)).left_out}
+    return {each.what for each in Requirements.of(scene, effort, frozenset(keep)).skipped}
 
 
 def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_need() -> None:
@@ -43,7 +43,12 @@ def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_ne
     assert left(scene) == {*DEEP_SPACE, "material inputs"}
     required = Requirements.of(scene, Effort(bounces=3))
     assert (required.bounces, required.glossy_bounces, required.transmission_bounces) == (3, 0, 0)
-    assert (required.volume_bounces, required.clear, required.light_tree, required.world) == (0, False, False, False)
+    assert (required.volume_bounces, required.transparent, required.light_tree, required.world) == (
+        0,
+        False,
+        False,
+        False,
+    )
     assert (required.shadows, required.shading, required.lights) == (True, True, (0,))
 
 
@@ -143,8 +148,8 @@ def test_smooth_convex_targets_keep_their_shadows() -> None:
 
 
 def test_what_glows_is_looked_for_unless_it_lights_nothing() -> None:
-    assert "glowing faces as lights" not in left(a_scene(GLOWING))
-    assert left(a_scene(GLOWING, points_faces=scenes.box())) >= {"glowing faces as lights", "light tree"}
+    assert "emissive faces as lights" not in left(a_scene(GLOWING))
+    assert left(a_scene(GLOWING, points_faces=scenes.box())) >= {"emissive faces as lights", "light tree"}
     black = replace(MATT, emissive_color=textured((0.0, 0, 0), (0, 0, 0.0)))
     assert "light tree" in left(a_scene(black))
 
@@ -198,7 +203,7 @@ def test_primvars_and_materials_that_no_face_shows_are_not_needed() -> None:
     scene = a_scene(seen, primvars=primvars)
     unseen = replace(scene.target, materials=(seen, replace(METAL, roughness=textured(0.1, 0.9), opacity=0.5)))
     required = Requirements.of(replace(scene, target=unseen), Effort())
-    assert {"unseen materials", "primvars", "transparent layers"} <= {each.what for each in required.left_out}
+    assert {"unseen materials", "primvars", "transparent layers"} <= {each.what for each in required.skipped}
     assert required.primvars == {"colour"}
     assert required.materials[1] == Material(path="")
     tilted = replace(seen, normal=Primvar(name="colour"))
@@ -231,11 +236,9 @@ def test_what_turns_in_place_moves() -> None:
 def test_a_scene_in_unit_light_needs_what_it_needs_in_its_own() -> None:
     for lights in ((SUN, BALL, DOME), (), (replace(SUN, obscuration=1.0), TUBE), (replace(SUN, obscuration=1.0),)):
         scene = a_scene(METAL, lights=lights, planets=(EARTH,))
-        assert (
-            Requirements.of(scene, Effort()).left_out == Requirements.of(in_unit_light(scene).scene, Effort()).left_out
-        )
+        assert Requirements.of(scene, Effort()).skipped == Requirements.of(in_unit_light(scene).scene, Effort()).skipped
 
 
 def test_what_is_wrong_in_materials_is_left_to_be_refused() -> None:
     wrong = replace(MATT, roughness=Primvar(name="nowhere"), opacity=Primvar(name="nowhere"), opacity_threshold=0.5)
-    assert Requirements.of(a_scene(replace(wrong, diffuse_color=Primvar(name="nowhere"))), Effort()).clear
+    assert Requirements.of(a_scene(replace(wrong, diffuse_color=Primvar(name="nowhere"))), Effort()).transparent

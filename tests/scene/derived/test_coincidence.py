@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.triangles import areas
-from spin_usd.scene.derived.coincidence import GAP, MOST_MIDDLES, coincident_faces, evenly_spread
+from spin_usd.scene.derived.coincidence import GAP, MAX_MIDDLES, coincident_faces, evenly_spread
 from tests.cases.scenes import box, soup, target, unit_quaternions
 
 SECONDS = 20.0  # for 200,000 faces; measured 1
@@ -89,6 +89,6 @@ def test_many_faces_take_seconds() -> None:
     looked_at = evenly_spread(mesh)
     found = coincident_faces(mesh, looked_at)
     assert time.process_time() - started < SECONDS
-    assert MOST_MIDDLES / 2 < len(looked_at) <= MOST_MIDDLES
+    assert MAX_MIDDLES / 2 < len(looked_at) <= MAX_MIDDLES
     np.testing.assert_array_equal(np.unique(found[:, 0]), looked_at)
     assert areas(mesh.points[mesh.faces]).sum() == pytest.approx(2 * side**2)

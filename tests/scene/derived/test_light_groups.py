@@ -8,7 +8,7 @@ import pytest
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
-from spin_usd.scene.derived.light_groups import CLASS, Groups, in_unit_light
+from spin_usd.scene.derived.light_groups import CLASS, LightGroups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet
 from spin_usd.scene.light import CylinderLight, DiskLight, DistantLight, DomeLight, PointLight, RectLight, SphereLight
@@ -88,8 +88,8 @@ def scaled(light, factor):
 def test_the_lights_are_the_unit_lights_times_their_gains(name) -> None:
     """What reaches the target of each group, and whatever else a light says, is the same."""
     of, unit = SCENES[name], in_unit_light(SCENES[name])
-    groups = Groups.of(of)
-    assert groups == Groups.of(unit.scene)
+    groups = LightGroups.of(of)
+    assert groups == LightGroups.of(unit.scene)
     assert len(unit.gains) == groups.count
     for place, gain in zip(groups.placed, unit.gains, strict=False):
         light, one = of.lights[place], unit.scene.lights[place]
@@ -116,11 +116,14 @@ def test_a_scene_in_unit_light_is_its_own(name) -> None:
         np.testing.assert_allclose(gain, np.not_equal(before, 0) | np.equal(gain, 1), rtol=DOUBLE)
 
 
-@pytest.mark.parametrize("name", [name for name, of in SCENES.items() if of.lights and not Groups.of(of).emission])
+@pytest.mark.parametrize("name", [name for name, of in SCENES.items() if of.lights and not LightGroups.of(of).emission])
 @pytest.mark.parametrize("factor", [1e-3, 0.9, 2.0, 1e4])
 def test_all_lights_may_be_so_much_stronger(name, factor) -> None:
     of = SCENES[name]
-    stronger, unit = in_unit_light(of.lit_by(tuple(scaled(light, factor) for light in of.lights))), in_unit_light(of)
+    stronger, unit = (
+        in_unit_light(of.with_lights(tuple(scaled(light, factor) for light in of.lights))),
+        in_unit_light(of),
+    )
     for one, two in zip(unit.scene.lights, stronger.scene.lights, strict=True):
         np.testing.assert_allclose(emission(two), emission(one), rtol=DOUBLE)
     lamps_off = [np.any(emission(light)) for light in of.lights]

@@ -21,7 +21,7 @@ GUIDES = ("Denoising Albedo", "Denoising Normal")
 # Blender's names of the network's size, and of what is done about the guides' own noise: to clean them first takes
 # longer than all the rest, and pays with the largest network only (measured).
 QUALITIES = {"fast": ("Fast", "Fast"), "balanced": ("Balanced", "Fast"), "high": ("High", "Accurate")}
-LEAST_PX = 4  # of Blender's images, a side
+MIN_PX = 4  # of Blender's images, a side
 COMPOSITOR = {
     "engine": "CYCLES",
     "use_compositing": True,
@@ -54,7 +54,7 @@ class Denoiser:
         names = [f"denoised.{index}" for index in range(len(groups))]
         self._build(dict(zip(names, groups, strict=True)), albedo, normal, QUALITIES[quality])
         render(self._scene, self._file, write_still=False)
-        shape = (max(rows, LEAST_PX), max(columns, LEAST_PX))
+        shape = (max(rows, MIN_PX), max(columns, MIN_PX))
         found = read_picture(self._file, shape, {name.partition(".")[2]: 3 for name in names})
         clean = np.stack(list(found.values()))[:, :rows, :columns] * (noisy.coverage > 0)[..., None]
         return replace(noisy, groups=_as_bright(clean, noisy.groups))
@@ -106,5 +106,5 @@ def _as_bright(clean: Float32, noisy: Float32) -> Float32:
 def _large_enough(planes: Float32) -> Float32:
     """(N, rows, columns, 3) with black rows and columns added: Blender takes an image of one pixel for a constant."""
     rows, columns = planes.shape[1:3]
-    lacking = (0, max(LEAST_PX - rows, 0)), (0, max(LEAST_PX - columns, 0))
+    lacking = (0, max(MIN_PX - rows, 0)), (0, max(MIN_PX - columns, 0))
     return np.pad(planes, ((0, 0), *lacking, (0, 0)))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from spin_usd.renderers.blender.cycles.passes import COMBINED
-from spin_usd.scene.derived.light_groups import Groups
+from spin_usd.scene.derived.light_groups import LightGroups
 
 SURROUNDINGS, EMISSION = "surroundings", "emission"
 
@@ -14,7 +14,7 @@ def light_name(index: int) -> str:
     return f"light {index}"
 
 
-def group_names(groups: Groups) -> list[str]:
+def group_names(groups: LightGroups) -> list[str]:
     """The names of a scene's groups, in their order."""
     placed = [light_name(index) for index in groups.placed]
     return placed + [SURROUNDINGS] * groups.surroundings + [EMISSION] * groups.emission

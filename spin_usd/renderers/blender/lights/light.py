@@ -20,7 +20,7 @@ from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, Light, 
 
 
 @dataclass(eq=False)
-class Shown:
+class BlenderLight:
     """A light in Blender: what shows it, its links, and the content it shows now."""
 
     source: Sun | Lamp | Tube
@@ -28,14 +28,14 @@ class Shown:
     key: str = ""
 
 
-class LightRig:
+class LightSetup:
     """As many Suns, lamps and tubes as one Blender scene needs. Domes are the world's."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self._parent = bpy.data.objects.new("lights", None)
         self._images = ImageLibrary()
-        self._shown: list[Shown] = []
+        self._shown: list[BlenderLight] = []
         self._kinds: list[str] = []
         self._groups: list[int] = []
         self.made = 0
@@ -77,7 +77,7 @@ class LightRig:
         sources = [self._new(kind) for kind in kinds]
         for source in sources:
             self._scene.collection.objects.link(source.object)
-        self._shown = [Shown(source=source, links=LightLinking(source.object)) for source in sources]
+        self._shown = [BlenderLight(source=source, links=LightLinking(source.object)) for source in sources]
         self._kinds, self._groups = kinds, groups
         self.made += 1
 
@@ -88,7 +88,7 @@ class LightRig:
 
     def _show(
         self,
-        shown: Shown,
+        shown: BlenderLight,
         light: DistantLight | AreaLight,
         view: View,
         groups: Mapping[int, Sequence[Any]],

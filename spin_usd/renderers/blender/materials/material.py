@@ -46,19 +46,19 @@ class MaterialLibrary:
         mesh: Mesh,
         *,
         needed: Sequence[Material],
-        glowing_lights: bool,
+        emissive_lights: bool,
         again: bool,
     ) -> None:
         """Make the surfaces of `mesh` those of its materials.
 
         meshes: Blender's, of `mesh` or of its groups of faces · authored: the materials of `mesh`, in the order in
         which its faces name them; all are checked · needed: the same, as far as the picture depends on them; these are
-        shown · glowing_lights: whether rays look for the surfaces that glow · again: the Blender meshes are new, so
+        shown · emissive_lights: whether rays look for the surfaces that glow · again: the Blender meshes are new, so
         nothing is left of the time before. Raises UnsupportedError, with the material's path.
         """
         self._check(authored, mesh, EVERY, again=again)
-        make = partial(surface_material, glowing_lights=glowing_lights)
-        keys = [_surface_key(material, glowing_lights=glowing_lights) for material in needed]
+        make = partial(surface_material, emissive_lights=emissive_lights)
+        keys = [_surface_key(material, emissive_lights=emissive_lights) for material in needed]
         self._used["surface"] = dict(zip(keys, needed, strict=True))
         self._show(meshes, keys, make, again=again)
 
@@ -109,8 +109,8 @@ def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
     return [each for each in found if each[1].any()] or [(mesh, np.zeros(len(mesh.faces), bool))]
 
 
-def _surface_key(material: Material, *, glowing_lights: bool) -> str:
-    return material.key if glowing_lights else f"{material.key} {GLOWING_ONLY}"
+def _surface_key(material: Material, *, emissive_lights: bool) -> str:
+    return material.key if emissive_lights else f"{material.key} {GLOWING_ONLY}"
 
 
 def _label_key(material: Material) -> str:
@@ -149,8 +149,8 @@ def black_material() -> Any:
     return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
 
 
-def surface_material(material: Material, images: ImageLibrary, *, glowing_lights: bool = True) -> Any:
-    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `glowing_lights`: if it glows, rays
+def surface_material(material: Material, images: ImageLibrary, *, emissive_lights: bool = True) -> Any:
+    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: if it glows, rays
     look for it."""
     nodes = Nodes("surface")
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
@@ -158,7 +158,7 @@ def surface_material(material: Material, images: ImageLibrary, *, glowing_lights
     feeds = principled_inputs(nodes, inputs, specular_workflow=material.use_specular_workflow)
     principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **tilted(normal, "Normal", "Coat Normal")})
     surface = nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
-    if not glowing_lights:
+    if not emissive_lights:
         surface.cycles.emission_sampling = "NONE"
     return surface
 

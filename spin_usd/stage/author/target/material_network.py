@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdShade
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.material import TRANSPARENT, Material
-from spin_usd.scene.source.asset import ImageFile, ImageMap, ModelMaterial, Placement
+from spin_usd.scene.source.asset import ImageFile, ImageMap, ImageTransform, ModelMaterial
 from spin_usd.scene.texture import Primvar
 
 TYPES = Sdf.ValueTypeNames
@@ -77,10 +77,10 @@ def _coordinates(texture: UsdShade.Shader, image: ImageMap) -> UsdShade.Output:
     """Where on the image: the primvar, moved where the placement says so."""
     read = _reader(texture.GetPrim(), image.primvar, "float2", TYPES.Float2)
     placement = image.placement
-    if placement == Placement():
+    if placement == ImageTransform():
         return read
     path = texture.GetPath()
-    node = _node(texture.GetPrim().GetStage(), path.ReplaceName(f"{path.name}Placement"), "UsdTransform2d")
+    node = _node(texture.GetPrim().GetStage(), path.ReplaceName(f"{path.name}ImageTransform"), "UsdTransform2d")
     node.CreateInput("in", TYPES.Float2).ConnectToSource(read)
     node.CreateInput("scale", TYPES.Float2).Set(Gf.Vec2f(*placement.scale))
     node.CreateInput("rotation", TYPES.Float).Set(placement.rotation_deg)

@@ -11,7 +11,16 @@ from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdUtils
 
 from spin_usd.errors import GeometryError
 from spin_usd.scene.material import PRESENCE, Material
-from spin_usd.scene.source.asset import RAW, SRGB, ImageFile, ImageMap, MeshAsset, MeshPart, ModelMaterial, Placement
+from spin_usd.scene.source.asset import (
+    RAW,
+    SRGB,
+    ImageFile,
+    ImageMap,
+    ImageTransform,
+    MeshAsset,
+    MeshPart,
+    ModelMaterial,
+)
 from spin_usd.scene.texture import Primvar
 from spin_usd.stage.author.target.from_mesh_file import write_mesh_target
 from spin_usd.stage.check.check_stage import validator_findings
@@ -48,7 +57,7 @@ def textured(tmp_path: Path) -> Usd.Stage:
     base = ImageMap(
         file=ImageFile(name="a<b.png", data=png(1)),
         color_space=SRGB,
-        placement=Placement(scale=(2, 3), rotation_deg=30, translation=(0.5, 0.25)),
+        placement=ImageTransform(scale=(2, 3), rotation_deg=30, translation=(0.5, 0.25)),
         wrap=("clamp", "mirror"),
         scale=(1, 0.5, 0.25, 1),
     )
