@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def setting_of(
         raise InputError(f"{' and '.join(given)} are given together", do="give one of them")
     if measured is not None and error is None:
         raise InputError("--measured is given without --error", do="give --error too")
-    renderer = renderer or "blender"
+    renderer = renderer or DEFAULT_RENDERER
     if error is not None:
         return choosing.by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
@@ -43,7 +44,7 @@ def setting_of(
         tried = parse_effort(_said(effort))
     if quality is not None:
         tried, chosen = choosing.by_quality(quality, stage, renderer=renderer)
-        _refuse_raycast(quality, tried, renderer)
+        _refuse_unheeded(quality, tried, renderer)
     return Configuration(renderer=renderer, effort=tried), chosen
 
 
@@ -53,9 +54,7 @@ def _said(effort: str) -> str:
     return effort
 
 
-def _refuse_raycast(quality: str, effort: "Effort", renderer: str) -> None:
-    from spin_usd.dataset.render.render import RAYCAST_EFFORT
-
-    if renderer == "raycast" and (unused := set(effort.unusual) - RAYCAST_EFFORT):
-        found = f"--quality {quality} needs blender: raycast has no {' and no '.join(sorted(unused))}"
-        raise InputError(found, do="drop --renderer raycast, or give --samples N")
+def _refuse_unheeded(quality: str, effort: "Effort", renderer: str) -> None:
+    if unused := set(effort.unusual) - renderer_entry(renderer).effort:
+        found = f"--quality {quality} needs {DEFAULT_RENDERER}: {renderer} has no {' and no '.join(sorted(unused))}"
+        raise InputError(found, do=f"drop --renderer {renderer}, or give --samples N")

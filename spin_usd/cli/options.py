@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
 from spin_usd.dataset.store.stage_path import root_layer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
@@ -36,7 +37,10 @@ Labels = Annotated[
 ]
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
 RendererName = Annotated[
-    str | None, typer.Option("--renderer", metavar="NAME", help="blender or raycast; blender if nothing is said.")
+    str | None,
+    typer.Option(
+        "--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} if nothing is said."
+    ),
 ]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
 NoCache = Annotated[

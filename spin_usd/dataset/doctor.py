@@ -13,6 +13,7 @@ import psutil
 
 import spin_usd
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.versions import LIBRARIES
 from spin_usd.dataset.render.render import MEMORY_PER_WORKER, default_workers
@@ -61,7 +62,7 @@ def _library(name: str) -> Line:
 
 def _children() -> Iterator[Line]:
     """The renderers, each started as a render would start it: a library that crashes must not take us along."""
-    for renderer in ("raycast", "blender"):
+    for renderer in RENDERERS:
         try:
             with Child() as child:
                 found = child.call("try_renderer", name=renderer)

@@ -23,7 +23,7 @@ from benchmarks.command import asked
 from scipy.optimize import nnls
 
 from spin_usd.dataset.picture.make_picture import Stopwatch
-from spin_usd.dataset.plan.cost import EVERYWHERE, TRACING, expected_work
+from spin_usd.dataset.plan.cost import EVERYWHERE, expected_work, tracing_costs
 from spin_usd.dataset.plan.make_plan import Question, make_plan
 from spin_usd.dataset.plan.work import Making, Method, amounts
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
@@ -82,7 +82,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "pictures": len(samples),
         "everywhere": fitted(samples, EVERYWHERE),
         "tracing": {
-            name: fitted([sample for sample in samples if sample.renderer == name], TRACING[name]) for name in renderers
+            name: fitted([sample for sample in samples if sample.renderer == name], tracing_costs(name))
+            for name in renderers
         },
     }
 

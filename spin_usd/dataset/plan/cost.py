@@ -13,6 +13,7 @@ from pathlib import Path
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.labels.table import LABELS
 
@@ -33,35 +34,6 @@ EVERYWHERE: Costs = {
     },
 }
 """Seconds a unit of each kind of work; see amounts. A dome is taken for a back plate, unmeasured."""
-TRACING: Mapping[str, Costs] = {
-    "blender": {
-        LABEL_PASS: {"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
-        BEAUTY_PASS: {
-            "picture": 0.017,
-            "box": 0.02,
-            "pixel": 3e-7,
-            "beside": 5.3e-7,
-            "target": 1.63e-6,
-            "glossy": 8e-7,
-            "clear": 6e-7,
-            "several lights": 3e-7,
-            "surroundings": 5e-7,
-            "bounced": 4e-7,
-            "sky": 0.02,
-            "group": 1e-7,
-            "denoised fast": 1.5e-6,
-            "denoised balanced": 2.7e-6,
-            "denoised high": 1.4e-5,
-            "enlarged": 1e-7,
-        },
-    },
-    "raycast": {
-        LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
-        BEAUTY_PASS: {"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
-    },
-}
-"""The same of the two passes, by renderer, as `tools/bench calibrate` finds them: units that one of them does not have
-there cost nothing."""
 BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0} | {name: label.file_bytes for name, label in LABELS.items()}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
@@ -69,9 +41,15 @@ CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region
 LEAST_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
 
+def tracing_costs(renderer: str) -> Costs:
+    """The same of the two passes of the renderer `renderer`."""
+    entry = renderer_entry(renderer)
+    return {LABEL_PASS: entry.label_costs, BEAUTY_PASS: entry.image_costs}
+
+
 def expected_work(making: Making, method: Method) -> dict[str, float]:
     """Seconds of one core by kind of work."""
-    costs = {**EVERYWHERE, **TRACING[method.renderer]}
+    costs = {**EVERYWHERE, **tracing_costs(method.renderer)}
     return {
         work: sum(costs[work].get(unit, 0.0) * count for unit, count in units.items())
         for work, units in amounts(making, method).items()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
+from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.renderers.skipped.facts import Facts
 from spin_usd.renderers.skipped.rules import BITS, SkippedWork, skipped_work
 from spin_usd.scene.derived.keys import RenderSettings
@@ -55,7 +56,7 @@ class Tally:
         self._counts.update(
             (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has
         )
-        if self._settings.renderer != "blender":
+        if not renderer_entry(self._settings.renderer).skips_work:
             return
         if radiance not in self._known:
             self._known[radiance] = skipped_work(Facts(scene=scene, effort=self._settings.effort))

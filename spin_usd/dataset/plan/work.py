@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import LABELS
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
@@ -99,7 +100,9 @@ def amounts(making: Making, method: Method) -> dict[str, Amounts]:
 def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bool = False) -> Amounts:
     """Of one pass: boxes of pixels, their pixels, and the samples of those on the target and beside it. `whole`: the
     region is not cut into bands."""
-    count, pixels = (1.0, float(picture.region_pixels)) if whole or renderer != "blender" else _bands(picture, samples)
+    count, pixels = (
+        (1.0, float(picture.region_pixels)) if whole or not renderer_entry(renderer).bands else _bands(picture, samples)
+    )
     target = min(picture.target_pixels, pixels)
     return {"box": count, "pixel": pixels, "beside": samples * (pixels - target), "target": samples * target}
 

@@ -1,24 +1,99 @@
-"""The renderers by name, each loaded when it is opened: one of them needs Blender."""
+"""The renderers that there are, and the one place that opens them.
 
-from collections.abc import Collection
+A new renderer is a file with a class that does what `renderers.renderer.Renderer` says, and an entry here. Its class is
+named as text and loaded when it is opened: one of them needs Blender, which only child processes load.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.renderers.renderer import Renderer
+
+if TYPE_CHECKING:
+    from spin_usd.renderers.renderer import Renderer
+
+UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
 
 
-def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> Renderer:
-    """Open the renderer `name`: `blender` or `raycast`.
+@dataclass(frozen=True, kw_only=True)
+class RendererEntry:
+    """What spin_usd knows of a renderer before it is opened.
 
-    Without `crop` Blender renders whole frames instead of the target's part of them, to the same bytes; with `keep` it
-    does the work that these rules would skip, to the same picture as surely as each rule says. Raises UnsupportedError
-    for any other name.
+    name: in `--renderer` and in records · module, class_name: where its class is · effort: the settings of
+    scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
+    does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
+    bands of rows · label_costs, image_costs: seconds of one core for each unit of its two passes, where the units are
+    those of plan.work; `tools/bench calibrate` measures them, and units that do not stand here cost nothing.
     """
-    if name == "raycast":
-        from spin_usd.renderers.raycast.renderer import RaycastRenderer
 
-        return RaycastRenderer()
-    if name == "blender":
-        from spin_usd.renderers.blender.renderer import BlenderRenderer
+    name: str
+    module: str
+    class_name: str
+    effort: frozenset[str] = frozenset({"samples"})
+    skips_work: bool = False
+    bands: bool = False
+    label_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+    image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
 
-        return BlenderRenderer(crop=crop, keep=keep)
-    raise UnsupportedError(f"there is no renderer {name!r}", do="choose blender or raycast")
+
+_ALL = (
+    RendererEntry(
+        name="blender",
+        module="spin_usd.renderers.blender.renderer",
+        class_name="BlenderRenderer",
+        effort=frozenset({"samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"}),
+        skips_work=True,
+        bands=True,
+        label_costs={"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
+        image_costs={
+            "picture": 0.017,
+            "box": 0.02,
+            "pixel": 3e-7,
+            "beside": 5.3e-7,
+            "target": 1.63e-6,
+            "glossy": 8e-7,
+            "clear": 6e-7,
+            "several lights": 3e-7,
+            "surroundings": 5e-7,
+            "bounced": 4e-7,
+            "sky": 0.02,
+            "group": 1e-7,
+            "denoised fast": 1.5e-6,
+            "denoised balanced": 2.7e-6,
+            "denoised high": 1.4e-5,
+            "enlarged": 1e-7,
+        },
+    ),
+    RendererEntry(
+        name="raycast",
+        module="spin_usd.renderers.raycast.renderer",
+        class_name="RaycastRenderer",
+        effort=frozenset({"samples", "reduction"}),
+        label_costs={"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
+        image_costs={"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
+    ),
+)
+RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
+DEFAULT_RENDERER = "blender"
+
+
+def renderer_entry(name: str) -> RendererEntry:
+    """The entry of the renderer `name`. Raises UnsupportedError where there is none."""
+    if name not in RENDERERS:
+        raise UnsupportedError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
+    return RENDERERS[name]
+
+
+def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> "Renderer":
+    """Open the renderer `name`, one of RENDERERS.
+
+    Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
+    bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
+    Raises UnsupportedError for any other name.
+    """
+    entry = renderer_entry(name)
+    options: dict[str, Any] = {"crop": crop, "keep": keep} if entry.skips_work else {}
+    renderer: Renderer = getattr(import_module(entry.module), entry.class_name)(**options)
+    return renderer

@@ -20,6 +20,7 @@ from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.plan.work import Making, Method
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render import same_stage
 from spin_usd.dataset.render.dataset_json import describe
@@ -40,7 +41,6 @@ from spin_usd.scene.effort import Effort
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 IMAGE_SUFFIXES = (".png", ".jpg")
-RAYCAST_EFFORT = {"samples", "reduction"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class RenderRequest:
     effort: Effort = Effort()  # noqa: RUF009 - frozen
     chosen: Chosen | None = None
     seed: int | None = None
-    renderer: str = "blender"
+    renderer: str = DEFAULT_RENDERER
     labels: tuple[str, ...] = DEFAULT_LABELS
     image: bool = True
     radiance: bool = False
@@ -63,11 +63,10 @@ class RenderRequest:
         for label in self.labels:
             if label not in LABELS:
                 raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
-        if self.renderer not in ("blender", "raycast"):
-            raise InputError(f"there is no renderer {self.renderer!r}", do="choose blender or raycast")
-        if self.renderer == "raycast" and (unused := set(self.effort.unusual) - RAYCAST_EFFORT):
-            found = f"raycast has no {' and no '.join(sorted(unused))}"
-            raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(RAYCAST_EFFORT))}")
+        heeded = renderer_entry(self.renderer).effort
+        if unused := set(self.effort.unusual) - heeded:
+            found = f"{self.renderer} has no {' and no '.join(sorted(unused))}"
+            raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(heeded))}")
         if self.image_suffix not in IMAGE_SUFFIXES:
             raise InputError(f"images cannot be {self.image_suffix!r}", do=f"choose {' or '.join(IMAGE_SUFFIXES)}")
         if not self.kinds:
