@@ -67,3 +67,9 @@ def test_the_citation_has_the_required_fields_and_the_version_of_the_package() -
         project["version"],
         project["license"],
     )
+
+
+def test_the_changelog_has_the_version_of_the_package() -> None:
+    version = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]["version"]
+    titles = re.findall(r"^## (\S+)", (REPOSITORY / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert titles[:2] == ["Unreleased", version]
