@@ -96,7 +96,9 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
 
 
 def _in_name_order(pixels: Image, names: list[str]) -> tuple[Image, tuple[str, ...]]:
-    order = sorted(range(len(names)), key=lambda i: ("RGBA".find(names[i]) % 8, names[i]))
+    first = [names.index(name) for name in "RGBA" if name in names]
+    others = sorted((i for i in range(len(names)) if i not in first), key=names.__getitem__)
+    order = first + others
     if order != list(range(len(names))):
         pixels = np.ascontiguousarray(pixels[..., order])
     return pixels[..., 0] if len(names) == 1 else pixels, tuple(names[i] for i in order)

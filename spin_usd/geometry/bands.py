@@ -39,11 +39,16 @@ def tight_bands(
         return [region]
     start, end = _pieces(camera, p[:, :2] / p[:, 2:], uv, edges)
     low, high = _extents(start, end, region, PADDING_PX + reach_px)
-    return [
-        Region(x0=int(low[a:b].min()), x1=int(high[a:b].max()), y0=region.y0 + a * ROWS, y1=y1)
+    bands = [
+        Region(
+            x0=int(low[a:b].min()),
+            x1=int(high[a:b].max()),
+            y0=region.y0 + a * ROWS,
+            y1=min(region.y0 + b * ROWS, region.y1),
+        )
         for a, b in _cheapest_cuts(low, high, band_cost_px)
-        if (y1 := min(region.y0 + b * ROWS, region.y1)) and low[a:b].min() < high[a:b].max()
     ]
+    return [band for band in bands if not band.empty]
 
 
 def _extents(start: Float, end: Float, region: Region, padding: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

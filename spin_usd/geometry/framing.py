@@ -19,20 +19,20 @@ UNDECIDED = 255
 
 class Framing(IntEnum):
     """How a frame shows a body. WHOLE: all of it. CUT_OFF: some of it. OUTSIDE: none, though not all of it is BEHIND
-    the camera. AROUND: the camera is inside the body's bounding box, whatever the frame shows."""
+    the camera. CAMERA_INSIDE: the camera is inside the body's bounding box, whatever the frame shows."""
 
     WHOLE = 0
     CUT_OFF = 1
     OUTSIDE = 2
     BEHIND = 3
-    AROUND = 4
+    CAMERA_INSIDE = 4
 
 
 def framings(camera: Camera, hull: Float, rotations: Float, translations: Float) -> NDArray[np.uint8]:
     """The Framing (M,) of the body whose convex hull has the corners `hull` (N, 3), body frame, metres, at the poses
     T_cam_body of `rotations` (M, 3, 3) and `translations` (M, 3), metres."""
     found = _by_ball(camera, hull, rotations, translations)
-    found[around(hull, rotations, translations)] = Framing.AROUND
+    found[around(hull, rotations, translations)] = Framing.CAMERA_INSIDE
     open_ones = np.flatnonzero(found == UNDECIDED)
     step = max(CHUNK // len(hull), 1)
     for start in range(0, len(open_ones), step):

@@ -32,7 +32,7 @@ def by_projection(camera, rotation, place):
     points = everywhere() @ rotation.T + place
     eye = -rotation.T @ place
     if ((eye > BODY.min(0)) & (eye < BODY.max(0))).all():
-        return Framing.AROUND
+        return Framing.CAMERA_INSIDE
     if (points[:, 2] <= 0).all():
         return Framing.BEHIND
     with np.errstate(invalid="ignore"):

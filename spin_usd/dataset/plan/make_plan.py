@@ -13,13 +13,13 @@ from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedErr
 from spin_usd.errors import SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.keys import KEYS, RenderSettings
-from spin_usd.scene.derived.views import Views, together
+from spin_usd.scene.derived.views import Views, merged
 from spin_usd.scene.effort import Effort
 
 COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 PLANNING = "planning: picture"
-STAGE_SHARE = 2  # of the memory that children together may take, at most so many of them
+STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
-        views=together([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
+        views=merged([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
         spared=spared((part["variant"], part["spared"]) for part in parts_in_order),
     )
 

@@ -55,7 +55,7 @@ class KeyMaker:
     def __init__(self, settings: RenderSettings) -> None:
         self.settings = settings
         self._effort = key_of(settings.effort)
-        self._known: dict[str, tuple[tuple[object, ...], str]] = {}
+        self._cache: dict[str, tuple[tuple[object, ...], str]] = {}
 
     def keys(self, scene: Scene) -> Keys:
         """Of `scene`; the same whatever was seen before."""
@@ -85,10 +85,10 @@ class KeyMaker:
 
     def _once(self, name: str, of: tuple[object, ...], make: Callable[[], str]) -> str:
         """What `make` makes of the objects `of`; the last time's again where they are the same ones."""
-        known = self._known.get(name)
-        if known is None or len(known[0]) != len(of) or any(a is not b for a, b in zip(known[0], of, strict=True)):
-            known = self._known[name] = of, make()
-        return known[1]
+        cached = self._cache.get(name)
+        if cached is None or len(cached[0]) != len(of) or any(a is not b for a, b in zip(cached[0], of, strict=True)):
+            cached = self._cache[name] = of, make()
+        return cached[1]
 
 
 def geometry_key(scene: Scene, renderer: str) -> str:

@@ -77,7 +77,10 @@ def in_unit_light(scene: Scene) -> UnitLight:
             unit = _emission(light)
         lights.append(_emitting(light, unit))
     gains = [_gain(scene.lights[i], lights[i]) for i in groups.placed]
-    gains += [_times(reference, 1 / scale)] * groups.surroundings + [WHITE] * groups.emission
+    if groups.surroundings:
+        gains.append(_times(reference, 1 / scale))
+    if groups.emission:
+        gains.append(WHITE)
     return UnitLight(scene=scene.with_lights(tuple(lights)), gains=tuple(gains))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from typing import Any, Self
 
 import numpy as np
@@ -20,17 +21,30 @@ SMALL_SHARE = 0.1  # of the frame's shorter side
 MAX_NAMES = 10  # of pictures of a kind
 CHUNK = 4096  # pictures looked at together
 
-BEHIND, OUTSIDE, CUT_OFF, INSIDE = "behind", "outside", "cut_off", "camera_inside"
-FEW_PIXELS, SMALL, UNLIT, DARK = "few_pixels", "small", "unlit", "dark"
-FRAMED = {Framing.BEHIND: BEHIND, Framing.OUTSIDE: OUTSIDE, Framing.CUT_OFF: CUT_OFF, Framing.AROUND: INSIDE}
-KINDS = (INSIDE, BEHIND, OUTSIDE, CUT_OFF, FEW_PIXELS, SMALL, UNLIT, DARK)
-
 Span = tuple[float, float]
 """The least and the most."""
 
 
+class ViewKind(StrEnum):
+    """A kind of picture that a user may not have meant.
+
+    The camera is inside the target's bounding box; the target is behind the camera, outside the frame or cut off by it
+    (as in Framing); it is less than FEW_PX across, or less than SMALL_SHARE of the frame; the side that the camera sees
+    faces away from the Sun, or no light reaches the target.
+    """
+
+    CAMERA_INSIDE = "camera_inside"
+    BEHIND = "behind"
+    OUTSIDE = "outside"
+    CUT_OFF = "cut_off"
+    FEW_PIXELS = "few_pixels"
+    SMALL = "small"
+    UNLIT = "unlit"
+    DARK = "dark"
+
+
 @dataclass(frozen=True, kw_only=True)
-class Some:
+class PicturesOfKind:
     """How many of the `among` pictures that were looked at are of a kind, and the names of the first of them."""
 
     count: int
@@ -42,15 +56,15 @@ class Some:
 class Views:
     """What `pictures` pictures show. size (3,): edges of the target's bounding box along the body's axes, metres, where
     it is largest · distance: from the camera to the middle of that box, metres · pixels: across the ball around the
-    target, where it is in the frame (None where it never is) · of: by kind, of KINDS, those there are."""
+    target, where it is in the frame (None where it never is) · of: the pictures of each kind that there is."""
 
     pictures: int
     size: tuple[float, float, float]
     distance: Span
     pixels: Span | None
-    of: Mapping[str, Some] = field(default_factory=dict)
+    of: Mapping[ViewKind, PicturesOfKind] = field(default_factory=dict)
 
-    def count(self, *kinds: str) -> int:
+    def count(self, *kinds: ViewKind) -> int:
         """How many pictures are of one of the `kinds`, which exclude one another."""
         return sum(self.of[kind].count for kind in kinds if kind in self.of)
 
@@ -59,8 +73,11 @@ class Views:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """Of what as_json gave, also after it went through JSON."""
-        of = {kind: Some(**{**some, "names": tuple(some["names"])}) for kind, some in fields["of"].items()}
+        """The views that `as_json` gave, also after they went through JSON."""
+        of = {
+            ViewKind(kind): PicturesOfKind(**{**found, "names": tuple(found["names"])})
+            for kind, found in fields["of"].items()
+        }
         spans = {name: fields[name] and tuple(fields[name]) for name in ("size", "distance", "pixels")}
         return cls(pictures=fields["pictures"], of=of, **spans)
 
@@ -73,8 +90,8 @@ def views_of(
     translations: Float,
     suns: Mapping[int, Suns],
 ) -> Views:
-    """Of the pictures `names` (M), at least one, at the poses T_cam_body of `rotations` (M, 3, 3) and `translations`
-    (M, 3), metres. suns: of those whose light is to be looked at, by their places among the names."""
+    """The views of the pictures `names` (M), at least one, at the poses T_cam_body of `rotations` (M, 3, 3) and
+    `translations` (M, 3), metres. suns: of those whose light is to be looked at, by their places among the names."""
     centres = rotations @ mesh.centre + translations
     away = np.linalg.norm(centres, axis=1)
     pixels = 2 * mesh.radius * max(camera.fx, camera.fy) / np.maximum(away, TINY)
@@ -84,26 +101,26 @@ def views_of(
     dark = np.array([suns[i] == () for i in lit], bool)
     unlit = lit_shares(mesh.face_axes, centres[lit], rotations[lit], [suns[i] for i in lit]) < UNLIT_SHARE
     found = {
-        **{kind: np.flatnonzero(framing == code) for code, kind in FRAMED.items()},
-        FEW_PIXELS: np.flatnonzero(shown & (pixels < FEW_PX)),
-        SMALL: np.flatnonzero(shown & (pixels < SMALL_SHARE * min(camera.width, camera.height))),
-        UNLIT: np.array(lit)[unlit & ~dark],
-        DARK: np.array(lit)[dark],
+        **{ViewKind[each.name]: np.flatnonzero(framing == each) for each in Framing if each is not Framing.WHOLE},
+        ViewKind.FEW_PIXELS: np.flatnonzero(shown & (pixels < FEW_PX)),
+        ViewKind.SMALL: np.flatnonzero(shown & (pixels < SMALL_SHARE * min(camera.width, camera.height))),
+        ViewKind.UNLIT: np.array(lit)[unlit & ~dark],
+        ViewKind.DARK: np.array(lit)[dark],
     }
-    among = {kind: len(suns) if kind in (UNLIT, DARK) else len(names) for kind in KINDS}
+    among = {kind: len(suns) if kind in (ViewKind.UNLIT, ViewKind.DARK) else len(names) for kind in ViewKind}
     x, y, z = mesh.size.tolist()
     return Views(
         pictures=len(names),
         size=(x, y, z),
         distance=_span(away),
         pixels=_span(pixels[shown]) if shown.any() else None,
-        of={kind: _some(names, found[kind], among[kind]) for kind in KINDS if len(found[kind])},
+        of={kind: _pictures(names, found[kind], among[kind]) for kind in ViewKind if len(found[kind])},
     )
 
 
-def together(parts: Sequence[Views]) -> Views | None:
-    """What the pictures of all `parts` show, in their order, where the light of all of them was looked at; None where
-    there are none."""
+def merged(parts: Sequence[Views]) -> Views | None:
+    """The views of the pictures of all `parts`, in their order, where the light of all of them was looked at; None
+    without parts."""
     if not parts:
         return None
     pixels = [part.pixels for part in parts if part.pixels]
@@ -113,7 +130,7 @@ def together(parts: Sequence[Views]) -> Views | None:
         size=max((part.size for part in parts), key=max),
         distance=_span(np.array([part.distance for part in parts])),
         pixels=_span(np.array(pixels)) if pixels else None,
-        of={kind: _joined(parts, kind) for kind in KINDS if kind in kinds},
+        of={kind: _joined(parts, kind) for kind in ViewKind if kind in kinds},
     )
 
 
@@ -131,16 +148,16 @@ class ViewCollector:
         """Look at one picture."""
         mesh, camera, pose = scene.target.mesh, scene.camera, scene.T_cam_body
         if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
-            self._work_out()
+            self._collect()
         self._mesh, self._camera = mesh, camera
         self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
 
     def views(self) -> Views | None:
-        """Of all pictures so far; None where there were none."""
-        self._work_out()
-        return together(self._parts)
+        """The views of all pictures so far; None before the first."""
+        self._collect()
+        return merged(self._parts)
 
-    def _work_out(self) -> None:
+    def _collect(self) -> None:
         if self._waiting and self._mesh and self._camera:
             names, rotations, translations, suns = zip(*self._waiting, strict=True)
             poses = np.array(rotations), np.array(translations)
@@ -152,11 +169,14 @@ def _span(values: Float) -> Span:
     return float(values.min()), float(values.max())
 
 
-def _some(names: Sequence[str], found: NDArray[np.intp], among: int) -> Some:
-    return Some(count=len(found), among=among, names=tuple(names[i] for i in found[:MAX_NAMES]))
+def _pictures(names: Sequence[str], found: NDArray[np.intp], among: int) -> PicturesOfKind:
+    return PicturesOfKind(count=len(found), among=among, names=tuple(names[i] for i in found[:MAX_NAMES]))
 
 
-def _joined(parts: Sequence[Views], kind: str) -> Some:
-    some = [part.of[kind] for part in parts if kind in part.of]
-    names = tuple(name for each in some for name in each.names)[:MAX_NAMES]
-    return Some(count=sum(each.count for each in some), among=sum(part.pictures for part in parts), names=names)
+def _joined(parts: Sequence[Views], kind: ViewKind) -> PicturesOfKind:
+    found = [part.of[kind] for part in parts if kind in part.of]
+    return PicturesOfKind(
+        count=sum(each.count for each in found),
+        among=sum(part.pictures for part in parts),
+        names=tuple(name for each in found for name in each.names)[:MAX_NAMES],
+    )

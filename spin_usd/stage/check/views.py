@@ -2,20 +2,19 @@
 
 from collections.abc import Iterator
 
-from spin_usd.scene.derived import views
-from spin_usd.scene.derived.view_text import WORDS, number_text, sentence, size_text
-from spin_usd.scene.derived.views import Views
+from spin_usd.scene.derived.view_text import MESSAGES, number_text, sentence, size_text
+from spin_usd.scene.derived.views import ViewKind, Views
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.scene.source.plausible import SIZES, is_plausible
 
 CODES = {
-    views.INSIDE: "camera-inside",
-    views.BEHIND: "target-behind",
-    views.OUTSIDE: "target-outside",
-    views.CUT_OFF: "target-cut-off",
-    views.FEW_PIXELS: "target-small",
-    views.UNLIT: "target-unlit",
-    views.DARK: "target-dark",
+    ViewKind.CAMERA_INSIDE: "camera-inside",
+    ViewKind.BEHIND: "target-behind",
+    ViewKind.OUTSIDE: "target-outside",
+    ViewKind.CUT_OFF: "target-cut-off",
+    ViewKind.FEW_PIXELS: "target-small",
+    ViewKind.UNLIT: "target-unlit",
+    ViewKind.DARK: "target-dark",
 }
 
 
@@ -26,7 +25,7 @@ def view_findings(found: Views, where: str) -> Iterator[Finding]:
         least, most = map(number_text, SIZES)
         message = f"the target is {size_text(found.size)}: crafts are {least} to {most} m; check its unit"
         yield Finding(code="target-size", where=where, message=message, severity=WARNING)
-    unseen = found.count(views.BEHIND, views.OUTSIDE) == found.pictures
-    for kind in (kind for kind in found.of if kind in WORDS):
-        severity = ERROR if unseen and kind in (views.BEHIND, views.OUTSIDE) else WARNING
+    unseen = found.count(ViewKind.BEHIND, ViewKind.OUTSIDE) == found.pictures
+    for kind in (kind for kind in found.of if kind in MESSAGES):
+        severity = ERROR if unseen and kind in (ViewKind.BEHIND, ViewKind.OUTSIDE) else WARNING
         yield Finding(code=CODES[kind], where=where, message=sentence(found, kind), severity=severity)

@@ -9,6 +9,7 @@ import trimesh
 
 from spin_usd.dataset.author.author import AuthorReport, author_example, author_stage
 from spin_usd.errors import InputError
+from spin_usd.scene.derived.views import ViewKind
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.check_stage import check_stage
 
@@ -150,7 +151,8 @@ def test_the_real_tango_in_metres_is_refused(shared: Path, tmp_path: Path) -> No
         author_stage(out=tmp_path / "s", units_per_metre=1, **choices)
     report = author_stage(out=tmp_path / "s", units_per_metre=100, **choices)
     assert report.views
-    assert report.views.count("behind", "outside", "camera_inside", "few_pixels") == 0
+    unusable = (ViewKind.BEHIND, ViewKind.OUTSIDE, ViewKind.CAMERA_INSIDE, ViewKind.FEW_PIXELS)
+    assert report.views.count(*unusable) == 0
 
 
 def test_plan_tells_the_same_of_all_variants(craft: Path, spin_usd: Any) -> None:

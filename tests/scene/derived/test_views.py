@@ -13,7 +13,7 @@ from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.lit_share import lit_shares
 from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary
-from spin_usd.scene.derived.views import BEHIND, CUT_OFF, DARK, FEW_PIXELS, INSIDE, OUTSIDE, UNLIT, ViewCollector, Views
+from spin_usd.scene.derived.views import ViewCollector, ViewKind, Views
 from spin_usd.scene.light import DistantLight, PointLight
 from spin_usd.scene.source.plausible import is_plausible, likely_units
 from tests.cases import scenes
@@ -59,8 +59,14 @@ def test_a_ball_is_as_large_as_it_was_made() -> None:
 
 def test_each_picture_is_of_its_kind() -> None:
     found = seen((0, 0, 5), (0, 0, -8), (8, 0, 5), (2.9, 0, 5), (0.1, 0, 0.05), (0, 0, 8000))
-    kinds = {kind: some.names for kind, some in found.of.items() if kind != "small"}
-    assert kinds == {BEHIND: ("1",), OUTSIDE: ("2",), CUT_OFF: ("3",), INSIDE: ("4",), FEW_PIXELS: ("5",)}
+    kinds = {kind: each.names for kind, each in found.of.items() if kind is not ViewKind.SMALL}
+    assert kinds == {
+        ViewKind.BEHIND: ("1",),
+        ViewKind.OUTSIDE: ("2",),
+        ViewKind.CUT_OFF: ("3",),
+        ViewKind.CAMERA_INSIDE: ("4",),
+        ViewKind.FEW_PIXELS: ("5",),
+    }
     assert found.pictures == 6
     assert "in 1 of 6 pictures the target is behind the camera (1)" in " ".join(sentences(found))
 
@@ -74,13 +80,13 @@ def test_views_come_back_from_json() -> None:
 
 def test_a_side_that_faces_away_from_the_sun_is_told_and_no_light_at_all_apart() -> None:
     from_behind = replace(SUN, direction_cam=(0.0, 0.0, -1.0))
-    assert seen((0, 0, 5)).count(UNLIT, DARK) == 0
-    assert seen((0, 0, 5), lights=(from_behind,)).count(UNLIT) == 1
-    assert seen((0, 0, 5), lights=(from_behind, SUN)).count(UNLIT, DARK) == 0
-    assert seen((0, 0, 5), lights=()).count(DARK) == 1
-    assert seen((0, 0, 5), lights=(replace(SUN, obscuration=1.0),)).count(DARK) == 1
+    assert seen((0, 0, 5)).count(ViewKind.UNLIT, ViewKind.DARK) == 0
+    assert seen((0, 0, 5), lights=(from_behind,)).count(ViewKind.UNLIT) == 1
+    assert seen((0, 0, 5), lights=(from_behind, SUN)).count(ViewKind.UNLIT, ViewKind.DARK) == 0
+    assert seen((0, 0, 5), lights=()).count(ViewKind.DARK) == 1
+    assert seen((0, 0, 5), lights=(replace(SUN, obscuration=1.0),)).count(ViewKind.DARK) == 1
     lamp = PointLight(path="/L", T_cam_light=scenes.pose(), emission=(1.0,) * 3)
-    assert seen((0, 0, 5), lights=(from_behind, lamp)).count(UNLIT, DARK) == 0
+    assert seen((0, 0, 5), lights=(from_behind, lamp)).count(ViewKind.UNLIT, ViewKind.DARK) == 0
 
 
 @pytest.mark.parametrize("angle", [0, 40, 90, 140, 180])

@@ -16,8 +16,12 @@ def light_name(index: int) -> str:
 
 def group_names(groups: LightGroups) -> list[str]:
     """The names of a scene's groups, in their order."""
-    placed = [light_name(index) for index in groups.placed]
-    return placed + [SURROUNDINGS] * groups.surroundings + [EMISSION] * groups.emission
+    names = [light_name(index) for index in groups.placed]
+    if groups.surroundings:
+        names.append(SURROUNDINGS)
+    if groups.emission:
+        names.append(EMISSION)
+    return names
 
 
 def pass_names(names: Sequence[str], *, apart: bool) -> list[str]:
