@@ -22,7 +22,7 @@ DOUBLES = 32
 # What decides which triangle a pixel shows, in float32: the corners, the rotation, the ray's start and direction, their
 # products (12), and the triangle's edges seen from the ray's start (12).
 FLOATS = 32
-# Cycles sends the first ray of its own camera 0.0005 px beside the centre (numerics.md 4a: 0.0007 px at most); the
+# Cycles sends the first ray of its own camera 0.0005 px beside the centre (0.0007 px at most was measured); the
 # camera shader puts it back.
 FIRST_RAY_PX = 1e-3
 # Roundings of a pixel's coordinate on its way through the shader, and of the lens's inverse there.

@@ -9,7 +9,7 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.stage_reader import StageReader
 
 FLOAT32 = 1e-6
-HALF_ORIENTATION = 1e-3  # rad: what a half-precision quaternion loses, numerics.md
+HALF_ORIENTATION = 1e-3  # rad: what a quaternion loses in half precision, whose numbers have 11 bits
 
 NESTED = """
 def Xform "A"
