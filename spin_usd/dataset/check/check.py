@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.check.cache import cache_findings
-from spin_usd.dataset.check.pictures import AGAIN, Inventory, picture_findings
+from spin_usd.dataset.check.checked_picture import Inventory
+from spin_usd.dataset.check.pictures import picture_findings
+from spin_usd.dataset.check.provenance import RENDER_AGAIN
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
@@ -91,7 +93,7 @@ def _strange(node: Node) -> Finding:
 
 def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) -> Iterator[Finding]:
     if root not in present:
-        yield Finding(code="stage", where=root, message=f"the stage's root layer is missing; {AGAIN}")
+        yield Finding(code="stage", where=root, message=f"the stage's root layer is missing; {RENDER_AGAIN}")
         return
     try:
         yield from check_stage(store.root / root, progress=progress).findings

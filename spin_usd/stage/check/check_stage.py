@@ -3,7 +3,7 @@
 A stage that `spin-usd author` has just written has none.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from pxr import Usd, UsdValidation
@@ -12,38 +12,13 @@ from spin_usd.errors import InputError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
-from spin_usd.stage.check.layers import layer_findings
-from spin_usd.stage.check.poses_and_cameras import camera_findings, capture_findings, norm_findings, pose_findings
-from spin_usd.stage.check.prims import (
-    draw_mode_findings,
-    extent_findings,
-    kind_findings,
-    label_findings,
-    light_findings,
-)
-from spin_usd.stage.check.properties import property_findings
-from spin_usd.stage.check.variant_opinions import variant_findings
+from spin_usd.stage.check.stage_rules import STAGE_RULES
 from spin_usd.stage.composition.materialx import names_document
 from spin_usd.stage.composition.open_stage import open_for_check
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
 LEFT_OUT = "UsdzValidators"
 COMPOSITION = "CompositionErrorTest"
-
-RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
-    layer_findings,
-    capture_findings,
-    pose_findings,
-    norm_findings,
-    camera_findings,
-    kind_findings,
-    label_findings,
-    light_findings,
-    extent_findings,
-    draw_mode_findings,
-    property_findings,
-    variant_findings,
-)
 
 
 def check_stage(
@@ -67,7 +42,7 @@ def check_stage(
         message = f"{refusal.found}; {refusal.do}"
         return (Finding(code="refused", where=str(refusal.where), message=message),)
     found = [*validator_findings(stage)]
-    for rule in RULES:
+    for rule in STAGE_RULES:
         found += rule(stage)
     found += scene_findings(path, stage, progress=progress, target_rule=target_rule, on_views=on_views)
     return tuple(found)

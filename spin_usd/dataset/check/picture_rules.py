@@ -1,0 +1,16 @@
+"""The rules on each picture of a dataset. A new one is a file of its own and an entry here."""
+
+from collections.abc import Callable, Iterator
+
+from spin_usd.dataset.check.brightness import brightness_findings
+from spin_usd.dataset.check.checked_picture import CheckedPicture
+from spin_usd.dataset.check.labels import label_findings
+from spin_usd.dataset.check.provenance import provenance_findings
+from spin_usd.scene.finding import Finding
+
+PICTURE_RULES: tuple[Callable[[CheckedPicture], Iterator[Finding]], ...] = (
+    provenance_findings,
+    brightness_findings,
+    label_findings,
+)
+"""In the order in which findings are told."""
