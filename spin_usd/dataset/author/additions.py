@@ -12,7 +12,7 @@ from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.parts_file import read_parts_file
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.part_rule import PartRule
-from spin_usd.stage.augment.sampled_values import Opinions, open_base, opinions
+from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
 from spin_usd.stage.augment.sun_and_planet import body_direction
 from spin_usd.stage.author.add_keypoints import add_keypoints
 from spin_usd.stage.author.add_parts import add_parts
@@ -36,8 +36,8 @@ class Additions:
     sun_from_target: tuple[float, float, float] | None = None
 
     def write(self, root: Path) -> tuple[str, ...]:
-        """Write all but the Sun over the stage at `root`; returns notes on what was made. Raises InputError for rules
-        that do not fit the model, OutputError."""
+        """Write all but the Sun overlaid the stage at `root`; returns notes on what was made. Raises InputError for
+        rules that do not fit the model, OutputError."""
         notes: tuple[str, ...] = ()
         if self.channels is not None:
             set_channels(root.parent / "layers" / "camera.usda", self.channels)
@@ -57,15 +57,15 @@ class Additions:
         """Whether `sun` gives something."""
         return self.sun_from_camera is not None or self.sun_from_target is not None
 
-    def sun(self, stage: Any) -> Opinions | None:
+    def sun(self, stage: Any) -> SampledValues | None:
         """What turns the Sun of the opened `stage` where it was asked for; None where it was not. Raises InputError for
         a stage without a Sun."""
         if self.sun_from_camera is not None:
-            return opinions(open_base(stage)[0], {SUN: self.sun_from_camera}, {})
+            return sampled_values(open_base(stage)[0], {SUN: self.sun_from_camera}, {})
         if self.sun_from_target is not None:
             base = open_base(stage)[0]
             directions = body_direction(base, np.array(self.sun_from_target))
-            return opinions(base, {}, {SUN: [tuple(map(float, each)) for each in directions]})
+            return sampled_values(base, {}, {SUN: [tuple(map(float, each)) for each in directions]})
         return None
 
 

@@ -16,7 +16,7 @@ from spin_usd.resources import bundled
 from spin_usd.sampling.distribution import Choice, Fixed
 from spin_usd.sampling.sample import distribution_of
 from spin_usd.sampling.stream import stream
-from spin_usd.stage.augment.background import Background, background_of, bring_in
+from spin_usd.stage.augment.background import Background, background_of, compose_background
 from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
@@ -118,9 +118,9 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
     samples_for(others)  # what is wrong in the words is said before anything is read
     background = _background(stage, behind, spec.seed, entry.name, folder)
-    environment = bring_in(stage, background) if background else None
+    environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
-    what = drawn(
+    values = drawn(
         base,
         Pictures(names=frames),
         others,
@@ -131,7 +131,7 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     )
     del environment
     counted.tell(len(frames), 1, 1)
-    return Augmentation(name=entry.name, selections=entry.select, what=what, background=background)
+    return Augmentation(name=entry.name, selections=entry.select, values=values, background=background)
 
 
 def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:

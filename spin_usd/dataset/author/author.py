@@ -28,7 +28,7 @@ from spin_usd.scene.derived.views import Views
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.sampled_layer import write_sampled
-from spin_usd.stage.augment.sampled_values import Opinions, over
+from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.lights_and_environment import open_surroundings
 from spin_usd.stage.author.presets import Preset, open_preset
@@ -125,7 +125,7 @@ def author_example(
     def pictures(camera: Camera, corners: Float) -> PoseList:
         return draw_poses(chosen, seed, camera, corners, source)
 
-    def light(stage: Any) -> Opinions:
+    def light(stage: Any) -> SampledValues:
         return draw_light(stage, chosen, seed, found.constraints)
 
     wanted = Choices(seed=seed, **usual | given, additions=read_additions(**additions))
@@ -144,7 +144,7 @@ def _author(
     out: Path,
     sources: Mapping[str, Path],
     pictures: Callable[[Camera, Float], PoseList],
-    light: Callable[[Any], Opinions] | None = None,
+    light: Callable[[Any], SampledValues] | None = None,
 ) -> AuthorReport:
     """`pictures` gives the poses for a lens and the corners (8, 3) of a target; `light` what is drawn for the opened
     stage. sources: the files they come from."""
@@ -219,13 +219,13 @@ def _options(choices: Choices) -> dict[str, Option]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _write_light(root: Path, frames: int, light: Callable[[Any], Opinions] | None, additions: Additions) -> None:
+def _write_light(root: Path, frames: int, light: Callable[[Any], SampledValues] | None, additions: Additions) -> None:
     """Write what is drawn of the light of the stage at `root`, and over it where the Sun was asked to stand."""
     if light is None and not additions.turn_sun:
         return
     stage = open_stage(root)
     drawn, sun = light(stage) if light else None, additions.sun(stage)
-    both = over(sun, drawn) if sun and drawn else sun or drawn
+    both = overlaid(sun, drawn) if sun and drawn else sun or drawn
     if both is not None:
         write_sampled(root, both, frames)
 

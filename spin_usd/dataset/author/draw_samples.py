@@ -13,10 +13,10 @@ from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
 from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
 from spin_usd.scene.sky import Sky
-from spin_usd.stage.augment.attribute_change import Base
+from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.augment.parameters import parameter_named
-from spin_usd.stage.augment.sampled_values import Opinions, opinions
+from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
 from spin_usd.stage.augment.sun_and_planet import read_sky
 
 MOST_TRIES = 1000
@@ -38,7 +38,7 @@ class Pictures:
 
 
 def drawn(
-    base: Base,
+    base: BaseStage,
     pictures: Pictures,
     entries: Sequence[SampleEntry],
     *,
@@ -46,7 +46,7 @@ def drawn(
     name: str,
     constraints: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Opinions:
+) -> SampledValues:
     """What the `entries`, drawn for `name`, make of the `pictures` of `base`, whose variants are selected.
 
     A draw depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on nothing
@@ -58,7 +58,7 @@ def drawn(
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
-    return opinions(base, draws.constant, draws.per_frame, progress)
+    return sampled_values(base, draws.constant, draws.per_frame, progress)
 
 
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
@@ -78,7 +78,7 @@ def _sample(entry: SampleEntry) -> Sample:
     return Sample(parameter=entry.parameter, distribution=distribution, per_frame=entry.per_frame)
 
 
-def _on_base(base: Base, sample: Sample) -> Sample:
+def _on_base(base: BaseStage, sample: Sample) -> Sample:
     """Within the limits that a factor has by what it multiplies in `base`."""
     name = sample.parameter
     if not is_material_factor(name):
@@ -102,7 +102,7 @@ class _Wanted:
 class _Placing:
     """Draws again, group after group, where constraints are not met."""
 
-    def __init__(self, base: Base, pictures: Pictures, samples: Sequence[Sample], seed: int, name: str) -> None:
+    def __init__(self, base: BaseStage, pictures: Pictures, samples: Sequence[Sample], seed: int, name: str) -> None:
         self._base, self._pictures, self._seed, self._name = base, pictures, seed, name
         self._samples = {sample.parameter: sample for sample in samples}
 

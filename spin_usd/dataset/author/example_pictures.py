@@ -17,7 +17,7 @@ from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
 from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
-from spin_usd.stage.augment.sampled_values import Opinions, in_turn, open_base
+from spin_usd.stage.augment.sampled_values import SampledValues, concatenated, open_base
 
 DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from machine to machine
 
@@ -97,7 +97,7 @@ def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, s
     return PoseList(names=tuple(shot.name for shot in chosen), q_cam_body=q, t_cam_body=t, source=source)
 
 
-def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mapping[str, float]) -> Opinions:
+def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mapping[str, float]) -> SampledValues:
     """What the samples of their parts make of the opened `stage` of the `chosen` pictures.
 
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
@@ -109,7 +109,7 @@ def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mappi
         pictures = pictures_of([chosen[i] for i in rows])
         what = drawn(own, pictures, part.sample, seed=seed, name=NOMINAL, constraints=constraints)
         found.append((own.times, what))
-    return in_turn(found)
+    return concatenated(found)
 
 
 def pictures_of(shots_of_part: Sequence[Shot]) -> Pictures:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from spin_usd.sampling.distribution import Choice, Distribution, Fixed, LogUniform, Normal, Uniform, Value
-from spin_usd.stage.augment.parameters import Parameter
+from spin_usd.stage.augment.parameter import Parameter
 from spin_usd.stage.usd.values import Range
 
 Check = Callable[[Value], None]

@@ -2,17 +2,8 @@
 
 from typing import Any
 
-from spin_usd.stage.augment.parameters import (
-    ATTITUDE,
-    BACKGROUND,
-    DIRECTION,
-    FIELDS,
-    NUMBER,
-    PARAMETERS,
-    UNITS,
-    Parameter,
-    parameter_named,
-)
+from spin_usd.stage.augment.parameter import ATTITUDE, DIRECTION, NUMBER, UNITS, Parameter
+from spin_usd.stage.augment.parameters import BACKGROUND, FIELDS, PARAMETERS, parameter_named
 
 TAKES = {DIRECTION: "x, y, z", ATTITUDE: "w, x, y, z"}
 BACKGROUND_IS = "The environment, by its name, that stands in place of the stage's own."

@@ -1,4 +1,4 @@
-"""Settings: which attributes of a stage a parameter decides, and how its value becomes theirs."""
+"""Changes of attributes: which attributes of a stage a parameter decides, and how its value becomes theirs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -6,45 +6,47 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
 
-Values = Mapping[str, Any]
-"""By parameter: what was drawn."""
+ParameterValues = Mapping[str, Any]
+"""The sampled value of each parameter, by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
-    """An attribute, by USD's names. `uniform`: its variability · `cut`: connections to it are cut."""
+class ChangedAttribute:
+    """An attribute that is changed: its prim's path, its name and its type, as USD spells them. `uniform`: its
+    variability · `cut`: whether connections to it are removed."""
 
     prim: str
-    attribute: str
+    name: str
     type: str
     uniform: bool = False
     cut: bool = False
 
     def __str__(self) -> str:
-        return f"{self.prim}.{self.attribute}"
+        return f"{self.prim}.{self.name}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Setting:
-    """What one or more parameters that act together decide.
+class AttributeChange:
+    """The change that one parameter makes, or several that act together.
 
-    values: the value of each of `places`, of the drawn values at a time code · varies: those change in time even where
-    the drawn ones do not · fixed: what is authored beside them, once · apis: (prim, API schema) to apply.
+    values: gives the value of each of `attributes` for the sampled values and a time code · varies: whether those
+    change in time even where the sampled ones do not · fixed: attributes that are authored once besides · apis: (prim,
+    API schema) to apply.
     """
 
     parameters: tuple[str, ...]
-    places: tuple[Place, ...]
-    values: Callable[[Values, float], tuple[Any, ...]]
+    attributes: tuple[ChangedAttribute, ...]
+    values: Callable[[ParameterValues, float], tuple[Any, ...]]
     varies: bool = False
-    fixed: tuple[tuple[Place, Any], ...] = ()
+    fixed: tuple[tuple[ChangedAttribute, Any], ...] = ()
     apis: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Base:
-    """A stage with its variants selected, under what is drawn.
+class BaseStage:
+    """A stage with its variants selected, over which sampled values are written.
 
-    times: time codes at which the pictures are taken · metres: of a stage unit.
+    times: time codes at which the pictures are taken · metres: the length of a stage unit.
     """
 
     stage: Usd.Stage
@@ -56,11 +58,11 @@ class Base:
         return Usd.TimeCode(self.times[0])
 
 
-def place_of(attribute: Usd.Attribute, *, cut: bool = False) -> Place:
-    """The place of an attribute that is there."""
-    return Place(
+def attribute_of(attribute: Usd.Attribute, *, cut: bool = False) -> ChangedAttribute:
+    """Describe an attribute that the stage has."""
+    return ChangedAttribute(
         prim=str(attribute.GetPrim().GetPath()),
-        attribute=attribute.GetName(),
+        name=attribute.GetName(),
         type=str(attribute.GetTypeName()),
         uniform=attribute.GetVariability() == Sdf.VariabilityUniform,
         cut=cut,
@@ -68,17 +70,17 @@ def place_of(attribute: Usd.Attribute, *, cut: bool = False) -> Place:
 
 
 def in_schema(api: str, name: str) -> str:
-    """The type of an attribute of one of our API schemas, whether or not it is applied."""
+    """Return the type of an attribute of one of our API schemas, whether or not it is applied."""
     definition = Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(api)
     return str(definition.GetAttributeDefinition(name).GetTypeName())
 
 
 def fallback_of(api: str, name: str) -> Any:
-    """What an attribute of one of our API schemas is unless authored."""
+    """Return the value that an attribute of one of our API schemas has unless one is authored."""
     return Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(api).GetAttributeFallbackValue(name)
 
 
-def placed_in_time(prim: Usd.Prim) -> bool:
+def moves_in_time(prim: Usd.Prim) -> bool:
     """Whether the prim, or one above it, moves."""
     while prim and not prim.IsPseudoRoot():
         xformable = UsdGeom.Xformable(prim)

@@ -1,4 +1,4 @@
-"""Backgrounds: an environment that an augmentation brings in, instead of what lies behind the target in the stage."""
+"""Backgrounds: an environment that an augmentation references in place of the stage's own."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,35 +18,36 @@ PRIM = "Background"
 
 @dataclass(frozen=True, kw_only=True)
 class Background:
-    """The layer of an environment, and what it replaces of the stage's own environment: the paths of its prims."""
+    """The layer of an environment, to be referenced at the prim `at`. removed: paths of the stage's own prims there,
+    which it replaces."""
 
     file: Path
     at: str
-    gone: tuple[str, ...]
+    removed: tuple[str, ...]
 
 
 def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
-    """The environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
+    """Find the environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
     file = folder / given if Path(given).suffix in SUFFIXES else bundled("environment", given)
     root = stage.GetDefaultPrim()
     if not root:
         raise InputError("the stage has no default prim to put a background on", where="background", do="name one")
     at = root.GetPath().AppendChild(ENVIRONMENT.name)
     own = stage.GetPrimAtPath(at)
-    gone = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
-    return Background(file=file, at=str(at), gone=gone)
+    removed = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
+    return Background(file=file, at=str(at), removed=removed)
 
 
-def bring_in(stage: Usd.Stage, background: Background) -> Sdf.Layer:
-    """Compose it into `stage`, in its session layer, so that what is drawn for it finds it; returns the layer, which
-    must live as long."""
+def compose_background(stage: Usd.Stage, background: Background) -> Sdf.Layer:
+    """Compose `background` into `stage`, in its session layer, so that values can be sampled for it. Returns its layer,
+    which must live as long as the stage."""
     layer = open_surroundings(background.file, "environment")
     _write(stage.GetSessionLayer(), background, layer.identifier)
     return layer
 
 
 def write_background(layer: Sdf.Layer, background: Background, folder: Path) -> None:
-    """Author it in `layer`, a file to be beside `folder`, into which the environment and its images are copied."""
+    """Author `background` in `layer`, a file beside `folder`, into which the environment and its images are copied."""
     environment = open_surroundings(background.file, "environment")
     name = background.file.stem
     copy_assets(environment, folder / name)
@@ -55,7 +56,7 @@ def write_background(layer: Sdf.Layer, background: Background, folder: Path) -> 
 
 
 def _write(layer: Sdf.Layer, background: Background, asset: str) -> None:
-    for path in background.gone:
+    for path in background.removed:
         Sdf.CreatePrimInLayer(layer, path).active = False
     prim = Sdf.CreatePrimInLayer(layer, Sdf.Path(background.at).AppendChild(PRIM))
     prim.specifier = Sdf.SpecifierDef

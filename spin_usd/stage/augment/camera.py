@@ -1,4 +1,4 @@
-"""Settings of the camera: exposure, optics, detector, focus, lens."""
+"""Parameters of the camera: exposure, optics, detector, focus, lens."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,7 +7,15 @@ from pxr import Usd
 
 from spin_usd.errors import GeometryError, InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.stage.augment.attribute_change import Base, Place, Setting, Values, fallback_of, in_schema, place_of
+from spin_usd.stage.augment.attribute_change import (
+    AttributeChange,
+    BaseStage,
+    ChangedAttribute,
+    ParameterValues,
+    attribute_of,
+    fallback_of,
+    in_schema,
+)
 from spin_usd.stage.read.camera.camera import find_camera
 from spin_usd.stage.read.camera.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
@@ -17,67 +25,67 @@ EXPOSURE = {
     "exposure.iso": "exposure:iso",
     "exposure.responsivity": "exposure:responsivity",
 }
-"""Attributes of USD's camera that take the value drawn."""
+"""The attributes of USD's camera that take the sampled value, by parameter."""
 LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
 
-def exposure(base: Base, names: tuple[str, ...]) -> Setting:
+def exposure(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     (name,) = names
-    at = place_of(find_camera(base.stage).GetAttribute(EXPOSURE[name]))
-    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (float(drawn[name]),))
+    at = attribute_of(find_camera(base.stage).GetAttribute(EXPOSURE[name]))
+    return AttributeChange(parameters=names, attributes=(at,), values=lambda sampled, _: (float(sampled[name]),))
 
 
-def exposure_stops(base: Base, names: tuple[str, ...]) -> Setting:
-    """Stops are added to the camera's own `exposure`."""
+def exposure_stops(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Add stops to the camera's own `exposure`."""
     attribute = find_camera(base.stage).GetAttribute("exposure")
     varies, own = attribute.ValueMightBeTimeVarying(), float(attribute.Get(base.first))
 
-    def values(drawn: Values, time: float) -> tuple[float]:
+    def values(sampled: ParameterValues, time: float) -> tuple[float]:
         stops = float(attribute.Get(Usd.TimeCode(time))) if varies else own
-        return (stops + float(drawn["exposure.stops"]),)
+        return (stops + float(sampled["exposure.stops"]),)
 
-    return Setting(parameters=names, places=(place_of(attribute),), values=values, varies=varies)
+    return AttributeChange(parameters=names, attributes=(attribute_of(attribute),), values=values, varies=varies)
 
 
-def of_schema(base: Base, names: tuple[str, ...], api: str, attribute: str) -> Setting:
-    """An attribute of one of our schemas, which is applied where it is not yet."""
+def of_schema(base: BaseStage, names: tuple[str, ...], api: str, attribute: str) -> AttributeChange:
+    """Set an attribute of one of our schemas, and apply the schema where it is not applied yet."""
     (name,) = names
     path, kind = str(find_camera(base.stage).GetPath()), in_schema(api, attribute)
     whole = kind in ("int", "int64")
-    return Setting(
+    return AttributeChange(
         parameters=names,
-        places=(Place(prim=path, attribute=attribute, type=kind),),
-        values=lambda drawn, _: (_number(drawn[name], whole, name),),
+        attributes=(ChangedAttribute(prim=path, name=attribute, type=kind),),
+        values=lambda sampled, _: (_number(sampled[name], whole, name),),
         apis=_missing(base, api),
     )
 
 
-def optics(base: Base, names: tuple[str, ...]) -> Setting:
+def optics(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.OPTICS_API, schema.OPTICS[names[0].removeprefix("optics.")])
 
 
-def vignetting(base: Base, names: tuple[str, ...]) -> Setting:
-    """The first of the three coefficients; the others stay."""
+def vignetting(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Set the first of the three coefficients; the others stay."""
     camera, name = find_camera(base.stage), schema.OPTICS["vignetting"]
     attribute = camera.GetAttribute(name)
     own = attribute.Get(base.first) if attribute else fallback_of(schema.OPTICS_API, name)
-    return Setting(
+    return AttributeChange(
         parameters=names,
-        places=(Place(prim=str(camera.GetPath()), attribute=name, type=in_schema(schema.OPTICS_API, name)),),
-        values=lambda drawn, _: (type(own)(float(drawn["optics.vignetting"]), own[1], own[2]),),
+        attributes=(ChangedAttribute(prim=str(camera.GetPath()), name=name, type=in_schema(schema.OPTICS_API, name)),),
+        values=lambda sampled, _: (type(own)(float(sampled["optics.vignetting"]), own[1], own[2]),),
         apis=_missing(base, schema.OPTICS_API),
     )
 
 
-def sensor(base: Base, names: tuple[str, ...]) -> Setting:
+def sensor(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.SENSOR_API, schema.SENSOR[names[0].removeprefix("sensor.")])
 
 
-def metering(base: Base, names: tuple[str, ...]) -> Setting:
+def metering(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     return of_schema(base, names, schema.SENSOR_API, schema.AUTO_EXPOSURE_LEVEL)
 
 
-def _missing(base: Base, api: str) -> tuple[tuple[str, str], ...]:
+def _missing(base: BaseStage, api: str) -> tuple[tuple[str, str], ...]:
     camera = find_camera(base.stage)
     return () if camera.HasAPI(api) else ((str(camera.GetPath()), api),)
 
@@ -86,39 +94,41 @@ def _number(value: Any, whole: bool, name: str) -> float | int:
     if not whole:
         return float(value)
     if value != int(value):
-        raise InputError(f"is {value:g}, not a whole number", where=name, do="draw it with choice")
+        raise InputError(f"is {value:g}, not a whole number", where=name, do="sample it with choice")
     return int(value)
 
 
-def focus(base: Base, names: tuple[str, ...]) -> Setting:
-    """Distance in metres, or the aperture's f-number."""
+def focus(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Set the distance in metres, or the aperture's f-number."""
     (name,) = names
     attribute = {"focus.distance": "focusDistance", "focus.fstop": "fStop"}[name]
     unit = base.metres if name == "focus.distance" else 1.0
-    at = place_of(find_camera(base.stage).GetAttribute(attribute))
-    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (float(drawn[name]) / unit,))
+    at = attribute_of(find_camera(base.stage).GetAttribute(attribute))
+    return AttributeChange(parameters=names, attributes=(at,), values=lambda sampled, _: (float(sampled[name]) / unit,))
 
 
-def lens(base: Base, names: tuple[str, ...]) -> Setting:
-    """Errors of the calibration, added to the lens's numbers; what is derived of them follows."""
+def lens(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Add errors of the calibration to the lens's numbers; derived attributes follow."""
     prim = find_camera(base.stage)
     if not prim.HasAPI(schema.LENS_API):
         found = f"has no {schema.LENS_API}, so {names[0]} has nothing to be added to"
-        raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or leave it out")
+        raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or remove the parameter")
     own, focal = read_lens(prim), float(prim.GetAttribute("focalLength").Get(base.first))
     before = _lens_values(own, focal)
     changed = {name for each in names for name in _changed(before, _lens_values(_offset(own, {each: 1e-3}), focal))}
-    places = tuple(place_of(prim.GetAttribute(name)) for name in before if name in changed and prim.HasAttribute(name))
+    attributes = tuple(
+        attribute_of(prim.GetAttribute(name)) for name in before if name in changed and prim.HasAttribute(name)
+    )
 
-    def values(drawn: Values, _: float) -> tuple[Any, ...]:
-        after = _lens_values(_offset(own, drawn), focal)
-        return tuple(after[place.attribute] for place in places)
+    def values(sampled: ParameterValues, _: float) -> tuple[Any, ...]:
+        after = _lens_values(_offset(own, sampled), focal)
+        return tuple(after[each.name] for each in attributes)
 
-    return Setting(parameters=names, places=places, values=values)
+    return AttributeChange(parameters=names, attributes=attributes, values=values)
 
 
 def _lens_values(camera: Camera, focal_length: float) -> dict[str, Any]:
-    """Every attribute that says something of the lens, by name."""
+    """Return every attribute that describes the lens, by name."""
     numbers = (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)
     return {**dict(zip(schema.LENS_NUMBERS, numbers, strict=True)), **derived_values(camera, focal_length)}
 
@@ -127,9 +137,9 @@ def _changed(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
     return [name for name in before if before[name] != after[name]]
 
 
-def _offset(camera: Camera, drawn: Values) -> Camera:
-    """`camera` with the offsets lens.* of `drawn`."""
-    off = {name: float(drawn.get(f"lens.{name}", 0.0)) for name in LENS}
+def _offset(camera: Camera, sampled: ParameterValues) -> Camera:
+    """Return `camera` with the offsets lens.* of `sampled` added."""
+    off = {name: float(sampled.get(f"lens.{name}", 0.0)) for name in LENS}
     k1, k2, p1, p2, k3 = (
         k + off[name] for k, name in zip(camera.distortion, ("k1", "k2", "p1", "p2", "k3"), strict=True)
     )
@@ -144,6 +154,6 @@ def _offset(camera: Camera, drawn: Values) -> Camera:
         )
         moved.check_invertible()
     except GeometryError as error:
-        do = "draw smaller errors"
-        raise InputError(error.found, where=", ".join(n for n in drawn if n.startswith("lens.")), do=do) from None
+        do = "sample smaller errors"
+        raise InputError(error.found, where=", ".join(n for n in sampled if n.startswith("lens.")), do=do) from None
     return moved

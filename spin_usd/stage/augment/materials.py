@@ -1,4 +1,4 @@
-"""Settings of materials: inputs of the UsdPreviewSurfaces below the target, and any attribute by its path."""
+"""Parameters of materials: inputs of the UsdPreviewSurfaces below the target, and any attribute by its path."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdShade
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.stage.augment.attribute_change import Base, Place, Setting, place_of
+from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.shader_inputs import Output, read_input
 
@@ -25,47 +25,50 @@ FALLBACKS: dict[str, tuple[float, ...]] = {
     "specularColor": (0.0, 0.0, 0.0),
     "emissiveColor": (0.0, 0.0, 0.0),
 }
-"""Of UsdPreviewSurface's specification: what an input is unless authored."""
+"""The fallbacks in UsdPreviewSurface's specification: an input has this value unless one is authored."""
 FACTOR = ".factor"
 CHANNELS: dict[str, tuple[int, ...]] = {"r": (0,), "g": (1,), "b": (2,), "a": (3,), "rgb": (0, 1, 2), "rgba": (0, 1, 2)}
 
 
-def material_input(base: Base, names: tuple[str, ...]) -> Setting:
-    """material.NAME.INPUT takes the value; material.NAME.INPUT.factor multiplies what is there, an image too."""
+def material_input(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """material.NAME.INPUT is replaced by the value; material.NAME.INPUT.factor multiplies what is there, an image
+    too."""
     (parameter,) = names
     name, _, rest = parameter.removeprefix("material.").partition(".")
     factor, of = rest.endswith(FACTOR), rest.removesuffix(FACTOR)
     shaders = _shaders(base, name, parameter)
-    parts: list[tuple[Place, Callable[[Any], Any]]] = []
+    parts: list[tuple[ChangedAttribute, Callable[[Any], Any]]] = []
     for shader in shaders:
         parts += _factors(shader, of, base.first) if factor else [_replaced(shader, of)]
-    unique = {str(place): (place, make) for place, make in parts}
-    places = tuple(place for place, _ in unique.values())
+    unique = {str(attribute): (attribute, make) for attribute, make in parts}
+    attributes = tuple(attribute for attribute, _ in unique.values())
     makers = tuple(make for _, make in unique.values())
-    return Setting(
-        parameters=names, places=places, values=lambda drawn, _: tuple(make(drawn[parameter]) for make in makers)
+    return AttributeChange(
+        parameters=names,
+        attributes=attributes,
+        values=lambda sampled, _: tuple(make(sampled[parameter]) for make in makers),
     )
 
 
-def _shaders(base: Base, name: str, parameter: str) -> list[UsdShade.Shader]:
-    """The surfaces of the target's materials of that name, or of all for "*"."""
+def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader]:
+    """Find the surfaces of the target's materials of that name, or of all for "*"."""
     target = find_target(base.stage)
     materials = [UsdShade.Material(prim) for prim in Usd.PrimRange(target) if prim.IsA(UsdShade.Material)]
     there = sorted({material.GetPrim().GetName() for material in materials})
     chosen = [material for material in materials if name in ("*", material.GetPrim().GetName())]
     if not chosen:
-        known = ", ".join(there[:20]) or "none that can be overridden"
-        raise InputError(f"the target has no material {name!r}", where=parameter, do=f"it has {known}")
+        names = ", ".join(there[:20]) or "none that can be overridden"
+        raise InputError(f"the target has no material {name!r}", where=parameter, do=f"it has {names}")
     sources = [material.ComputeSurfaceSource()[0] for material in chosen]
     return [shader for shader in sources if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface"]
 
 
-def _replaced(shader: UsdShade.Shader, name: str) -> tuple[Place, Callable[[Any], Any]]:
-    """The input takes the value drawn, of the same for all three colours where it is one number; images are cut off."""
+def _replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:
+    """The input takes the sampled value, one number for all three channels; a connected image is disconnected."""
     size = len(FALLBACKS[name])
     kind = "float" if size == 1 else "color3f"
     connected = bool(shader.GetInput(name)) and shader.GetInput(name).HasConnectedSource()
-    at = Place(prim=str(shader.GetPath()), attribute=f"inputs:{name}", type=kind, cut=connected)
+    at = ChangedAttribute(prim=str(shader.GetPath()), name=f"inputs:{name}", type=kind, cut=connected)
     return at, (float if size == 1 else _color)
 
 
@@ -73,31 +76,33 @@ def _color(value: Any) -> Gf.Vec3f:
     return Gf.Vec3f(*(float(v) for v in value)) if isinstance(value, tuple) else Gf.Vec3f(float(value))
 
 
-def _factors(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> list[tuple[Place, Callable[[Any], Any]]]:
-    """The input's value multiplied, or what scales its image."""
+def _factors(
+    shader: UsdShade.Shader, name: str, time: Usd.TimeCode
+) -> list[tuple[ChangedAttribute, Callable[[Any], Any]]]:
+    """Multiply the input's value; where an image is connected, its scale and bias."""
     found = read_input(shader, name, time)
     if not isinstance(found, Output):
         own = np.array(FALLBACKS[name] if found is None else found, np.float64).reshape(-1)
         kind = "float" if own.size == 1 else "color3f"
-        at = Place(prim=str(shader.GetPath()), attribute=f"inputs:{name}", type=kind)
+        at = ChangedAttribute(prim=str(shader.GetPath()), name=f"inputs:{name}", type=kind)
         return [(at, _scaled(own, tuple(range(own.size)), lambda v: Gf.Vec3f(*v) if v.size == 3 else float(v[0])))]
     if found.node != "UsdUVTexture":
         do = "give it a value or an image, or replace it without .factor"
         raise InputError(f"its {name} comes from a {found.node}", where=shader.GetPath(), do=do)
     return [
-        (place, _scaled(own, CHANNELS[found.name], lambda v: Gf.Vec4f(*v)))
-        for place, own in _scale_and_bias(found.shader, time)
+        (attribute, _scaled(own, CHANNELS[found.name], lambda v: Gf.Vec4f(*v)))
+        for attribute, own in _scale_and_bias(found.shader, time)
     ]
 
 
-def _scale_and_bias(texture: UsdShade.Shader, time: Usd.TimeCode) -> list[tuple[Place, Float]]:
+def _scale_and_bias(texture: UsdShade.Shader, time: Usd.TimeCode) -> list[tuple[ChangedAttribute, Float]]:
     found = []
     for name, fallback in (("scale", (1.0, 1.0, 1.0, 1.0)), ("bias", (0.0, 0.0, 0.0, 0.0))):
         value = read_input(texture, name, time)
         if value is None and name == "bias":
             continue
         own = np.array(fallback if value is None else value, np.float64)
-        found.append((Place(prim=str(texture.GetPath()), attribute=f"inputs:{name}", type="float4"), own))
+        found.append((ChangedAttribute(prim=str(texture.GetPath()), name=f"inputs:{name}", type="float4"), own))
     return found
 
 
@@ -110,14 +115,16 @@ def _scaled(own: Float, channels: tuple[int, ...], made: Callable[[Float], Any])
     return scaled
 
 
-def attribute_by_path(base: Base, names: tuple[str, ...]) -> Setting:
-    """An attribute that the stage has, as its type takes the value."""
+def attribute_by_path(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Set an attribute that the stage has, the value cast to its type."""
     (name,) = names
     attribute = base.stage.GetAttributeAtPath(name) if Sdf.Path.IsValidPathString(name)[0] else None
     if not attribute or not attribute.IsDefined():
         raise InputError("the stage has no such attribute", where=name, do="give its prim's path, a dot and its name")
-    at, kind = place_of(attribute, cut=attribute.HasAuthoredConnections()), attribute.GetTypeName()
-    return Setting(parameters=names, places=(at,), values=lambda drawn, _: (_cast(drawn[name], kind, name),))
+    at, kind = attribute_of(attribute, cut=attribute.HasAuthoredConnections()), attribute.GetTypeName()
+    return AttributeChange(
+        parameters=names, attributes=(at,), values=lambda sampled, _: (_cast(sampled[name], kind, name),)
+    )
 
 
 def _cast(value: Any, kind: Sdf.ValueTypeName, name: str) -> Any:
@@ -127,4 +134,6 @@ def _cast(value: Any, kind: Sdf.ValueTypeName, name: str) -> Any:
             raise TypeError(value)
         return make(*value) if isinstance(value, tuple) else make(value)
     except (TypeError, ValueError):
-        raise InputError(f"takes no {value!r}: it is a {kind}", where=name, do="draw what fits it") from None
+        raise InputError(
+            f"does not take {value!r}: it is a {kind}", where=name, do="sample values of that type"
+        ) from None

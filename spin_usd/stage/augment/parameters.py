@@ -1,15 +1,14 @@
-"""The parameters that can be drawn: their names, units, limits, and what of the stage each of them decides."""
+"""The table of all parameters that can be sampled."""
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import NoReturn, TypeAlias
 
 from spin_usd.errors import InputError
 from spin_usd.scene.material import LIMITS, Limits
 from spin_usd.stage.augment import camera, lights, materials, planet
-from spin_usd.stage.augment.attribute_change import Base, Setting
+from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage
+from spin_usd.stage.augment.parameter import ANY, ATTITUDE, DIRECTION, TRUTH, Parameter
 from spin_usd.stage.read.camera import optics as optics_limits
 from spin_usd.stage.read.camera import sensor as sensor_limits
 from spin_usd.stage.read.camera.depth_of_field import F_STOPS
@@ -17,84 +16,6 @@ from spin_usd.stage.read.lights.distant import ANGLES
 from spin_usd.stage.read.lights.emission import EMISSIONS, TEMPERATURES
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import ABOVE_0, AT_LEAST_0, FINITE, Range
-
-NUMBER, DIRECTION, ATTITUDE, TRUTH, NAME, ANY = "number", "direction", "attitude", "truth", "name", "any"
-
-UNITS: Mapping[str, Mapping[str, float]] = {
-    "deg": {"deg": 1.0, "rad": 57.29577951308232},
-    "W/m2": {"W/m2": 1.0, "kW/m2": 1e3},
-    "K": {"K": 1.0},
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "m": {"m": 1.0, "km": 1e3, "mm": 1e-3},
-    "px": {"px": 1.0},
-    "stops": {"stops": 1.0},
-    "electrons": {"electrons": 1.0},
-    "electrons/s": {"electrons/s": 1.0},
-    "electrons/step": {"electrons/step": 1.0},
-    "steps": {"steps": 1.0},
-    "bits": {"bits": 1.0},
-}
-"""By a parameter's own unit: those that it can be given in, and what one of them is of its own."""
-
-Maker: TypeAlias = Callable[[Base, tuple[str, ...]], Setting]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """`unit`: its own, "" for plain numbers · `limits`: of numbers, in that unit · `kind`: what is drawn for it ·
-    `together`: those that act with it on the same attributes · `changes`: whether it can differ between pictures."""
-
-    name: str
-    description: str
-    make: Maker
-    unit: str = ""
-    limits: Range = FINITE
-    kind: str = NUMBER
-    together: str = ""
-    changes: bool = True
-
-    def factor(self, unit: str | None) -> float:
-        """What one `unit` is of its own. Raises InputError, where it is the name, for a unit that is missing or none of
-        this parameter's."""
-        known = UNITS.get(self.unit, {})
-        if unit is None and known:
-            raise InputError("has no unit", where=self.name, do=f"give it unit = one of {', '.join(known)}")
-        if unit is not None and unit not in known:
-            do = f"use one of {', '.join(known)}" if known else "leave the unit out: it is a plain number"
-            raise InputError(f"is given in {unit!r}", where=self.name, do=do)
-        return known[unit] if unit is not None else 1.0
-
-    def check(self, value: object) -> None:
-        """Raise InputError, where it is the name, for a value drawn that it cannot have."""
-        numbers = value if isinstance(value, tuple) else (value,)
-        wanted = {DIRECTION: 3, ATTITUDE: 4}.get(self.kind)
-        if wanted:
-            fits = isinstance(value, tuple) and len(value) == wanted and all(_is_number(n) for n in value)
-            fits = fits and any(float(n) != 0 for n in numbers)
-        elif self.kind == NUMBER:
-            fits = all(_is_number(n) for n in numbers)
-        else:
-            fits = self.kind == ANY or isinstance(value, {TRUTH: bool, NAME: str}[self.kind])
-        if not fits:
-            raise InputError(f"takes no {value!r}: it is a {self.kind}", where=self.name, do="draw what it takes")
-        if self.kind in (NUMBER, ANY):
-            for number in filter(_is_number, numbers):
-                if number not in self.limits:
-                    self._refuse(f"{number:g}", self.limits)
-
-    def check_span(self, low: float, high: float) -> None:
-        """Raise InputError, where it is the name, where not every number from `low` to `high` can be its value."""
-        limits = self.limits if low == high else replace(self.limits, or_0=False)
-        if self.kind in (NUMBER, ANY) and not (low in limits and high in limits):
-            self._refuse(f"{low:g} to {high:g}", limits)
-
-    def _refuse(self, numbers: str, limits: Range) -> NoReturn:
-        found = f"may be drawn as {numbers}{' ' * bool(self.unit)}{self.unit}"
-        raise InputError(found, where=self.name, do=f"choose {limits}")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _from_limits(limits: Limits) -> Range:
@@ -113,13 +34,13 @@ def _sensor(name: str, description: str, unit: str = "") -> Parameter:
 
 def _lens(name: str, description: str, unit: str = "") -> Parameter:
     full = f"lens.{name}"
-    return Parameter(name=full, description=description, make=camera.lens, unit=unit, together="lens", changes=False)
+    return Parameter(name=full, description=description, make=camera.lens, unit=unit, group="lens", changes=False)
 
 
 def _strength(name: str, description: str, unit: str = "") -> Parameter:
     own = EMISSIONS if unit else Range(0, 1e6)
     return Parameter(
-        name=name, description=description, make=lights.strengths, unit=unit, limits=own, together="strengths"
+        name=name, description=description, make=lights.strengths, unit=unit, limits=own, group="strengths"
     )
 
 
@@ -212,7 +133,7 @@ _ALL = (
     _lens("k3", "Error of the radial distortion, r^6."),
     Parameter(
         name="focus.distance",
-        description="Distance of what is sharp, along the camera's axis.",
+        description="Distance of the plane in focus, along the camera's axis.",
         make=camera.focus,
         unit="m",
         limits=ABOVE_0,
@@ -223,32 +144,33 @@ _ALL = (
     Parameter(
         name="earth.direction",
         description="Direction from the camera to the planet's centre, in camera axes.",
-        make=planet.place,
+        make=planet.pose,
         kind=DIRECTION,
-        together="planet",
+        group="planet",
     ),
     Parameter(
         name="earth.altitude",
         description="The camera's distance from the planet's centre, less its longest semi-axis.",
-        make=planet.place,
+        make=planet.pose,
         unit="m",
         limits=AT_LEAST_0,
-        together="planet",
+        group="planet",
     ),
     Parameter(
         name="earth.attitude",
         description="How the planet's axes lie in the camera's: a unit quaternion, scalar first.",
-        make=planet.place,
+        make=planet.pose,
         kind=ATTITUDE,
-        together="planet",
+        group="planet",
     ),
     Parameter(name="earth.visible", description="Whether the planet is there.", make=planet.visible, kind=TRUTH),
 )
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
-"""By name; `material.NAME.INPUT`, `material.NAME.INPUT.factor` and attributes by their paths come beside them."""
+"""All parameters by name; `material.NAME.INPUT`, `material.NAME.INPUT.factor` and attributes by their paths come beside
+them."""
 
 BACKGROUND = "background"
-"""A parameter that brings in a layer instead of setting an attribute: `stage.backgrounds`."""
+"""The parameter that references a layer instead of setting an attribute: see `augment.background`."""
 MATERIAL = re.compile(r"material\.([A-Za-z_]\w*|\*)\.([A-Za-z]+)(\.factor)?")
 FIELDS: Mapping[str, str] = {
     "roughness": "roughness",
@@ -261,8 +183,8 @@ FIELDS: Mapping[str, str] = {
     "specularColor": "specular_color",
     "emissiveColor": "emissive_color",
 }
-"""Inputs of a UsdPreviewSurface that can be drawn, and the fields of scene.material that say their limits."""
-OF_ATTRIBUTES: Mapping[str, Range] = {
+"""Inputs of a UsdPreviewSurface that can be sampled, and the fields of scene.material that hold their limits."""
+ATTRIBUTE_LIMITS: Mapping[str, Range] = {
     **{schema.OPTICS[field]: limits for field, limits in optics_limits.RANGES.items()},
     **{schema.SENSOR[field]: limits for field, limits in sensor_limits.RANGES.items()},
     schema.AUTO_EXPOSURE_LEVEL: sensor_limits.LEVELS,
@@ -273,37 +195,37 @@ OF_ATTRIBUTES: Mapping[str, Range] = {
     "inputs:colorTemperature": TEMPERATURES,
     **{f"inputs:{name}": _from_limits(LIMITS[field]) for name, field in FIELDS.items()},
 }
-"""Limits of attributes that are drawn by their paths, by the attribute's name; others take any finite number."""
+"""Limits of attributes that are sampled by their paths, by the attribute's name; others take any finite number."""
 
 
 def parameter_named(name: str) -> Parameter:
-    """The parameter `name`. Raises InputError that says which name was perhaps meant."""
+    """Look up the parameter `name`. Raises InputError that suggests a similar name."""
     if name in PARAMETERS:
         return PARAMETERS[name]
     if name.startswith("/"):
-        limits = OF_ATTRIBUTES.get(name.rpartition(".")[2], FINITE)
+        limits = ATTRIBUTE_LIMITS.get(name.rpartition(".")[2], FINITE)
         make = materials.attribute_by_path
         return Parameter(name=name, description="An attribute.", make=make, kind=ANY, limits=limits)
     if (found := MATERIAL.fullmatch(name)) and found[2] in FIELDS:
         own = Range(0, 1e6) if found[3] else _from_limits(LIMITS[FIELDS[found[2]]])
-        return Parameter(name=name, description="Of a material.", make=materials.material_input, limits=own)
+        return Parameter(name=name, description="An input of a material.", make=materials.material_input, limits=own)
     meant = get_close_matches(name, [*PARAMETERS, BACKGROUND], n=1)
-    do = f"did you mean {meant[0]}?" if meant else "see schemas/augment-1.schema.json for those there are"
-    raise InputError("is no parameter", where=name, do=do)
+    do = f"did you mean {meant[0]}?" if meant else "see schemas/augment-1.schema.json for the list of them"
+    raise InputError("is not a parameter", where=name, do=do)
 
 
-def settings(base: Base, names: tuple[str, ...]) -> tuple[Setting, ...]:
-    """What the parameters `names` decide in the stage. Raises InputError for two that set one attribute, and for one
-    that the stage has nothing for."""
+def attribute_changes(base: BaseStage, names: tuple[str, ...]) -> tuple[AttributeChange, ...]:
+    """Return the changes that the parameters `names` make to the stage. Raises InputError for two that set one
+    attribute, and for one that has nothing to change in the stage."""
     groups: dict[str, list[str]] = {}
     for name in names:
-        groups.setdefault(parameter_named(name).together or name, []).append(name)
+        groups.setdefault(parameter_named(name).group or name, []).append(name)
     made = tuple(parameter_named(group[0]).make(base, tuple(group)) for group in groups.values())
     owners: dict[str, str] = {}
-    for setting in made:
-        for place in setting.places:
-            if str(place) in owners:
-                found = f"sets {place}, and so does {owners[str(place)]}"
-                raise InputError(found, where=setting.parameters[0], do="keep one of them")
-            owners[str(place)] = setting.parameters[0]
+    for change in made:
+        for attribute in change.attributes:
+            if str(attribute) in owners:
+                found = f"sets {attribute}, and so does {owners[str(attribute)]}"
+                raise InputError(found, where=change.parameters[0], do="keep one of them")
+            owners[str(attribute)] = change.parameters[0]
     return made

@@ -1,4 +1,4 @@
-"""The files of augmentations: all is written beside its place and tried there, and only then put into it."""
+"""The files of augmentations: they are written to a temporary folder, tried there, and then put into place at once."""
 
 import os
 import shutil
@@ -23,17 +23,17 @@ REPEATED = (
     "renderSettingsPrimPath",
     "defaultPrim",
 )
-"""What USD reads from the root layer only."""
+"""Metadata that USD reads from the root layer only."""
 
 
 def set_name(out: Path | None) -> str:
-    """What the augmentations' folder in FOLDER and the layer beside it are called; `out` is their own root layer."""
+    """Name the augmentations' folder in FOLDER and the layer beside it; `out` is their own root layer, if any."""
     return SET if out is None else f"{out.stem}_{SET}"
 
 
 @contextmanager
 def written_in(work: Path) -> Iterator[None]:
-    """Names the places that files are for, where one could not be written in the folder `work`."""
+    """Name the final path of a file in an error, where it could not be written in the temporary folder `work`."""
     try:
         yield
     except OutputError as error:
@@ -42,7 +42,7 @@ def written_in(work: Path) -> Iterator[None]:
 
 
 def replace(work: Path, layers: Path, name: str) -> None:
-    """Put what was written into its place, or leave what was there."""
+    """Move what was written into place, or leave what was there."""
     own, old = layers / name, work / "old"
     with writing(own):
         layers.mkdir(exist_ok=True)
@@ -69,8 +69,8 @@ def refuse_other_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temp
 
 
 def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temporary: Path) -> None:
-    """Let the root name the layer, where it does not yet: a comment in it stays where its text can be kept. It is
-    written as `temporary` first."""
+    """Add the layer to the root's sublayers, where it is not one yet; comments stay where the text can be edited. The
+    root is written as `temporary` first."""
     if final == path and layer in root.subLayerPaths:
         return
     made = root_over(path, final, root, layer)
@@ -84,7 +84,8 @@ def write_root(path: Path, final: Path, root: Sdf.Layer, layer: str, temporary: 
 
 
 def root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer:
-    """The stage's root layer with `layer` as its strongest sublayer; for another file a new one over the stage's."""
+    """Make the stage's root layer with `layer` as its strongest sublayer; for another file a new one over the
+    stage's."""
     made = Sdf.Layer.CreateAnonymous(path.suffix)
     if final == path:
         made.TransferContent(root)
@@ -98,7 +99,7 @@ def root_over(path: Path, final: Path, root: Sdf.Layer, layer: str) -> Sdf.Layer
 
 
 def _with_sublayer(path: Path, made: Sdf.Layer, layer: str) -> str | None:
-    """The text of the root with `layer` put first into its sublayers, if that says the same as `made`."""
+    """Return the root's text with `layer` as its first sublayer, if it parses to the same as `made`, else None."""
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
@@ -110,13 +111,13 @@ def _with_sublayer(path: Path, made: Sdf.Layer, layer: str) -> str | None:
 
 
 def repeat(root: Sdf.Layer, layer: Sdf.Layer, names: Sequence[str]) -> None:
-    """Say in `layer` what the root says of these."""
+    """Copy the root's metadata of these names into `layer`."""
     for name in names:
         if root.pseudoRoot.HasInfo(name):
             layer.pseudoRoot.SetInfo(name, root.pseudoRoot.GetInfo(name))
 
 
 def read_again(file: Path) -> None:
-    """Let stages that are open in this process see what the file holds now."""
+    """Reload the file, where a stage that is open in this process uses it."""
     if layer := Sdf.Layer.Find(str(file.resolve())):
         layer.Reload(force=True)

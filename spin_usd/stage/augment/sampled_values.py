@@ -1,41 +1,42 @@
-"""What was drawn, as opinions of a stage, and those as a layer."""
+"""Sampled values as values of a stage's attributes, and those as a layer."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
 
 from pxr import Gf, Sdf, Usd
 
-from spin_usd.stage.augment.attribute_change import Base, Place
-from spin_usd.stage.augment.parameters import settings
+from spin_usd.stage.augment.attribute_change import BaseStage, ChangedAttribute
+from spin_usd.stage.augment.parameters import attribute_changes
 from spin_usd.stage.read.camera.camera import find_camera
 from spin_usd.stage.read.camera.shutter import read_opening
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 
-TELL_EVERY = 5000  # pictures
+PROGRESS_EVERY = 5000  # pictures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Opinion:
-    """The value of an attribute: one, or one for each time code of `samples`."""
+class SampledValue:
+    """The value of an attribute: one, or one for each time code in `samples`."""
 
-    place: Place
+    attribute: ChangedAttribute
     value: Any = None
     samples: tuple[tuple[float, Any], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Opinions:
-    """attributes: in the order of their paths · apis: (prim, API schema) to apply."""
+class SampledValues:
+    """All that is written over a stage. attributes: in the order of their paths · apis: (prim, API schema) to apply."""
 
-    attributes: tuple[Opinion, ...] = ()
+    attributes: tuple[SampledValue, ...] = ()
     apis: tuple[tuple[str, str], ...] = ()
 
 
-def open_base(stage: Usd.Stage) -> tuple[Base, tuple[str, ...], int]:
-    """The stage under what is drawn, its pictures' names, and its seed. `stage` has its variants selected.
+def open_base(stage: Usd.Stage) -> tuple[BaseStage, tuple[str, ...], int]:
+    """Return the stage as a base for sampled values, its pictures' names, and its seed. `stage` has its variants
+    selected.
 
     Each picture's time is the middle of its exposure, when its lights and optics are read.
     """
@@ -43,80 +44,86 @@ def open_base(stage: Usd.Stage) -> tuple[Base, tuple[str, ...], int]:
     camera = find_camera(stage)
     times = tuple(read_opening(camera, frame.time_code, rows=1).middle for frame in frames)
     metres = root_number(stage, METRES_PER_UNIT)
-    return Base(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
+    return BaseStage(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
 
 
-def opinions(
-    base: Base,
+def sampled_values(
+    base: BaseStage,
     constant: Mapping[str, Any],
     per_frame: Mapping[str, Sequence[Any]],
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Opinions:
+) -> SampledValues:
     """What the values drawn make of the stage's attributes: `constant` by parameter, `per_frame` one for each picture.
 
-    Raises InputError as `parameters.settings`.
+    Raises InputError as `parameters.attribute_changes`.
     """
-    found: list[Opinion] = []
+    found: list[SampledValue] = []
     apis: set[tuple[str, str]] = set()
-    made = settings(base, (*constant, *per_frame))
-    for count, setting in enumerate(made):
-        apis.update(setting.apis)
-        found += [Opinion(place=place, value=value) for place, value in setting.fixed]
-        one = {name: constant[name] for name in setting.parameters if name in constant}
-        each = {name: per_frame[name] for name in setting.parameters if name in per_frame}
-        if not each and not setting.varies:
-            values = setting.values(one, base.times[0])
-            found += [Opinion(place=p, value=v) for p, v in zip(setting.places, values, strict=True)]
+    changes = attribute_changes(base, (*constant, *per_frame))
+    for count, change in enumerate(changes):
+        apis.update(change.apis)
+        found += [SampledValue(attribute=attribute, value=value) for attribute, value in change.fixed]
+        one = {name: constant[name] for name in change.parameters if name in constant}
+        each = {name: per_frame[name] for name in change.parameters if name in per_frame}
+        if not each and not change.varies:
+            values = change.values(one, base.times[0])
+            found += [SampledValue(attribute=a, value=v) for a, v in zip(change.attributes, values, strict=True)]
             continue
         rows = []
         for i, time in enumerate(base.times):
-            if i % TELL_EVERY == 0:
-                progress(count * len(base.times) + i, len(made) * len(base.times))
-            rows.append(setting.values({**one, **{name: drawn[i] for name, drawn in each.items()}}, time))
-        for place, column in zip(setting.places, zip(*rows, strict=True), strict=True):
-            found.append(Opinion(place=place, samples=tuple(zip(base.times, column, strict=True))))
-    ordered = sorted(found, key=lambda opinion: (opinion.place.prim, opinion.place.attribute))
-    return Opinions(attributes=tuple(ordered), apis=tuple(sorted(apis)))
+            if i % PROGRESS_EVERY == 0:
+                progress(count * len(base.times) + i, len(changes) * len(base.times))
+            rows.append(change.values({**one, **{name: values[i] for name, values in each.items()}}, time))
+        for attribute, column in zip(change.attributes, zip(*rows, strict=True), strict=True):
+            found.append(SampledValue(attribute=attribute, samples=tuple(zip(base.times, column, strict=True))))
+    return SampledValues(attributes=_ordered(found), apis=tuple(sorted(apis)))
 
 
-def over(stronger: Opinions, weaker: Opinions) -> Opinions:
-    """Both together; of an attribute that both set, what `stronger` says."""
-    places = {str(opinion.place) for opinion in stronger.attributes}
-    kept = (opinion for opinion in weaker.attributes if str(opinion.place) not in places)
-    ordered = sorted((*stronger.attributes, *kept), key=lambda opinion: (opinion.place.prim, opinion.place.attribute))
-    return Opinions(attributes=tuple(ordered), apis=tuple(sorted({*stronger.apis, *weaker.apis})))
+def overlaid(stronger: SampledValues, weaker: SampledValues) -> SampledValues:
+    """Combine both; an attribute that both set has its value from `stronger`."""
+    paths = {str(each.attribute) for each in stronger.attributes}
+    kept = (each for each in weaker.attributes if str(each.attribute) not in paths)
+    return SampledValues(
+        attributes=_ordered((*stronger.attributes, *kept)), apis=tuple(sorted({*stronger.apis, *weaker.apis}))
+    )
 
 
-def in_turn(parts: Sequence[tuple[Sequence[float], Opinions]]) -> Opinions:
-    """The opinions of parts of a stage's pictures, each with the part's time codes, as those of all; each part has the
-    same places."""
+def _ordered(values: Iterable[SampledValue]) -> tuple[SampledValue, ...]:
+    return tuple(sorted(values, key=lambda each: (each.attribute.prim, each.attribute.name)))
+
+
+def concatenated(parts: Sequence[tuple[Sequence[float], SampledValues]]) -> SampledValues:
+    """Join the values for parts of a stage's pictures, each with the part's time codes, into the values for all of
+    them; each part sets the same attributes."""
     if len(parts) == 1:
         return parts[0][1]
-    by_place: dict[str, list[tuple[Sequence[float], Opinion]]] = {}
-    for times, what in parts:
-        for opinion in what.attributes:
-            by_place.setdefault(str(opinion.place), []).append((times, opinion))
-    apis = {api for _, what in parts for api in what.apis}
-    return Opinions(attributes=tuple(map(_joined, by_place.values())), apis=tuple(sorted(apis)))
+    by_path: dict[str, list[tuple[Sequence[float], SampledValue]]] = {}
+    for times, values in parts:
+        for each in values.attributes:
+            by_path.setdefault(str(each.attribute), []).append((times, each))
+    apis = {api for _, values in parts for api in values.apis}
+    return SampledValues(attributes=tuple(map(_joined, by_path.values())), apis=tuple(sorted(apis)))
 
 
-def _joined(parts: Sequence[tuple[Sequence[float], Opinion]]) -> Opinion:
+def _joined(parts: Sequence[tuple[Sequence[float], SampledValue]]) -> SampledValue:
     first = parts[0][1]
-    if all(not opinion.samples and opinion.value == first.value for _, opinion in parts):
+    if all(not each.samples and each.value == first.value for _, each in parts):
         return first
-    samples = (opinion.samples or tuple((time, opinion.value) for time in times) for times, opinion in parts)
-    return Opinion(place=first.place, samples=tuple(sorted((s for each in samples for s in each), key=itemgetter(0))))
+    samples = (each.samples or tuple((time, each.value) for time in times) for times, each in parts)
+    return SampledValue(
+        attribute=first.attribute, samples=tuple(sorted((s for each in samples for s in each), key=itemgetter(0)))
+    )
 
 
-def write_opinions(layer: Sdf.Layer, what: Opinions, moves: Mapping[str, str] | None = None) -> None:
-    """Author them in `layer`, as overs. moves: path prefixes of the stage -> of the layer, such as /World/Lights ->
+def write_values(layer: Sdf.Layer, values: SampledValues, moves: Mapping[str, str] | None = None) -> None:
+    """Author `values` in `layer`, as overs. moves: path prefixes of the stage -> of the layer, such as /World/Lights ->
     /Lights for a layer that is referenced there; the longest that fits counts."""
     with Sdf.ChangeBlock():
-        for path, api in what.apis:
+        for path, api in values.apis:
             _apply(Sdf.CreatePrimInLayer(layer, _moved(path, moves or {})), api)
-        for opinion in what.attributes:
-            prim = Sdf.CreatePrimInLayer(layer, _moved(opinion.place.prim, moves or {}))
-            _author(prim, opinion)
+        for each in values.attributes:
+            prim = Sdf.CreatePrimInLayer(layer, _moved(each.attribute.prim, moves or {}))
+            _author(prim, each)
 
 
 def _moved(path: str, moves: Mapping[str, str]) -> Sdf.Path:
@@ -133,24 +140,24 @@ def _apply(prim: Sdf.PrimSpec, api: str) -> None:
         prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[*items.prependedItems, api]))
 
 
-def _author(prim: Sdf.PrimSpec, opinion: Opinion) -> None:
-    place = opinion.place
-    variability = Sdf.VariabilityUniform if place.uniform else Sdf.VariabilityVarying
-    attribute = prim.attributes.get(place.attribute) or Sdf.AttributeSpec(
-        prim, place.attribute, Sdf.ValueTypeNames.Find(place.type), variability
+def _author(prim: Sdf.PrimSpec, sampled: SampledValue) -> None:
+    changed = sampled.attribute
+    variability = Sdf.VariabilityUniform if changed.uniform else Sdf.VariabilityVarying
+    attribute = prim.attributes.get(changed.name) or Sdf.AttributeSpec(
+        prim, changed.name, Sdf.ValueTypeNames.Find(changed.type), variability
     )
-    if place.cut:
+    if changed.cut:
         attribute.connectionPathList.ClearEditsAndMakeExplicit()
-    if not opinion.samples:
-        attribute.default = opinion.value
+    if not sampled.samples:
+        attribute.default = sampled.value
     previous = None
-    for time, value in opinion.samples:
+    for time, value in sampled.samples:
         value = previous = _nearer(value, previous)
         prim.layer.SetTimeSample(attribute.path, time, value)
 
 
 def _nearer(value: Any, previous: Any) -> Any:
-    """Of the two quaternions of one rotation that nearer to the one before, so that USD turns the short way."""
+    """Return the nearer one to `previous` of a rotation's two quaternions, so that USD interpolates the short way."""
     if isinstance(value, Gf.Quatd) and previous is not None and Gf.Dot(value, previous) < 0:
         return -value
     return value

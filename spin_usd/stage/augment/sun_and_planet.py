@@ -1,4 +1,4 @@
-"""Where Sun, target and planet are in all pictures, for constraints on what is drawn."""
+"""Where Sun, target and planet are in all pictures, for constraints on sampled values."""
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
@@ -7,7 +7,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.sky import Sky
-from spin_usd.stage.augment.attribute_change import Base, placed_in_time
+from spin_usd.stage.augment.attribute_change import BaseStage, moves_in_time
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
@@ -18,8 +18,8 @@ from spin_usd.stage.usd.transforms import between, placement
 RIM_STEPS = 16  # on each side of the picture
 
 
-def read_sky(base: Base) -> Sky:
-    """The Sun, if any; the ball around the target's bound; the planet of earth.*, if any; the picture's rim."""
+def read_sky(base: BaseStage) -> Sky:
+    """Read the Sun, if any; the ball around the target's bound; the planet of earth.*, if any; the picture's rim."""
     suns = [prim for prim in find_lights(base.stage) if prim.IsA(UsdLux.DistantLight)]
     planet = find_planet(base)
     target, radius = _target(base)
@@ -35,30 +35,30 @@ def read_sky(base: Base) -> Sky:
     )
 
 
-def _target(base: Base) -> tuple[Float, float]:
-    """(N, 3) the middle of the target's bound, camera axes, and the radius of the ball around that, metres."""
+def _target(base: BaseStage) -> tuple[Float, float]:
+    """Return the middle (N, 3) of the target's bound, camera axes, and the radius of the ball around it, metres."""
     target, camera = find_target(base.stage), find_camera(base.stage)
     bound = UsdGeom.BBoxCache(base.first, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     box = bound.ComputeUntransformedBound(target).ComputeAlignedRange()
-    moves = placed_in_time(target) or placed_in_time(camera)
+    moves = moves_in_time(target) or moves_in_time(camera)
     middle = np.array(box.GetMidpoint()) * base.metres
-    places = [_place(base, target, camera, time, middle) for time in (base.times if moves else base.times[:1])]
-    return np.array(places), float(box.GetSize().GetLength()) / 2 * base.metres
+    centres = [_centre(base, target, camera, time, middle) for time in (base.times if moves else base.times[:1])]
+    return np.array(centres), float(box.GetSize().GetLength()) / 2 * base.metres
 
 
-def body_direction(base: Base, direction: Float) -> Float:
-    """(N, 3) in camera axes, at each of the base's times, a direction (3,) of the target's own axes."""
+def body_direction(base: BaseStage, direction: Float) -> Float:
+    """Turn a direction (3,) in the target's own axes into camera axes (N, 3), one for each of the base's times."""
     target, camera = find_target(base.stage), find_camera(base.stage)
     return np.array([_cam_body(base, target, camera, time)[0].directions(direction) for time in base.times])
 
 
-def _place(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
+def _centre(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
     T_cam_body, scale = _cam_body(base, target, camera, time)
     return T_cam_body.points(middle * scale)
 
 
-def _cam_body(base: Base, target: Usd.Prim, camera: Usd.Prim, time: float) -> tuple[Transform, float]:
-    """T_cam_body, metres, and the scale of the body's axes in the world."""
+def _cam_body(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float) -> tuple[Transform, float]:
+    """Return T_cam_body, metres, and the scale of the body's axes in the world."""
     world = UsdGeom.XformCache(Usd.TimeCode(time))
     usdcam, body = (
         placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=base.metres, where=prim.GetPath())

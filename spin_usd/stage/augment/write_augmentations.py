@@ -1,6 +1,6 @@
-"""Writes augmentations: a layer for each, and the variant set `augmentation` that refers to them, over a stage.
+"""Augmentations written over a stage: a layer for each, and the variant set `augmentation` that refers to them.
 
-All is written beside its place first, and read once; then it takes the place of what was there.
+All files are written to a temporary folder and read once; then they replace the files that were there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +24,7 @@ from spin_usd.stage.augment.replace_files import (
     write_root,
     written_in,
 )
-from spin_usd.stage.augment.sampled_values import Opinions, write_opinions
+from spin_usd.stage.augment.sampled_values import SampledValues, write_values
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
@@ -37,22 +37,22 @@ from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
 
-MOST_IN_TEXT = 4096  # pictures whose samples a person would still read
+MAX_FRAMES_IN_TEXT = 4096  # with more time samples than this nobody reads a layer as text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Augmentation:
-    """selections: variant set of the default prim -> variant."""
+    """One augmentation: its sampled values. selections: variant set of the default prim -> variant."""
 
     name: str
     selections: Mapping[str, str]
-    what: Opinions
+    values: SampledValues
     background: Background | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """The specification that the augmentations were drawn from."""
+    """The specification that the augmentations were sampled from."""
 
     name: str
     sha256: str
@@ -68,7 +68,7 @@ class Source:
 
 
 def open_selected(path: Path, selections: Mapping[str, str]) -> Usd.Stage:
-    """The stage at `path` without augmentation, with these variants of its default prim's sets selected.
+    """Open the stage at `path` without augmentation, with these variants of its default prim's sets selected.
 
     Raises InputError for a set or a variant that it does not have.
     """
@@ -86,9 +86,9 @@ def _check_selection(prim: Usd.Prim, name: str, variant: str) -> None:
     if name not in sets:
         do = f"select among {', '.join(sets)}" if sets else "author the stage with them, or select nothing"
         raise InputError(f"the stage has no variant set {name!r}", where=f"select.{name}", do=do)
-    if variant not in (known := prim.GetVariantSet(name).GetVariantNames()):
+    if variant not in (names := prim.GetVariantSet(name).GetVariantNames()):
         found = f"the variant set {name!r} has no {variant!r}"
-        raise InputError(found, where=f"select.{name}", do=f"select one of {', '.join(known)}")
+        raise InputError(found, where=f"select.{name}", do=f"select one of {', '.join(names)}")
 
 
 def write_augmentations(
@@ -101,12 +101,13 @@ def write_augmentations(
     trial: Path,
     list_files: Callable[[Path], None],
 ) -> Path:
-    """Write them over the stage at `path`, in place, or as the new root layer `out` beside it; returns the root layer.
-    work: a folder beside it, and trial: a file there, both of which the caller removes. list_files gets the folder of
-    augmentations when all in it and the layer beside it are written, and may add to it.
+    """Write augmentations over the stage at `path`, in place, or as the new root layer `out` beside it. Returns the
+    root layer's path.
 
-    Written in place again they replace those that were there. Raises InputError for what a picture could not be taken
-    with, and for another file at `out`; OutputError where it cannot be written; then all is as it was.
+    work: a folder beside it, and trial: a file there, both of which the caller removes. list_files gets the folder of
+    augmentations when all in it and the layer beside it are written, and may add to it. Augmentations that were written
+    in place before are replaced. Raises InputError where the first picture of a variant cannot be read, and for another
+    file at `out`; OutputError for a failed write; then all files are as they were.
     """
     root, frames = open_layer(path), len(read_frames(open_stage(path), ""))
     final = path if out is None else out
@@ -121,7 +122,7 @@ def write_augmentations(
         export(_variants(augmentations, name, root, frames, source), work / f"{name}.usda")
         export(root_over(path, final, root, f"./{work.name}/{name}.usda"), trial)
         for augmentation in augmentations:
-            _read_once(trial, augmentation.name)
+            _check_first_picture(trial, augmentation.name)
         with writing(work / name):
             list_files(work / name)
         replace(work, path.parent / FOLDER, name)
@@ -132,19 +133,21 @@ def write_augmentations(
 
 
 def _write_one(folder: Path, augmentation: Augmentation, root: Sdf.Layer, frames: int, source: Source) -> None:
-    """One augmentation's own values."""
+    """Write the layer of one augmentation's values."""
     layer = Sdf.Layer.CreateAnonymous(_suffix(augmentation, frames))
     selected = ", ".join(f"{name} {variant}" for name, variant in augmentation.selections.items())
-    documentation = f"What the augmentation {augmentation.name} draws, over {selected or 'the stage as it is'}."
+    documentation = (
+        f"The values that the augmentation {augmentation.name} samples, over {selected or 'the stage as it is'}."
+    )
     _head(layer, root, frames, documentation, source)
-    write_opinions(layer, augmentation.what)
+    write_values(layer, augmentation.values)
     if augmentation.background:
         write_background(layer, augmentation.background, folder / "backgrounds")
     export(layer, folder / _file(augmentation, frames))
 
 
 def _suffix(augmentation: Augmentation, frames: int) -> str:
-    many = frames > MOST_IN_TEXT and any(opinion.samples for opinion in augmentation.what.attributes)
+    many = frames > MAX_FRAMES_IN_TEXT and any(each.samples for each in augmentation.values.attributes)
     return ".usdc" if many else ".usda"
 
 
@@ -155,7 +158,7 @@ def _file(augmentation: Augmentation, frames: int) -> str:
 def _variants(
     augmentations: Sequence[Augmentation], folder: str, root: Sdf.Layer, frames: int, source: Source
 ) -> Sdf.Layer:
-    """The variant set: each variant selects among the other sets and refers to its own layer."""
+    """Make the layer of the variant set: each variant selects among the other sets and refers to its own layer."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     _head(layer, root, frames, f"The augmentations of the specification {source.name}: one variant each.", source)
     prim = Sdf.CreatePrimInLayer(layer, Sdf.Path.absoluteRootPath.AppendChild(root.defaultPrim))
@@ -170,15 +173,15 @@ def _variants(
 
 
 def _head(layer: Sdf.Layer, root: Sdf.Layer, frames: int, documentation: str, source: Source) -> None:
-    """What every layer repeats, as the stage's root says it."""
+    """Author what every layer repeats from the stage's root layer."""
     author_metadata(layer, default_prim=root.defaultPrim, documentation=documentation, frames=frames)
     repeat(root, layer, [name for name in REPEATED if name != "renderSettingsPrimPath"])
     source.author(layer)
     Sdf.CreatePrimInLayer(layer, Sdf.Path.absoluteRootPath.AppendChild(root.defaultPrim))
 
 
-def _read_once(root: Path, variant: str) -> None:
-    """Raise InputError where camera or lights of the first picture could not be used."""
+def _check_first_picture(root: Path, variant: str) -> None:
+    """Raise InputError where the camera or the lights of the first picture cannot be read."""
     try:
         stage = open_stage(root, variant=variant)
         frame = read_frames(stage, variant)[0]

@@ -20,12 +20,12 @@ INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
     "inputs:useSpecularWorkflow": (TYPES.Int, 0),
 }
 EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
-DISPLAYED = TARGET.AppendChild("Matt")
+DISPLAYED = TARGET.AppendChild("Diffuse")
 """The material of what has none of its own but a displayColor."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Matt:
+class DiffuseOverrides:
     """What makes a target matt. Paths are relative to the target's root, "." for the root itself.
 
     surfaces: its UsdPreviewSurface nodes · instances: the instances that hold such nodes, which opinions do not reach ·
@@ -37,7 +37,7 @@ class Matt:
     displayed: bool
 
 
-def find_matt(file: Path, prim: str | None) -> Matt:
+def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
     """Of the target in `file`, whose root is `prim`, or the default prim."""
     stage = Usd.Stage.Open(str(file))
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
@@ -45,14 +45,14 @@ def find_matt(file: Path, prim: str | None) -> Matt:
     surfaces = [each for each in prims if _is_surface(each)]
     above = {path for each in surfaces for path in each.GetPath().GetPrefixes()}
     instances = [each for each in prims if each.IsInstance() and each.GetPath() in above]
-    return Matt(
+    return DiffuseOverrides(
         surfaces=tuple(str(each.GetPath().MakeRelativePath(root.GetPath())) for each in surfaces),
         instances=tuple(str(each.GetPath().MakeRelativePath(root.GetPath())) for each in instances),
         displayed=any(_is_displayed(each) for each in prims),
     )
 
 
-def author_matt(layer: Sdf.Layer, variant: Sdf.Path, matt: Matt) -> None:
+def author_diffuse_materials(layer: Sdf.Layer, variant: Sdf.Path, matt: DiffuseOverrides) -> None:
     """Write the opinions into the variant of /World at `variant`."""
     model = Sdf.CreatePrimInLayer(layer, MODEL.ReplacePrefix(WORLD, variant))
     for path in matt.instances:

@@ -11,14 +11,14 @@ from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
-from spin_usd.stage.author.diffuse_materials import Matt, author_matt
+from spin_usd.stage.author.diffuse_materials import DiffuseOverrides, author_diffuse_materials
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export
 
-GROUPS = ("camera", "environment", "materials")
+VARIANT_SETS = ("camera", "environment", "materials")
 PLAIN, RICH = "plain", "rich"
 LAYER = "groups.usda"
 SURROUNDINGS = (LIGHTS, ENVIRONMENT)
@@ -34,8 +34,11 @@ OVERRIDDEN = """the target has no such looks. In plain, its materials are made m
 the target is rich as it was modelled: an augmentation that selects it means just that, and not plain."""
 
 
-def write_groups(
-    folder: Path, surroundings: Mapping[Sdf.Path, Sdf.Layer], looks: Mapping[str, tuple[str, ...]], matt: Matt
+def write_variant_sets(
+    folder: Path,
+    surroundings: Mapping[Sdf.Path, Sdf.Layer],
+    looks: Mapping[str, tuple[str, ...]],
+    matt: DiffuseOverrides,
 ) -> None:
     """Write the layer with the three sets, and what it refers to, into `folder`.
 
@@ -60,8 +63,8 @@ def write_groups(
         if has_looks:
             _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
         elif name == PLAIN:
-            author_matt(layer, materials.path, matt)
-    world.variantSetNameList.prependedItems[:] = GROUPS  # they do not fight; this is the order that people expect
+            author_diffuse_materials(layer, materials.path, matt)
+    world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # they do not fight; this is the order that people expect
     export(layer, folder / LAYER)
 
 

@@ -14,7 +14,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.resources import bundled
 from spin_usd.scene.source.poses import PoseList
-from spin_usd.stage.author.diffuse_materials import find_matt
+from spin_usd.stage.author.diffuse_materials import find_diffuse_overrides
 from spin_usd.stage.author.lights_and_environment import KINDS, USUAL
 from spin_usd.stage.author.paths import CAMERA, MODEL, TARGET, WORLD
 from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
@@ -23,7 +23,7 @@ from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.render_layer import SETTINGS, render_layer
 from spin_usd.stage.author.target.from_usd import TargetAsset
 from spin_usd.stage.author.variant_sets import LAYER as GROUPS_LAYER
-from spin_usd.stage.author.variant_sets import write_groups
+from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.read.camera.lens import read_lens
 from spin_usd.stage.usd import schema
@@ -55,7 +55,7 @@ def write_stage(
     if preset:
         preset.set_camera(camera)
     own = _write_layers(folder / "layers", poses, camera, outputs, preset, surroundings or {})
-    write_groups(folder / "layers", own, target.variants, find_matt(target.file, target.prim))
+    write_variant_sets(folder / "layers", own, target.variants, find_diffuse_overrides(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))

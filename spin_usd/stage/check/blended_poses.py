@@ -18,13 +18,13 @@ from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.visibility import ancestors
 
-MOST_TURN_RAD = np.radians(30.0)  # from one time sample to the next
+MAX_TURN_RAD = np.radians(30.0)  # from one time sample to the next
 
 
 class BlendedPoses:
     """Collects the pictures whose exposure lies between poses that differ by more than a motion would.
 
-    That is a turn above MOST_TURN_RAD, or a way longer than the target's size (twice the radius about its centre).
+    That is a turn above MAX_TURN_RAD, or a way longer than the target's size (twice the radius about its centre).
     """
 
     do = "bring shutter:open and shutter:close together, or give the poses the times of one motion"
@@ -42,11 +42,11 @@ class BlendedPoses:
     def found(self) -> str:
         return (
             f"the exposures of {len(self.pictures)} pictures blend time samples between which the target turns by more "
-            f"than {np.degrees(MOST_TURN_RAD):g} degrees or moves by more than its size"
+            f"than {np.degrees(MAX_TURN_RAD):g} degrees or moves by more than its size"
         )
 
     def add(self, scene: Scene) -> None:
-        """Look at one picture of the reader's stage."""
+        """MaterialTemplate at one picture of the reader's stage."""
         if scene.shutter is None:
             return
         opening = read_opening(self._camera, scene.frame.time_code, rows=scene.camera.height)
@@ -55,7 +55,7 @@ class BlendedPoses:
         poses = [self.reader.pose_at(time) for time in self._times[max(first, 0) : last + 1]]
         size = 2 * scene.target.mesh.radius
         if any(
-            rotation_angle(a, b) > MOST_TURN_RAD or np.linalg.norm(a.translation - b.translation) > size
+            rotation_angle(a, b) > MAX_TURN_RAD or np.linalg.norm(a.translation - b.translation) > size
             for a, b in pairwise(poses)
         ):
             self.pictures.append(scene.frame.name)

@@ -12,7 +12,7 @@ from spin_usd.scene.derived.views import ViewCollector, Views
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
 from spin_usd.stage.check.blended_poses import BlendedPoses
-from spin_usd.stage.check.identical_variants import SameVariants
+from spin_usd.stage.check.identical_variants import IdenticalVariants
 from spin_usd.stage.check.refusals import refusals
 from spin_usd.stage.check.views import view_findings
 from spin_usd.stage.composition.materialx import composition_errors
@@ -45,7 +45,7 @@ def scene_findings(
         message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
     told: set[tuple[str, str]] = set()
-    same, shapes = SameVariants(path), Shapes(target_rule)
+    same, shapes = IdenticalVariants(path), Shapes(target_rule)
     for place, name in enumerate(names[:MAX_VARIANTS]):
         check = _VariantCheck(path, name, told, same, shapes)
         yield from check.findings(place, min(len(names), MAX_VARIANTS), progress)
@@ -75,7 +75,7 @@ class _VariantCheck:
     before."""
 
     def __init__(
-        self, path: str | Path, variant: str, told: set[tuple[str, str]], same: SameVariants, shapes: Shapes
+        self, path: str | Path, variant: str, told: set[tuple[str, str]], same: IdenticalVariants, shapes: Shapes
     ) -> None:
         self.path, self.variant, self.told, self.same, self.shapes = path, variant, told, same, shapes
         self.picture = ""

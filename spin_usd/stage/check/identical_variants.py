@@ -16,7 +16,7 @@ PROBES = 8  # pictures of a variant that are looked at first
 
 
 @dataclass(eq=False)
-class SameVariants:
+class IdenticalVariants:
     """Compares the variants of the stage at `path`: by some pictures each, and by all where those are equal."""
 
     path: str | Path

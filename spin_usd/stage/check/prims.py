@@ -66,7 +66,7 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
     for prim in stage.Traverse():
         if (
             prim.IsA(UsdGeom.PointBased)
-            and _is_drawn(prim)
+            and _is_rendered(prim)
             and not UsdGeom.Boundable(prim).GetExtentAttr().HasAuthoredValue()
         ):
             message = "has no extent, so viewers must read all its points to frame it; author extent"
@@ -116,10 +116,10 @@ def draw_mode_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 def _is_surface(prim: Usd.Prim) -> bool:
     gprim = prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points) and not prim.IsA(UsdGeom.Curves)
-    return bool(gprim and _is_drawn(prim))
+    return bool(gprim and _is_rendered(prim))
 
 
-def _is_drawn(prim: Usd.Prim) -> bool:
+def _is_rendered(prim: Usd.Prim) -> bool:
     return UsdGeom.Imageable(prim).ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 

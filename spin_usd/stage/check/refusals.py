@@ -20,7 +20,7 @@ from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights.lights import LightReader, read_light, refuse_light, visible_lights
 from spin_usd.stage.read.stage_reader import metres_per_unit
-from spin_usd.stage.read.target.gprim import PieceReader
+from spin_usd.stage.read.target.gprim import GprimReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
@@ -28,7 +28,7 @@ from spin_usd.stage.read.target.renderable import geometry_outside, is_geometry
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import check_chain
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, is_invisible, own_purpose
+from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_invisible, own_purpose
 
 Attempt: TypeAlias = Callable[[], object]
 
@@ -79,11 +79,11 @@ def _of_target(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
         yield partial(read_keypoints, target, time)
         yield from (partial(_refuse, error) for error in geometry_outside(target))
     images = Images()
-    for prim in _to_draw(target, time):
+    for prim in _to_render(target, time):
         yield partial(_read_geometry, prim, time, images)
 
 
-def _to_draw(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
+def _to_render(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
     """All prims at and below `root` that are drawn at `time` if they are geometry; of equal instances one."""
     waiting, seen = [(root, "default")], set()
     while waiting:
@@ -93,7 +93,7 @@ def _to_draw(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
             continue
         seen.add(own)
         purpose = own_purpose(prim, inherited)
-        if purpose in DRAWN_PURPOSES:
+        if purpose in RENDERED_PURPOSES:
             yield prim
         waiting += [(child, purpose) for child in reversed(prim.GetFilteredChildren(PROXIES))]
 
@@ -104,7 +104,7 @@ def _read_geometry(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> None:
     if prim.IsA(UsdGeom.PointInstancer):
         list(read_instances(prim, time))
     else:
-        PieceReader(time=time, images=images, visited=[], notes=Notes()).read(prim, Labels().of_gprim(prim))
+        GprimReader(time=time, images=images, visited=[], notes=Notes()).read(prim, Labels().of_gprim(prim))
 
 
 def _of_lights(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:

@@ -7,14 +7,14 @@ from pxr import Gf, Sdf, Usd
 
 from spin_usd.stage.composition.stage_hash import asset_sha256
 
-LONGEST = 72  # characters of one value
+MAX_CHARACTERS = 72  # characters of one value
 FIRST = 4  # numbers of an array that are shown
 DIGITS = 12  # of a digest
 
 
 def value_texts(a: Any, b: Any, attribute: Usd.Attribute) -> tuple[str | None, str | None]:
-    """Two values of `attribute` that differ, each in at most LONGEST characters and None for None; files with the
-    beginning of their digest, arrays from where they differ if they begin alike."""
+    """Two values of `attribute` that differ, each in at most MAX_CHARACTERS characters and None for None; files with
+    the beginning of their digest, arrays from where they differ if they begin alike."""
     name = str(attribute.GetTypeName().cppTypeName).removeprefix("VtArray<").removesuffix(">")
     single = name == "float" or name[-1:] in "fh"
     first, second = (None if value is None else _text(value, single=single) for value in (a, b))
@@ -25,7 +25,7 @@ def value_texts(a: Any, b: Any, attribute: Usd.Attribute) -> tuple[str | None, s
 
 
 def _cut(text: str | None) -> str | None:
-    return text if text is None or len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
+    return text if text is None or len(text) <= MAX_CHARACTERS else f"{text[: MAX_CHARACTERS - 1]}…"
 
 
 def same_value(a: Any, b: Any) -> bool:

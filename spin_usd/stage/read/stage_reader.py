@@ -30,7 +30,7 @@ from spin_usd.stage.read.target.target import TargetReader, find_target
 from spin_usd.stage.read.target.time_variation import target_varies
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
-from spin_usd.stage.usd.time_variation import Steady, moves, varying
+from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
 from spin_usd.stage.usd.transforms import (
     UNIT_SCALE_TOLERANCE,
     Placement,
@@ -182,15 +182,15 @@ class StageReader:
         def T_world_usdcam(time: Usd.TimeCode) -> Transform:
             return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
 
-        camera = Steady(lens, partial(read_camera, prim))
+        camera = CachedIfConstant(lens, partial(read_camera, prim))
         self._above = nearest_ancestor(prim, self._target_prim)
-        self._usdcam_below = Steady(moves(prim), partial(_below, self._above, prim))
+        self._usdcam_below = CachedIfConstant(moves(prim), partial(_below, self._above, prim))
         self._shutter_varies = varies(*SHUTTER)
-        self._T_world_usdcam = Steady(moves(prim), T_world_usdcam)
+        self._T_world_usdcam = CachedIfConstant(moves(prim), T_world_usdcam)
         self._camera = camera
-        self._sensor = Steady(varies(*SENSOR), partial(read_sensor, prim))
-        self._optics = Steady(varies(*OPTICS), lambda time: read_optics(prim, camera.at(time), time))
-        self._thin_lens = Steady(varies(*FOCUS), lambda time: read_thin_lens(prim, time, metres))
+        self._sensor = CachedIfConstant(varies(*SENSOR), partial(read_sensor, prim))
+        self._optics = CachedIfConstant(varies(*OPTICS), lambda time: read_optics(prim, camera.at(time), time))
+        self._thin_lens = CachedIfConstant(varies(*FOCUS), lambda time: read_thin_lens(prim, time, metres))
         self._opening: Opening | None = None
 
     def _opening_at(self, time_code: float) -> Opening:

@@ -19,7 +19,7 @@ METERS_PER_UNIT = 1.0
 
 SYNTAX_ERROR = re.compile(r".*?:(\d+):(\d+): (.*) at '(.*)' in <.*>", re.DOTALL)
 GRAMMAR = "parse error matching "  # what follows is a rule of USD's grammar, as C++ spells its type
-LONGEST_QUOTE = 60
+MAX_QUOTE = 60
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
@@ -75,6 +75,6 @@ def reason(error: Tf.ErrorException) -> str:
     if not placed:
         return said[0]
     line, column, problem, text = placed[0].groups()
-    text = text if len(text) <= LONGEST_QUOTE else f"{text[: LONGEST_QUOTE - 1]}…"
+    text = text if len(text) <= MAX_QUOTE else f"{text[: MAX_QUOTE - 1]}…"
     problem = "cannot be understood" if problem.startswith(GRAMMAR) else problem
     return f"line {line}, column {column}: {problem}, at {repr(text) if text else 'the end of the line'}"

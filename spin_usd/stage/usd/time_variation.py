@@ -11,7 +11,7 @@ POSE = "xformOp:"
 T = TypeVar("T")
 
 
-class Steady(Generic[T]):
+class CachedIfConstant(Generic[T]):
     """What `read` gives at a time, read again only where it `varies` and the time is another."""
 
     def __init__(self, varies: bool, read: Callable[[Usd.TimeCode], T]) -> None:
@@ -24,7 +24,7 @@ class Steady(Generic[T]):
         return self._known[1]
 
 
-class Kept:
+class CameraSpaceCache:
     """Values read off prims in camera axes, kept while neither the prim nor the camera moves or changes. all_still:
     whether none of the prims ever does."""
 
@@ -46,7 +46,7 @@ class Kept:
             last = self._values[path] = camera, read()
         return last[1]  # type: ignore[return-value]
 
-    def together(self, name: Hashable, values: tuple[T, ...]) -> tuple[T, ...]:
+    def same_tuple(self, name: Hashable, values: tuple[T, ...]) -> tuple[T, ...]:
         """`values`, as the very tuple that was given by this name last where it holds the same objects."""
         last = self._tuples.get(name)
         if last is None or len(last) != len(values) or any(a is not b for a, b in zip(last, values, strict=True)):

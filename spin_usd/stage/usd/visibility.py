@@ -3,7 +3,7 @@
 from pxr import Usd, UsdGeom
 
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-DRAWN_PURPOSES = ("default", "render")
+RENDERED_PURPOSES = ("default", "render")
 """Purposes that are drawn; proxy, guide, and names that USD does not know are not."""
 
 

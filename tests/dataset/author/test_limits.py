@@ -24,19 +24,19 @@ def entries(name, **words):
 @pytest.mark.parametrize(
     ("name", "words", "sentence"),
     [
-        ("optics.glare", {"distribution": "fixed", "value": 2}, "may be drawn as 2; choose numbers from 0 to 1"),
+        ("optics.glare", {"distribution": "fixed", "value": 2}, "may be sampled as 2; choose numbers from 0 to 1"),
         ("optics.glare", {"distribution": "uniform", "low": 0, "high": 1.0001}, "choose numbers from 0 to 1"),
         (
             "exposure.time",
             {"distribution": "log_uniform", "low": 1e-8, "high": 1, "unit": "ms"},
-            "may be drawn as 1e-11 to 0.001 s; choose numbers from 1e-09 to 1e",
+            "may be sampled as 1e-11 to 0.001 s; choose numbers from 1e-09 to 1e",
         ),
-        ("optics.glare", {"distribution": "choice", "values": [0.1, 0.2, -0.1]}, "may be drawn as -0.1; choose"),
-        ("optics.glare", {"distribution": "normal", "mean": 0.5, "sigma": 1, "high": 1.5}, "may be drawn as 1.5"),
+        ("optics.glare", {"distribution": "choice", "values": [0.1, 0.2, -0.1]}, "may be sampled as -0.1; choose"),
+        ("optics.glare", {"distribution": "normal", "mean": 0.5, "sigma": 1, "high": 1.5}, "may be sampled as 1.5"),
         ("optics.glare", {"distribution": "normal", "mean": 9, "sigma": 1}, "fewer than 0.001 of all draws about 9"),
-        ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "may be drawn as 0 to 8; choose numbers"),
+        ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "may be sampled as 0 to 8; choose numbers"),
         ("focus.distance", {"distribution": "uniform", "low": 0, "high": 8, "unit": "m"}, "choose numbers above 0"),
-        ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "takes no 0: it is a truth"),
+        ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "does not take 0: it is a truth"),
         ("sun.factor", {"distribution": "uniform", "low": -0.001, "high": 2}, "choose numbers from 0 to"),
         ("/World/Camera.exposure:time", {"distribution": "fixed", "value": 0}, "choose numbers from 1e-09 to 1e"),
         ("material.*.ior", {"distribution": "uniform", "low": 0.99, "high": 2}, "choose numbers from 1 to 1000"),
@@ -116,9 +116,13 @@ def painted(tmp_path_factory):
 @pytest.mark.parametrize(
     ("of", "words", "sentence"),
     [
-        ("roughness", {"distribution": "uniform", "low": 0.5, "high": 2.01}, r"2\.01, which makes of an input 1\.005"),
-        ("ior", {"distribution": "uniform", "low": 0.6, "high": 1}, r"0\.6, which makes of an input 0\.9"),
-        ("diffuseColor", {"distribution": "choice", "values": [1, [4, 2, 1.3]]}, r"which makes of an input 1\.04"),
+        (
+            "roughness",
+            {"distribution": "uniform", "low": 0.5, "high": 2.01},
+            r"2\.01, which turns .* into 1\.005",
+        ),
+        ("ior", {"distribution": "uniform", "low": 0.6, "high": 1}, r"0\.6, which turns an input into 0\.9"),
+        ("diffuseColor", {"distribution": "choice", "values": [1, [4, 2, 1.3]]}, r"which turns an input into 1\.04"),
         ("roughness", {"distribution": "normal", "mean": 3, "sigma": 0.1}, "fewer than 0.001 of all draws about 3"),
     ],
 )

@@ -9,7 +9,8 @@ import pytest
 from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.errors import InputError
 from spin_usd.scene.content import content
-from spin_usd.stage.augment.parameters import PARAMETERS, UNITS, parameter_named
+from spin_usd.stage.augment.parameter import UNITS
+from spin_usd.stage.augment.parameters import PARAMETERS, parameter_named
 from spin_usd.stage.read.stage_reader import StageReader
 
 STAGE = """#usda 1.0
@@ -281,10 +282,10 @@ def test_units_are_sizes_of_one_another(own) -> None:
 
 
 def test_limits_are_those_of_the_reader() -> None:
-    with pytest.raises(InputError, match=re.escape("optics.glare: may be drawn as 2; choose numbers from 0 to 1")):
+    with pytest.raises(InputError, match=re.escape("optics.glare: may be sampled as 2; choose numbers from 0 to 1")):
         parameter_named("optics.glare").check(2.0)
 
 
 def test_a_name_that_is_none_says_which_was_meant() -> None:
-    with pytest.raises(InputError, match=r"sun.irradiace: is no parameter; did you mean sun.irradiance\?"):
+    with pytest.raises(InputError, match=r"sun.irradiace: is not a parameter; did you mean sun.irradiance\?"):
         parameter_named("sun.irradiace")

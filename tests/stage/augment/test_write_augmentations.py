@@ -185,7 +185,7 @@ def test_out_is_another_root_and_the_stage_stays(stage, spec) -> None:
 def test_many_pictures_go_into_a_binary_layer(stage, spec, monkeypatch) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     in_text = [scene.lights[0].direction_cam for scene in scenes(stage)]
-    monkeypatch.setattr(augmenting, "MOST_IN_TEXT", 2)
+    monkeypatch.setattr(augmenting, "MAX_FRAMES_IN_TEXT", 2)
     augment_stage(stage=stage, spec=spec(PER_FRAME))
     assert (stage.parent / "layers" / "augmentations" / "a.usdc").is_file()
     assert [scene.lights[0].direction_cam for scene in scenes(stage)] == in_text
@@ -266,7 +266,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SAMPLE + '"optics.glare" = { distribution = "uniform", low = 0.5, high = 1.001 }',
-            "optics.glare: may be drawn as 0.5 to 1.001; choose numbers from 0 to 1",
+            "optics.glare: may be sampled as 0.5 to 1.001; choose numbers from 0 to 1",
         ),
         (
             SAMPLE + '"exposure.stops" = { distribution = "normal", mean = 0, sigma = 1, low = 60, unit = "stops" }',

@@ -25,7 +25,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.root_layers import over_stage
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
-GROUPS = ("camera", "environment", "materials")
+VARIANT_SETS = ("camera", "environment", "materials")
 CELLS = tuple(product(("plain", "rich"), repeat=3))
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0)
 NO_COLOUR = (0.0, 0.0, 0.0)  # where a mesh has faces without the primvar
@@ -61,7 +61,7 @@ def radiance(taken: Scene) -> str:
 def test_each_group_does_what_it_says_whatever_the_others_are(authored: Path, cell: tuple[str, ...]) -> None:
     """The eight cells of the ablation: every group has its own values in all of them, and no label changes."""
     camera, environment, materials = cell
-    base, taken = scene(authored), scene(authored, **dict(zip(GROUPS, cell, strict=True)))
+    base, taken = scene(authored), scene(authored, **dict(zip(VARIANT_SETS, cell, strict=True)))
     assert geometry_key(taken, "raycast") == geometry_key(base, "raycast")
     ideal = taken.optics == Optics() and taken.sensor.gain == taken.sensor.read_noise == taken.sensor.prnu == 0
     assert ideal == (camera == "plain")
@@ -112,7 +112,7 @@ def test_a_group_alone_changes_only_its_own(authored: Path) -> None:
 def test_nothing_is_selected(authored: Path) -> None:
     stage = Usd.Stage.Open(str(authored))
     sets = stage.GetDefaultPrim().GetVariantSets()
-    assert tuple(sets.GetNames()) == GROUPS
+    assert tuple(sets.GetNames()) == VARIANT_SETS
     assert not any(sets.GetAllVariantSelections().values())
     taken = scene(authored)
     assert (taken.optics, taken.sensor.gain) == (Optics(), Sensor().gain)
@@ -125,7 +125,7 @@ def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: s
     """A preset's own effects, and its own environment, are gone where a group is plain."""
     root = author(tmp_path / "stage", preset=preset, environment=environment)
     assert check_stage(root) == ()
-    plain = scene(root, **dict.fromkeys(GROUPS, "plain"))
+    plain = scene(root, **dict.fromkeys(VARIANT_SETS, "plain"))
     assert (plain.optics, plain.sensor.gain) == (Optics(), 0)
     assert not plain.environment.planets
     assert not plain.environment.stars

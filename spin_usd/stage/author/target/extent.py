@@ -5,13 +5,13 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.stage.author.target.from_usd import TargetAsset
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES
+from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 
 
 def box_corners(target: TargetAsset) -> Float:
     """(8, 3), metres, in the target's own axes."""
     stage = Usd.Stage.Open(str(target.file))
     root = stage.GetPrimAtPath(target.prim) if target.prim else stage.GetDefaultPrim()
-    bounds = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(DRAWN_PURPOSES)).ComputeWorldBound(root)
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(RENDERED_PURPOSES)).ComputeWorldBound(root)
     box = bounds.ComputeAlignedRange()
     return np.array([box.GetCorner(i) for i in range(8)], np.float64) * target.metres_per_unit

@@ -13,7 +13,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.polygons import newell
 from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES
+from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 
 FLAT_SURFACES = (UsdGeom.Tokens.none, UsdGeom.Tokens.bilinear)
 
@@ -34,7 +34,7 @@ def usd_bounds(
         _expand_instances(root)
         _bake_skeletons(root, time)
         _forget_extents(root)
-    cache = UsdGeom.BBoxCache(time, list(DRAWN_PURPOSES), useExtentsHint=False)
+    cache = UsdGeom.BBoxCache(time, list(RENDERED_PURPOSES), useExtentsHint=False)
     box = cache.ComputeLocalBound(root).ComputeAlignedRange()
     if box.IsEmpty():
         return None
@@ -81,7 +81,7 @@ def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
     displaced = any(_displaces(prim) for prim in Usd.PrimRange(root))
     everything = iter(Usd.PrimRange(root))
     for prim in everything:
-        if not prim.IsA(UsdGeom.Boundable) or not _drawn(prim, time):
+        if not prim.IsA(UsdGeom.Boundable) or not _is_rendered(prim, time):
             continue
         if prim.IsA(UsdGeom.PointInstancer):
             everything.PruneChildren()
@@ -116,10 +116,10 @@ def _matrix(matrix: Gf.Matrix4d) -> Float:
     return np.array(matrix, np.float64)
 
 
-def _drawn(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
+def _is_rendered(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     geometry = UsdGeom.Imageable(prim)
     shown = geometry.ComputeVisibility(time) != UsdGeom.Tokens.invisible
-    return shown and geometry.ComputePurpose() in DRAWN_PURPOSES
+    return shown and geometry.ComputePurpose() in RENDERED_PURPOSES
 
 
 def _bent(prim: Usd.Prim) -> bool:

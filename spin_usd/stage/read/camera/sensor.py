@@ -29,7 +29,7 @@ RANGES = {
 EXPOSURES = Range(1e-20, 1e20)  # exposes all from a star's light to a laser's, and times any light is finite in float32
 LEVELS = Range(1e-6, 10)  # of a unit range of 16 bits, and far over-exposed
 STOPS = Range(-100, 100)
-LEAST_WEIGHT = 1e-6  # of all colours together
+MIN_WEIGHT = 1e-6  # of all colours together
 OF_ELECTRONS = ("full_well", "read_noise", "dark_current", "prnu", "adc_bits", "black_level")
 """What means nothing without a gain."""
 
@@ -52,7 +52,7 @@ def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
     chosen = {field: _one_of(prim, schema.SENSOR[field], allowed, time) for field, allowed in ONE_OF.items()}
     numbers = {field: value_in(prim, schema.SENSOR[field], allowed, time) for field, allowed in RANGES.items()}
     sensor = Sensor(auto_exposure=_auto_exposure(prim, time), **taking, **chosen, **numbers)
-    _check_together(prim, sensor)
+    _check_combination(prim, sensor)
     return sensor
 
 
@@ -72,7 +72,7 @@ def _auto_exposure(prim: Usd.Prim, time: Usd.TimeCode) -> AutoExposure | None:
     return AutoExposure(level=level, stops=(low, high)) if typed_value(prim, schema.AUTO_EXPOSURE, time) else None
 
 
-def _check_together(prim: Usd.Prim, sensor: Sensor) -> None:
+def _check_combination(prim: Usd.Prim, sensor: Sensor) -> None:
     """Refuse what is right alone, but not beside the others."""
     if sensor.gain == 0:
         for field in OF_ELECTRONS:
@@ -84,7 +84,7 @@ def _check_together(prim: Usd.Prim, sensor: Sensor) -> None:
     if sensor.black_level >= 2**sensor.adc_bits - 1:
         do = f"choose less than the {sensor.adc_bits} bits of the ADC hold"
         raise StageError(f"is {sensor.black_level:g}", where=_where(prim, "black_level"), do=do)
-    if sum(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)) < LEAST_WEIGHT:
+    if sum(w * q for w, q in zip(sensor.panchromatic, sensor.quantum_efficiency, strict=True)) < MIN_WEIGHT:
         raise StageError("leaves no light", where=_where(prim, "panchromatic"), do="give some colour a weight")
     if sensor.channels == "mono" and len(set(sensor.filter)) > 1:
         do = "make its three numbers equal, or the channels rgb"

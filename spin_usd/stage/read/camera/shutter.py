@@ -20,7 +20,7 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
 OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
-LEAST_POSES, MOST_POSES = 9, 129
+MIN_POSES, MAX_POSES = 9, 129
 STEP_RAD = np.radians(5.0)  # in which a chord is off its arc by a thousandth of the radius
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
 READOUTS = Range(0, 1e6)  # seconds
@@ -57,14 +57,14 @@ def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where:
     """
     if not opening.duration:
         return None
-    count = LEAST_POSES
-    while count <= MOST_POSES:
+    count = MIN_POSES
+    while count <= MAX_POSES:
         times = opening.middle + (np.arange(count) / (count - 1) - 0.5) * opening.duration
         poses = tuple(pose_at(float(time)) for time in times)
         if max(rotation_angle(a, b) for a, b in pairwise(poses)) <= STEP_RAD:
             return Shutter(poses=poses, readout=opening.readout)
         count = 2 * count - 1
-    found = f"the target turns by more than {np.degrees(STEP_RAD):g} degrees in 1/{MOST_POSES - 1} of the exposure"
+    found = f"the target turns by more than {np.degrees(STEP_RAD):g} degrees in 1/{MAX_POSES - 1} of the exposure"
     raise StageError(found, where=where, do="bring shutter:open and shutter:close nearer to each other")
 
 

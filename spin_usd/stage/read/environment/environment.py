@@ -16,7 +16,7 @@ from spin_usd.stage.read.environment.back_plate import read_back_plate
 from spin_usd.stage.read.environment.planet import read_planet, refuse_hidden_target
 from spin_usd.stage.read.environment.stars import read_stars
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.time_variation import Kept
+from spin_usd.stage.usd.time_variation import CameraSpaceCache
 from spin_usd.stage.usd.transforms import between, check_chain, placement
 from spin_usd.stage.usd.values import refuse_unapplied
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
@@ -39,13 +39,13 @@ class EnvironmentReader:
             found = f"there is another back plate, {plates[0].GetPath()}"
             raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
         self._plate = plates[0] if plates else None
-        self._kept = Kept([*self._planets, *self._stars, *plates])
+        self._cache = CameraSpaceCache([*self._planets, *self._stars, *plates])
         self._last = Environment()
 
     @property
     def still(self) -> bool:
         """Whether nothing of it changes or moves in the world in time."""
-        return self._kept.all_still
+        return self._cache.all_still
 
     def read(
         self,
@@ -71,8 +71,8 @@ class EnvironmentReader:
 
         def read(prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
             """Those that are visible; the same tuple again where nothing moved or changed."""
-            each = (self._kept.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
-            return self._kept.together(one.__name__, tuple(value for value in each if value is not None))
+            each = (self._cache.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
+            return self._cache.same_tuple(one.__name__, tuple(value for value in each if value is not None))
 
         def planet(prim: Usd.Prim) -> Planet:
             return read_planet(prim, time, *placed(prim), self._images)

@@ -17,11 +17,13 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import FINITE, SHARE, Range, typed_value, value_in
 
 RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars of some ten times the Sun's radius
-LONGEST = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
+MAX_AXIS_RATIO = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
 SCALE_HEIGHTS = Range(1e-6, 1e9, or_0=True)  # metres: as thin as a coat on such a marble, to the air of such stars
-DEEPEST = 0.1  # of its shortest semi-axis, a scale height: air masses are those of a shallow layer; Pluto has 0.05
+MAX_SCALE_HEIGHT = (
+    0.1  # of its shortest semi-axis, a scale height: air masses are those of a shallow layer; Pluto has 0.05
+)
 OPTICAL_DEPTHS = Range(0, 1000)  # thirty times that of Venus's clouds, through which nothing is seen
-MOST_M = 1e15  # the camera's distance from the planet: two hundred times as far as Neptune from the Sun
+MAX_DISTANCE_M = 1e15  # the camera's distance from the planet: two hundred times as far as Neptune from the Sun
 CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is left
 
 
@@ -38,8 +40,8 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
         haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, OPTICAL_DEPTHS, time),
         illuminates=typed_value(prim, schema.PLANET_ILLUMINATES, time),
     )
-    if planet.atmosphere > DEEPEST * min(planet.radii):
-        found = f"is {planet.atmosphere:g} m, more than {DEEPEST:g} of the shortest semi-axis"
+    if planet.atmosphere > MAX_SCALE_HEIGHT * min(planet.radii):
+        found = f"is {planet.atmosphere:g} m, more than {MAX_SCALE_HEIGHT:g} of the shortest semi-axis"
         raise StageError(found, where=f"{prim.GetPath()}.{schema.PLANET_SCALE_HEIGHT}", do="make it shallower")
     _check_place(planet)
     return planet
@@ -61,8 +63,8 @@ def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, fl
         where = f"{prim.GetPath()}.{schema.PLANET_RADII}"
         raise StageError("is not authored", where=where, do="give the planet its semi-axes along x, y and z")
     a, b, c = _lengths(prim, schema.PLANET_RADII, RADII, time, metres)
-    if max(a, b, c) > LONGEST * min(a, b, c):
-        found = f"is ({a:g}, {b:g}, {c:g}) m, of which one is more than {LONGEST} times another"
+    if max(a, b, c) > MAX_AXIS_RATIO * min(a, b, c):
+        found = f"is ({a:g}, {b:g}, {c:g}) m, of which one is more than {MAX_AXIS_RATIO} times another"
         raise StageError(found, where=f"{prim.GetPath()}.{schema.PLANET_RADII}", do="make it rounder")
     return a, b, c
 
@@ -79,11 +81,12 @@ def _lengths(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode, metr
 
 
 def _check_place(planet: Planet) -> None:
-    """Raise UnsupportedError unless the camera is outside the planet and its air, and not farther than MOST_M."""
+    """Raise UnsupportedError unless the camera is outside the planet and its air, and not farther than
+    MAX_DISTANCE_M."""
     centre = planet.T_cam_planet.inverse().translation
     far = hypot(*centre)
-    if not far <= MOST_M:
-        found = f"is {far:g} m from the camera, more than {MOST_M:g} m"
+    if not far <= MAX_DISTANCE_M:
+        found = f"is {far:g} m from the camera, more than {MAX_DISTANCE_M:g} m"
         raise UnsupportedError(found, where=planet.path, do="leave it out, or make it one of the stars")
     height = (np.linalg.norm(centre / planet.radii) - 1) * min(planet.radii)
     if height <= (CLEAR_AIR * planet.atmosphere if any(planet.haze) else 0):

@@ -23,9 +23,9 @@ from spin_usd.stage.read.lights.shaping import read_shaping
 from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
 from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
-LEAST_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
+MIN_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
 POINT_AREA = 1.0  # of a sphere without size: 4 pi of it emits as much as a point does
-MOST_M = 1e15  # a tenth of a light year; distances squared overflow float32 at 2e19 m, and products with areas earlier
+MAX_DISTANCE_M = 1e15  # a tenth of a light year; distances squared overflow float32 at 2e19 m, and products with areas earlier
 
 
 def read_area_light(
@@ -55,11 +55,11 @@ def _check_float32(light: AreaLight) -> None:
     """Raise UnsupportedError for a size or a distance that float32 cannot carry."""
     distance, size = float(np.linalg.norm(light.T_cam_light.translation)), max(light.size)
     for name, value in (("distance from the camera", distance), ("size", size)):
-        if not value <= MOST_M:
-            found = f"its {name} is {value:g} m, more than {MOST_M:g} m"
+        if not value <= MAX_DISTANCE_M:
+            found = f"its {name} is {value:g} m, more than {MAX_DISTANCE_M:g} m"
             raise UnsupportedError(found, where=light.path, do="use a DistantLight")
-    if 0 < min(light.size) < LEAST_SIZE_M:
-        found = f"its size is {min(light.size):g} m, less than {LEAST_SIZE_M:g} m"
+    if 0 < min(light.size) < MIN_SIZE_M:
+        found = f"its size is {min(light.size):g} m, less than {MIN_SIZE_M:g} m"
         raise UnsupportedError(found, where=light.path, do="make it larger, or a SphereLight of radius 0")
 
 

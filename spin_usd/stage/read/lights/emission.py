@@ -41,7 +41,7 @@ def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     return not enable or enable.Get(time) is not False
 
 
-def refuse_undrawn(prim: Usd.Prim) -> None:
+def refuse_unsupported(prim: Usd.Prim) -> None:
     """Refuse what no renderer here draws of any light, at any time."""
     where = prim.GetPath()
     check_chain(prim)

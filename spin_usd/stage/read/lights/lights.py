@@ -12,9 +12,9 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.area import read_area_light
 from spin_usd.stage.read.lights.distant import read_distant_light
 from spin_usd.stage.read.lights.dome import is_dome, read_dome_light
-from spin_usd.stage.read.lights.emission import refuse_undrawn
+from spin_usd.stage.read.lights.emission import refuse_unsupported
 from spin_usd.stage.read.lights.linking import LightLinks, refuse_links
-from spin_usd.stage.usd.time_variation import Kept
+from spin_usd.stage.usd.time_variation import CameraSpaceCache
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
 AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
@@ -28,14 +28,14 @@ class LightReader:
 
     def __init__(self, stage: Usd.Stage, images: Images) -> None:
         self._prims = find_lights(stage)
-        self._kept = Kept(self._prims)
+        self._cache = CameraSpaceCache(self._prims)
         self._images = images
         self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
 
     @property
     def still(self) -> bool:
         """Whether no light changes or moves in the world in time."""
-        return self._kept.all_still
+        return self._cache.all_still
 
     def read(
         self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
@@ -43,10 +43,10 @@ class LightReader:
         """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`. They are the same
         tuple as long as `T_world_usdcam` is the same object and they do not vary."""
         found = (
-            self._kept.read(prim, T_world_usdcam, partial(self._light, prim, time, T_world_usdcam, world, metres))
+            self._cache.read(prim, T_world_usdcam, partial(self._light, prim, time, T_world_usdcam, world, metres))
             for prim in self._prims
         )
-        return self._kept.together("lights", tuple(light for light in found if light is not None))
+        return self._cache.same_tuple("lights", tuple(light for light in found if light is not None))
 
     def _light(
         self,
@@ -98,6 +98,6 @@ def refuse_light(prim: Usd.Prim) -> None:
     if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
         found = f"is a {prim.GetTypeName()} that shines, which is not drawn"
         raise UnsupportedError(found, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
-    refuse_undrawn(prim)
+    refuse_unsupported(prim)
     if is_dome(prim):
         refuse_links(prim)

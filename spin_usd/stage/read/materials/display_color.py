@@ -5,7 +5,7 @@ from typing import Any
 from pxr import Usd
 
 from spin_usd.scene.material import LIMITS, Limits
-from spin_usd.stage.read.materials.texture_nodes import Wanted
+from spin_usd.stage.read.materials.texture_nodes import PrimvarInput
 from spin_usd.stage.read.shapes.primvars import find_primvar
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.values import refuse_outside
@@ -14,8 +14,8 @@ DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
 
 
 def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict[str, Any]:
-    """Fields of Material, with Wanted where they vary over `prim`; none where nothing is authored. Colours above 1 were
-    clamped, for they would reflect more light than there is; that is noted.
+    """Fields of Material, with PrimvarInput where they vary over `prim`; none where nothing is authored. Colours above
+    1 were clamped, for they would reflect more light than there is; that is noted.
 
     Raises StageError for numbers that are no colour or no opacity.
     """
@@ -29,5 +29,5 @@ def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict
             notes.add("color-clamped", primvar.where, "holds numbers above 1, which are rendered as 1")
         refuse_outside(primvar.values, Limits(name=name, size=size), primvar.where)
         first = tuple(float(v) for v in primvar.values[0])
-        fields[of] = Wanted(name=name, fallback=first) if not primvar.one else first if size > 1 else first[0]
+        fields[of] = PrimvarInput(name=name, fallback=first) if not primvar.one else first if size > 1 else first[0]
     return fields

@@ -18,7 +18,7 @@ from spin_usd.scene.texture import Primvar, Texture
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.materials.binding import SHOWN_INSTEAD, bound_material
 from spin_usd.stage.read.materials.display_color import read_display_color
-from spin_usd.stage.read.materials.texture_nodes import Nodes, Wanted
+from spin_usd.stage.read.materials.texture_nodes import NodeReader, PrimvarInput
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.shader_inputs import (
@@ -32,7 +32,7 @@ from spin_usd.stage.usd.shader_inputs import (
 )
 from spin_usd.stage.usd.values import refuse_outside
 
-NOT_DRAWN = {
+NOT_IN_MATERIAL = {
     "occlusion": Limits(name="occlusion"),  # must be sound; a path tracer computes it itself
     "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
 }
@@ -42,9 +42,9 @@ FACING = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Look:
-    """A material apart from what the gprim's primvars decide: `fields` of Material, with Wanted for primvars, and the
-    displacement. `prim`: the material, or the gprim whose displayColor it is."""
+class MaterialTemplate:
+    """A material apart from what the gprim's primvars decide: `fields` of Material, with PrimvarInput for primvars, and
+    the displacement. `prim`: the material, or the gprim whose displayColor it is."""
 
     prim: Usd.Prim | None
     path: str
@@ -60,7 +60,7 @@ class Look:
         """Raise StageError where one of the gprim's primvars `found` gives an input what it cannot have."""
         for of, value in self.fields.items():
             for primvar in found:
-                if isinstance(value, Wanted) and value.name == primvar.name:
+                if isinstance(value, PrimvarInput) and value.name == primvar.name:
                     refuse_outside(primvar.elements, LIMITS[of], self.path, primvar.where)
 
     def material(self, found: Set[str]) -> Material:
@@ -75,8 +75,8 @@ class Look:
 
 
 def resolved(value: Any, found: Set[str]) -> Any:
-    """`value` on a gprim that has the primvars `found`: no Wanted remains."""
-    if isinstance(value, Wanted):
+    """`value` on a gprim that has the primvars `found`: no PrimvarInput remains."""
+    if isinstance(value, PrimvarInput):
         constant = value.fallback if len(value.fallback) > 1 else value.fallback[0]
         return Primvar(name=value.name) if value.name in found else constant
     if isinstance(value, Texture):
@@ -88,7 +88,7 @@ def resolved(value: Any, found: Set[str]) -> Any:
 
 
 def _asked(value: Any) -> dict[str, int]:
-    if isinstance(value, Wanted):
+    if isinstance(value, PrimvarInput):
         return {value.name: len(value.fallback)}
     if isinstance(value, Texture) and value.coordinates.primvar is not None:
         return {value.coordinates.primvar: 2}
@@ -96,15 +96,15 @@ def _asked(value: Any) -> dict[str, int]:
 
 
 @dataclass(eq=False)
-class Looks:
+class MaterialReader:
     """Reads what prims are made of at one time, each material once."""
 
     time: Usd.TimeCode
     images: Images = field(default_factory=Images)
     notes: Notes = field(default_factory=Notes)
-    _read: dict[str, Look | None] = field(default_factory=dict)
+    _read: dict[str, MaterialTemplate | None] = field(default_factory=dict)
 
-    def of(self, prim: Usd.Prim) -> Look:
+    def of(self, prim: Usd.Prim) -> MaterialTemplate:
         """What `prim` (a gprim or a GeomSubset) is made of: its bound material, else its displayColor, else grey.
 
         A material whose surface is not UsdPreviewSurface is noted, and counts as none. Raises StageError for a binding
@@ -114,32 +114,32 @@ class Looks:
         look = self._of_material(material) if material else None
         return look or self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
 
-    def _of_material(self, material: UsdShade.Material) -> Look | None:
+    def _of_material(self, material: UsdShade.Material) -> MaterialTemplate | None:
         path = str(material.GetPath())
         if path not in self._read:
             foreign = foreign_surface(material)
             if foreign:
                 self.notes.add("material-foreign", path, f"{foreign}: {SHOWN_INSTEAD}")
-            nodes = Nodes(time=self.time, images=self.images, notes=self.notes)
-            self._read[path] = None if foreign else read_look(material, nodes)
+            nodes = NodeReader(time=self.time, images=self.images, notes=self.notes)
+            self._read[path] = None if foreign else read_template(material, nodes)
         return self._read[path]
 
-    def _displayed(self, prim: Usd.Prim) -> Look:
+    def _displayed(self, prim: Usd.Prim) -> MaterialTemplate:
         fields = read_display_color(prim, self.time, self.notes)
         if not fields:
-            return Look(prim=None, path="")  # the fallbacks: 18 % grey
-        return Look(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
+            return MaterialTemplate(prim=None, path="")  # the fallbacks: 18 % grey
+        return MaterialTemplate(prim=prim, path=f"{prim.GetPath()}.primvars:displayColor", fields=fields)
 
 
-def read_look(material: UsdShade.Material, nodes: Nodes) -> Look:
+def read_template(material: UsdShade.Material, nodes: NodeReader) -> MaterialTemplate:
     """A material's UsdPreviewSurface; USD's fallbacks for what is not authored. Inputs that the node does not define
     mean nothing, as everywhere in USD."""
     shader, time = _surface(material), nodes.time
-    read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_DRAWN}.items()}
+    read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_IN_MATERIAL}.items()}
     fields = {of: value for of, value in read.items() if of in LIMITS and value is not None}
     fields["opacity_mode"] = read_token(shader, "opacityMode", time, (TRANSPARENT, PRESENCE), TRANSPARENT)
     fields["use_specular_workflow"] = bool(read_numbers(shader, "useSpecularWorkflow", time, (0,))[0])
-    return Look(
+    return MaterialTemplate(
         prim=material.GetPrim(),
         path=str(material.GetPath()),
         fields=fields,
@@ -172,8 +172,8 @@ def _surface(material: UsdShade.Material) -> UsdShade.Shader:
     return shader
 
 
-def _value(shader: UsdShade.Shader, limits: Limits, nodes: Nodes) -> Any:
-    """A number, a tuple of them, a Texture, a Wanted; None where nothing is authored."""
+def _value(shader: UsdShade.Shader, limits: Limits, nodes: NodeReader) -> Any:
+    """A number, a tuple of them, a Texture, a PrimvarInput; None where nothing is authored."""
     name, where = limits.name, shader.GetPath()
     value = (read_constant if name in CONSTANT else read_input)(shader, name, nodes.time)
     if value is None:
@@ -183,7 +183,7 @@ def _value(shader: UsdShade.Shader, limits: Limits, nodes: Nodes) -> Any:
     if isinstance(value, Texture):
         refuse_outside(extremes(value), limits, where, value.path)
         return value
-    if isinstance(value, Wanted):
+    if isinstance(value, PrimvarInput):
         refuse_outside(np.array(value.fallback), limits, where, f"the fallback of primvars:{value.name}")
         return value
     found = numbers(value, (0.0,) * limits.size, input_path(shader, name))

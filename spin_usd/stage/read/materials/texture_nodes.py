@@ -1,4 +1,4 @@
-"""Nodes that make a value vary over a surface: UsdUVTexture, UsdTransform2d, UsdPrimvarReader_*.
+"""NodeReader that make a value vary over a surface: UsdUVTexture, UsdTransform2d, UsdPrimvarReader_*.
 
 Source: the UsdPreviewSurface specification, version 2.6.
 """
@@ -34,7 +34,7 @@ MAX_DEPTH = 64  # nodes in a row
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wanted:
+class PrimvarInput:
     """The primvar that a reader asks for, and what it gives on a gprim that has none of that name."""
 
     name: str
@@ -42,7 +42,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nodes:
+class NodeReader:
     """Reads the nodes of materials at one time."""
 
     time: Usd.TimeCode
@@ -50,7 +50,7 @@ class Nodes:
     notes: Notes = field(default_factory=Notes)
 
     def varying(self, output: Output, channels: int) -> Any:
-        """What the node's output gives, `channels` numbers: a tuple of them, a Texture or a Wanted.
+        """What the node's output gives, `channels` numbers: a tuple of them, a Texture or a PrimvarInput.
 
         Raises UnsupportedError for other nodes, StageError for an output that holds another count of numbers.
         """
@@ -120,7 +120,7 @@ class Nodes:
             inner = self._coordinates(value.shader, "in", depth + 1)
             return replace(inner, matrix=self._transform(value.shader, inner))
         found = self.varying(value, 2)
-        if not isinstance(found, Wanted):
+        if not isinstance(found, PrimvarInput):
             raise UnsupportedError("is looked up in an image", where=value.where, do="use a UsdPrimvarReader_float2")
         s, t = found.fallback
         return Coordinates(primvar=found.name, constant=(s, t))
@@ -138,14 +138,14 @@ class Nodes:
         a, b, c, d, e, f = (float(v) for v in both[:2].ravel())
         return a, b, c, d, e, f
 
-    def _wanted(self, shader: UsdShade.Shader) -> Wanted:
+    def _wanted(self, shader: UsdShade.Shader) -> PrimvarInput:
         channels = READERS[str(shader.GetIdAttr().Get())]
         name = read_constant(shader, "varname", self.time)
         if not isinstance(name, str) or not Sdf.Path.IsValidNamespacedIdentifier(name):
             found = "is empty" if not name else f"is {name!r}, which names no primvar"
             raise StageError(found, where=input_path(shader, "varname"), do="name a primvar")
         fallback = read_numbers(shader, "fallback", self.time, (0.0,) * channels)
-        return Wanted(name=name, fallback=tuple(float(v) for v in fallback))
+        return PrimvarInput(name=name, fallback=tuple(float(v) for v in fallback))
 
 
 def _check_type(output: Output, numbers: slice | None, channels: int) -> None:

@@ -2,7 +2,7 @@
 
 Each point moves along the mean normal of the corners that meet there, by the mean of their displacements (weighted by
 their angles), so that neither hard edges nor texture seams open. Lengths are of the gprim's own axes. Triangles are
-split first until their edges span at most LONGEST texels of the displacement's image.
+split first until their edges span at most MAX_TEXELS texels of the displacement's image.
 """
 
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ from spin_usd.scene.texture import Primvar, Scalar, Texture
 from spin_usd.stage.read.shapes.tessellate import tessellated, welded
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 
-LONGEST = 1.5
+MAX_TEXELS = 1.5
 CHUNK = 2**18  # look-ups at a time
 STEPS = 4095  # normals closer than one step are of one smooth surface
-MOST = 100.0  # times the mesh's own extent: no relief of a surface any more, but a mesh thrown out of sight
+MAX_DISPLACEMENT = 100.0  # times the mesh's own extent: no relief of a surface any more, but a mesh thrown out of sight
 OPPOSED = 1e-6  # of the summed weights: below this the normals at a point cancel
 
 
@@ -30,7 +30,7 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
     """`triangles` (T) moved by amounts[of] (T,), with normals recomputed; the same object where all are 0.
 
     Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back;
-    StageError for a displacement of more than MOST times the extent of the mesh.
+    StageError for a displacement of more than MAX_DISPLACEMENT times the extent of the mesh.
     """
     if not any(amounts[number] != 0 for number in np.unique(of)):
         return triangles
@@ -40,7 +40,7 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
         if isinstance(amount, Texture):
             height, width = amount.image.size
             measure[of == number] = _coordinates(amount, triangles)[of == number] * [width, height]
-    triangles, parent = tessellated(triangles, measure, LONGEST, where)
+    triangles, parent = tessellated(triangles, measure, MAX_TEXELS, where)
     of = of[parent]
     length = np.zeros((len(triangles.corners), 3))
     for number, amount in enumerate(amounts):
@@ -52,8 +52,8 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
 def _check_length(triangles: Triangles, length: Float, where: object) -> None:
     corners = triangles.points[triangles.corners].reshape(-1, 3)
     extent, most = float(np.linalg.norm(np.ptp(corners, axis=0))), float(np.abs(length).max(initial=0))
-    if not most <= MOST * extent:
-        found = f"is displaced by {most:g}, more than {MOST:g} times its own extent of {extent:g}"
+    if not most <= MAX_DISPLACEMENT * extent:
+        found = f"is displaced by {most:g}, more than {MAX_DISPLACEMENT:g} times its own extent of {extent:g}"
         raise StageError(found, where=where, do="make its material's inputs:displacement smaller")
 
 

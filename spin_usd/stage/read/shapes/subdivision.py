@@ -12,7 +12,7 @@ from spin_usd.stage.read.shapes.cage import INFINITE, all_sharp, cage, corner_no
 from spin_usd.stage.read.shapes.catmull_clark import CATMULL_CLARK
 from spin_usd.stage.read.shapes.loop import LOOP
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
-from spin_usd.stage.read.shapes.subdivision_primvars import rider
+from spin_usd.stage.read.shapes.subdivision_primvars import primvar_cage
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
 from spin_usd.stage.usd.values import array, refuse
 
@@ -40,11 +40,11 @@ def subdivided(
         corners = np.maximum(corners, lonely_corners(counts, indices, len(points)))
     c = cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
     mode = str(mesh.GetFaceVaryingLinearInterpolationAttr().Get(time))
-    riders = [rider(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
+    cages = [primvar_cage(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
     worn = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
     for _ in range(max(LEVELS, int(max(worn)))):
         c = scheme.refine(all_sharp(c) if bilinear else c)
-        riders = [each.refined() for each in riders]
+        cages = [each.refined() for each in cages]
     limit = c.points if bilinear else scheme.limit(c)
     normals = corner_normals(all_sharp(c) if bilinear else c, limit)
     turned = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
@@ -53,7 +53,7 @@ def subdivided(
         corners=_cut(c.indices.reshape(-1, scheme.corners)),
         normals=_cut(-normals if turned else normals),
         source=np.repeat(c.source, scheme.corners - 2),
-        primvars={each.name: _cut(each.corners()) for each in riders},
+        primvars={each.name: _cut(each.corners()) for each in cages},
     )
 
 

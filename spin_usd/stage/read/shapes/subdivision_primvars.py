@@ -20,7 +20,7 @@ MODES = ("none", "cornersOnly", "cornersPlus1", "cornersPlus2", "boundaries", "a
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rider:
+class PrimvarCage:
     """Values of one primvar on a cage; `linear`: interpolated between the first cage's corners only."""
 
     name: str
@@ -28,7 +28,7 @@ class Rider:
     scheme: Scheme
     linear: bool
 
-    def refined(self) -> "Rider":
+    def refined(self) -> "PrimvarCage":
         return replace(self, cage=self.scheme.refine(all_sharp(self.cage) if self.linear else self.cage))
 
     def corners(self) -> Float:
@@ -36,7 +36,7 @@ class Rider:
         return self.cage.at_corners(self.cage.points if self.linear else self.scheme.limit(self.cage))
 
 
-def rider(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bilinear: bool) -> Rider:
+def primvar_cage(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bilinear: bool) -> PrimvarCage:
     """The cage of a primvar's values beside that of the points. Raises StageError for a wrong count of values,
     UnsupportedError for a mode that USD does not have."""
     if mode not in MODES:
@@ -52,7 +52,7 @@ def rider(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bil
         element = corners.get(kind, np.arange(len(points.indices)))
         own = _face_varying(points, primvar.indices[element], primvar.values, mode)
     linear = bilinear or kind in ("varying", "constant", "uniform") or (kind == "faceVarying" and mode == "all")
-    return Rider(name=primvar.name, cage=own, scheme=scheme, linear=linear)
+    return PrimvarCage(name=primvar.name, cage=own, scheme=scheme, linear=linear)
 
 
 def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:

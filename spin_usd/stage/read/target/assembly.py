@@ -12,14 +12,14 @@ from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Part
 from spin_usd.stage.read.shapes.triangles import Int
-from spin_usd.stage.read.target.gprim import Piece
+from spin_usd.stage.read.target.gprim import PlacedGprim
 from spin_usd.stage.read.target.part_labels import Labels
 
 # Triangles of a shape from which on it is kept once. A place of its own costs a renderer more than so few triangles.
-LEAST_SHARED = 1000
+MIN_SHARED_FACES = 1000
 
 
-def assembled(pieces: list[Piece], labels: list[Labels], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
+def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
     """One mesh of `pieces`, whose numbers of parts `labels` explains and whose unit is `metres`; and its parts,
     numbered from 1 in order of prim path. Parts without a face are left out."""
     numbers = {piece.parts[place] for piece in pieces for place in piece.facets.parts}
@@ -33,40 +33,42 @@ def assembled(pieces: list[Piece], labels: list[Labels], metres: float) -> tuple
     return mesh, tuple(_part(number, labels[place]) for number, place in enumerate(used, 1))
 
 
-def _by_facets(pieces: list[Piece]) -> tuple[list[Piece], list[list[Piece]]]:
+def _by_facets(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:
     """The pieces that stand alone, and those that share their facets and materials with others."""
-    alike: dict[Any, list[Piece]] = {}
+    alike: dict[Any, list[PlacedGprim]] = {}
     for piece in pieces:
         alike.setdefault((id(piece.facets), piece.materials), []).append(piece)
-    shared = {key: each for key, each in alike.items() if len(each) > 1 and len(each[0].facets.part) >= LEAST_SHARED}
+    shared = {
+        key: each for key, each in alike.items() if len(each) > 1 and len(each[0].facets.part) >= MIN_SHARED_FACES
+    }
     alone = [piece for piece in pieces if (id(piece.facets), piece.materials) not in shared]
     return alone, list(shared.values())
 
 
-def _joined(pieces: list[Piece], ids: Int, metres: float, channels: dict[str, int]) -> dict[str, Any]:
+def _joined(pieces: list[PlacedGprim], ids: Int, metres: float, channels: dict[str, int]) -> dict[str, Any]:
     """The fields of a Shape of all `pieces`, each in its place."""
     triangles = [piece.facets.triangles.transformed(piece.matrix, piece.where) for piece in pieces]
     first = np.cumsum([0, *(len(each.points) for each in triangles)])
     return {
-        "points": _together([each.points for each in triangles], (3,)) * metres,
-        "faces": _together([each.corners + n for each, n in zip(triangles, first, strict=False)], (3,)),
-        "face_part": _together([ids[list(piece.parts)][piece.facets.part] for piece in pieces], ()),
-        "face_group": _together([np.full(len(piece.facets.part), piece.group) for piece in pieces], ()),
-        "face_material": _together([np.array(piece.materials)[piece.facets.material] for piece in pieces], ()),
-        "corner_normals": _together([each.normals for each in triangles], (3, 3)),
+        "points": _stacked([each.points for each in triangles], (3,)) * metres,
+        "faces": _stacked([each.corners + n for each, n in zip(triangles, first, strict=False)], (3,)),
+        "face_part": _stacked([ids[list(piece.parts)][piece.facets.part] for piece in pieces], ()),
+        "face_group": _stacked([np.full(len(piece.facets.part), piece.group) for piece in pieces], ()),
+        "face_material": _stacked([np.array(piece.materials)[piece.facets.material] for piece in pieces], ()),
+        "corner_normals": _stacked([each.normals for each in triangles], (3, 3)),
         "primvars": {
-            name: _together([_values(each.primvars, name, count, len(each.corners)) for each in triangles], (3, count))
+            name: _stacked([_values(each.primvars, name, count, len(each.corners)) for each in triangles], (3, count))
             for name, count in channels.items()
         },
     }
 
 
-def _together(arrays: Sequence[NDArray[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
+def _stacked(arrays: Sequence[NDArray[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
     """All rows of `arrays` (N, *shape)."""
     return np.concatenate(arrays) if arrays else np.zeros((0, *shape))
 
 
-def _instances(pieces: list[Piece], ids: Int, metres: float) -> Instances:
+def _instances(pieces: list[PlacedGprim], ids: Int, metres: float) -> Instances:
     """`pieces`, which have the same facets and materials, as instances of one shape."""
     facets, triangles = pieces[0].facets, pieces[0].facets.triangles
     shape = Shape(
@@ -89,7 +91,7 @@ def _part(number: int, labels: Labels) -> Part:
     return Part(id=number, path=labels.part_path, name=labels.part_name, class_name=labels.part_class)
 
 
-def _channels(pieces: list[Piece]) -> dict[str, int]:
+def _channels(pieces: list[PlacedGprim]) -> dict[str, int]:
     """How many numbers each primvar has. Raises UnsupportedError for one name of two types."""
     channels: dict[str, int] = {}
     for name, values in (item for piece in pieces for item in piece.facets.triangles.primvars.items()):

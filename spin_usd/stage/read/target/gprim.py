@@ -11,7 +11,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.scene.material import Material
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.materials.preview_surface import Look, Looks, resolved
+from spin_usd.stage.read.materials.preview_surface import MaterialReader, MaterialTemplate, resolved
 from spin_usd.stage.read.shapes.displacement import displaced
 from spin_usd.stage.read.shapes.mesh import read_mesh
 from spin_usd.stage.read.shapes.primitives import read_gprim
@@ -25,7 +25,7 @@ from spin_usd.stage.usd.visibility import PROXIES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Facets:
+class GprimMesh:
     """Triangles of a gprim in its own axes; which of its piece's parts and materials, from 0, each has (T,); and the
     places of these materials' looks: 0 for the gprim's own, from 1 for its painting subsets'. Equal instances have the
     same object."""
@@ -42,11 +42,11 @@ class Facets:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
-    """Facets that stand somewhere. parts and materials: their numbers · matrix: row-vector, from the facets' axes to
+class PlacedGprim:
+    """GprimMesh that stand somewhere. parts and materials: their numbers · matrix: row-vector, from the facets' axes to
     the target's · group: the number of its group of links · where: for messages."""
 
-    facets: Facets
+    facets: GprimMesh
     parts: tuple[int, ...]
     materials: tuple[int, ...]
     matrix: Float = field(default_factory=lambda: np.eye(4))
@@ -55,7 +55,7 @@ class Piece:
 
 
 @dataclass(eq=False)
-class PieceReader:
+class GprimReader:
     """Reads gprims at one time, numbering their parts and materials from 0 as they come: `labels` and `materials` are
     what the numbers stand for. `visited` collects the prims that a piece depends on besides its gprim; `images` are
     the stage's."""
@@ -67,13 +67,13 @@ class PieceReader:
     labels: list[Labels] = field(default_factory=list)
     materials: dict[Material, int] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
-    _facets: dict[Any, Facets] = field(default_factory=dict)
+    _facets: dict[Any, GprimMesh] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._looks = Looks(time=self.time, images=self.images, notes=self.notes)
+        self._looks = MaterialReader(time=self.time, images=self.images, notes=self.notes)
         self._skeletons = Skeletons(time=self.time, visited=self.visited)
 
-    def read(self, prim: Usd.Prim, labels: Labels) -> Piece:
+    def read(self, prim: Usd.Prim, labels: Labels) -> PlacedGprim:
         """The piece of `prim`, which has `labels`, in the gprim's own axes."""
         subsets = find_subsets(prim)
         self.visited += [subset.GetPrim() for subset in subsets]
@@ -84,19 +84,19 @@ class PieceReader:
         named = [(subset, own) for subset, own in below if own.part_key != labels.part_key]
         facets = self._read(prim, looks, painting, [subset for subset, _ in named], primvars)
         found = {primvar.name for primvar in primvars}
-        return Piece(
+        return PlacedGprim(
             facets=facets,
             parts=tuple(self._part(each) for each in (labels, *(own for _, own in named))),
             materials=tuple(self._material(looks[place].material(found)) for place in facets.looks),
         )
 
-    def _look(self, prim: Usd.Prim) -> Look:
+    def _look(self, prim: Usd.Prim) -> MaterialTemplate:
         look = self._looks.of(prim)
         if look.prim and not look.prim.GetPath().HasPrefix(prim.GetPath()):
             self.visited += Usd.PrimRange(look.prim, PROXIES)
         return look
 
-    def _primvars(self, prim: Usd.Prim, looks: list[Look]) -> list[FoundPrimvar]:
+    def _primvars(self, prim: Usd.Prim, looks: list[MaterialTemplate]) -> list[FoundPrimvar]:
         """Those that the looks ask for and the prim has."""
         asked = sorted({item for look in looks for item in look.wanted.items()})
         found = [p for name, channels in asked if (p := find_primvar(prim, name, channels, self.time))]
@@ -108,11 +108,11 @@ class PieceReader:
     def _read(
         self,
         prim: Usd.Prim,
-        looks: list[Look],
+        looks: list[MaterialTemplate],
         painting: list[UsdGeom.Subset],
         named: list[UsdGeom.Subset],
         primvars: list[FoundPrimvar],
-    ) -> Facets:
+    ) -> GprimMesh:
         """The prim's triangles, displaced, of which subsets paint some and name some as parts; equal instances are read
         once, but those that skeletons deform, whose animations may differ."""
         deformation = self._skeletons.deformation(prim)
@@ -131,13 +131,13 @@ class PieceReader:
 
     def _facets_of(
         self, prim: Usd.Prim, triangles: Triangles, painting: list[UsdGeom.Subset], named: list[UsdGeom.Subset]
-    ) -> Facets:
+    ) -> GprimMesh:
         part = np.zeros(len(triangles.corners), np.int64)
         for number, subset in enumerate(named, 1):
             part[triangles_in(subset, triangles, prim, self.time)] = number
         painter = painter_of(painting, triangles, prim, self.time)
         looks, material = np.unique(painter, return_inverse=True)
-        return Facets(triangles=triangles, part=part, material=material, looks=tuple(looks.tolist()))
+        return GprimMesh(triangles=triangles, part=part, material=material, looks=tuple(looks.tolist()))
 
     def _part(self, labels: Labels) -> int:
         """The number of the part that `labels` name. Raises StageError where it has another class elsewhere."""

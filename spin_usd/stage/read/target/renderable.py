@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdLod, UsdLux, UsdSkel
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.stage.read.shapes.primitives import SHAPES
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, is_always_invisible, own_purpose
+from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_always_invisible, own_purpose
 
 
 def is_geometry(prim: Usd.Prim) -> bool:
@@ -36,7 +36,7 @@ def geometry_outside(target: Usd.Prim) -> Iterator[UnsupportedError]:
         if prim == target or is_always_invisible(prim):
             continue
         purpose = own_purpose(prim, inherited)
-        if purpose in DRAWN_PURPOSES and (error := _outside(prim, target)):
+        if purpose in RENDERED_PURPOSES and (error := _outside(prim, target)):
             yield error
         waiting += [(child, purpose) for child in prim.GetFilteredChildren(PROXIES)]
 

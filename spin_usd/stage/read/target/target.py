@@ -14,7 +14,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import MAX_PRIMS
 from spin_usd.stage.read.shapes.triangles import determinant
 from spin_usd.stage.read.target.assembly import assembled
-from spin_usd.stage.read.target.gprim import Piece, PieceReader
+from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
 from spin_usd.stage.read.target.keypoints import read_keypoints
 from spin_usd.stage.read.target.part_labels import Labels, labels_of_target
 from spin_usd.stage.read.target.point_instancer import read_instances
@@ -22,7 +22,7 @@ from spin_usd.stage.read.target.renderable import is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
-from spin_usd.stage.usd.visibility import DRAWN_PURPOSES, PROXIES, ancestors, is_invisible, own_purpose
+from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, ancestors, is_invisible, own_purpose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +58,7 @@ class TargetReader:
     _faces: int = 0
 
     def __post_init__(self) -> None:
-        self._pieces = PieceReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
+        self._pieces = GprimReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
 
     def read(self, metres: float) -> Target:
         """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
@@ -83,7 +83,7 @@ class TargetReader:
             keypoints=keypoints * metres,
         )
 
-    def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[Piece]:
+    def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[PlacedGprim]:
         """Pieces of `prim`, whose own transform and labels `inherited` includes, and of all below it."""
         waiting = [(prim, inherited)]
         while waiting:
@@ -106,9 +106,9 @@ class TargetReader:
             self.visited.append(prim)
         return not hidden
 
-    def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+    def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[PlacedGprim]:
         """The pieces of a prim itself. Purposes other than default and render are not drawn."""
-        if state.purpose not in DRAWN_PURPOSES or not is_geometry(prim):
+        if state.purpose not in RENDERED_PURPOSES or not is_geometry(prim):
             return
         if prim.IsA(UsdGeom.PointInstancer):
             yield from self._instanced(prim, state)
@@ -117,7 +117,7 @@ class TargetReader:
         else:
             yield self._placed(self._pieces.read(prim, state.labels.of_gprim(prim)), state.matrix, prim)
 
-    def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[Piece]:
+    def _instanced(self, prim: Usd.Prim, state: Inherited) -> Iterator[PlacedGprim]:
         for prototype, matrices in read_instances(prim, self.time):
             if not self._visible(prototype):
                 continue
@@ -132,7 +132,7 @@ class TargetReader:
         if len(self.visited) > MAX_PRIMS:
             raise StageError(f"has more than {MAX_PRIMS} prims", where=self.prim.GetPath(), do="merge meshes")
 
-    def _placed(self, piece: Piece, matrix: Float, prim: Usd.Prim) -> Piece:
+    def _placed(self, piece: PlacedGprim, matrix: Float, prim: Usd.Prim) -> PlacedGprim:
         """`piece` where `prim` puts it."""
         determinant(matrix, prim.GetPath())
         self._faces += len(piece.facets.part)

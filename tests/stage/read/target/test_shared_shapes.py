@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
-from spin_usd.stage.read.target.assembly import LEAST_SHARED
+from spin_usd.stage.read.target.assembly import MIN_SHARED_FACES
 
 ONCE_BALL = """
 def Xform "Library"
@@ -84,7 +84,7 @@ def test_scenegraph_instances_are_one_shape_and_label_as_without(read) -> None:
     scene, flat = read(placed(instanceable=True), "a.usda"), read(placed(instanceable=False), "b.usda")
     (shared,) = scene.target.mesh.instances
     assert len(shared.matrices) == 3
-    assert len(shared.shape.faces) > LEAST_SHARED
+    assert len(shared.shape.faces) > MIN_SHARED_FACES
     assert len(scene.target.mesh.faces) == 3 * 12  # the cubes are cheaper made out
     assert not flat.target.mesh.instances
     assert scene.target.mesh.count == flat.target.mesh.count
