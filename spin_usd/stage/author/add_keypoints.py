@@ -1,4 +1,4 @@
-"""Keypoints that a user gives, written over an authored stage: a Points prim of its own, in body axes and metres."""
+"""Keypoints that a user gives, written over an authored stage as a Points prim, in body axes and metres."""
 
 from pathlib import Path
 
@@ -13,21 +13,21 @@ from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
 
 FILE = "keypoints.usda"
 NAME = "Keypoints"
-PLACE = TARGET.AppendChild(NAME)
+PRIM = TARGET.AppendChild(NAME)
 
 
 def add_keypoints(root: Path, keypoints: Keypoints) -> None:
-    """Write them over the stage at `root`, instead of those that its model has. Raises OutputError."""
+    """Write `keypoints` over the stage at `root`, instead of those that its model has. Raises OutputError."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=NAME, documentation="The keypoints that were given, metres, body axes.")
     source = Sdf.Path.absoluteRootPath.AppendChild(NAME)
     stage = Usd.Stage.Open(layer)
     _author(UsdGeom.Points.Define(stage, source), keypoints)
-    add_layer(root, layer, FILE, {PLACE: source})
+    add_layer(root, layer, FILE, {PRIM: source})
     made = open_layer(root)
-    made.GetPrimAtPath(PLACE).specifier = Sdf.SpecifierDef
+    made.GetPrimAtPath(PRIM).specifier = Sdf.SpecifierDef
     stage = Usd.Stage.Open(made)
-    stage.GetPrimAtPath(TARGET).GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([PLACE])
+    stage.GetPrimAtPath(TARGET).GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([PRIM])
     with writing(root):
         made.Save()
 

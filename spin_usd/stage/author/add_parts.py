@@ -20,12 +20,12 @@ LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "S
 
 
 def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dict[str, int], int]:
-    """Label the surfaces of the model in the stage at `root`: of all that a part's rules match, one part is made.
-    Returns the number of surfaces of each part, and of those that no rule matches.
+    """Label the surfaces of the model in the stage at `root`: all that a part's rules match become one part. Returns
+    the number of surfaces of each part, and of those that no rule matches.
 
-    A surface whose names no rule matches keeps the part and the class that it has. Instances that hold matched surfaces
-    are instances no more: labels do not reach into them. `where`: the rules' file, for messages. Raises InputError for
-    a rule that labels nothing, and for a part of several classes; OutputError.
+    A surface whose names no rule matches keeps its part and its class. Instances that hold matched surfaces are made
+    plain prims, since labels cannot be authored inside an instance. `where`: the rules' file, for messages. Raises
+    InputError for a rule that labels nothing, and for a part of several classes; OutputError.
     """
     stage = open_stage(root)
     found = list(model_surfaces(stage.GetPrimAtPath(TARGET), stage.GetPrimAtPath(MODEL)))
@@ -43,7 +43,7 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
 
 
 def _refuse_idle(rules: Sequence[PartRule], found: Sequence[Surface], used: set[str], where: object) -> None:
-    """Raise InputError for a rule that no surface was left to."""
+    """Raise InputError for a rule that labels no surface."""
     for rule in rules:
         if rule.pattern in used:
             continue
@@ -51,14 +51,14 @@ def _refuse_idle(rules: Sequence[PartRule], found: Sequence[Surface], used: set[
             what, do = "matches only what rows before it match", "put it before them, or remove it"
         else:
             materials = dict.fromkeys(each.materials[-1] for each in found if each.materials)
-            groups = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
+            prims = dict.fromkeys(each.names[0] for each in found) | dict.fromkeys(each.names[-1] for each in found)
             what = "matches nothing"
-            do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(groups)}"
+            do = f"the materials are {', '.join(materials) or 'none'}; the prims are {', '.join(prims)}"
         raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
 
 
 def _refuse_mixed(chosen: Sequence[tuple[Surface, PartRule]], where: object) -> None:
-    """Raise InputError for a part that is given no class and whose surfaces have several."""
+    """Raise InputError for a part without a given class whose surfaces have several."""
     first: dict[str, Surface] = {}
     for surface, rule in chosen:
         other = first.setdefault(rule.part, surface)

@@ -1,4 +1,4 @@
-"""Camera layers: one Camera prim with its lens, sensor and exposure; those of known data sets by name."""
+"""Camera layers: one Camera prim with its lens, sensor and exposure; those of published data sets by name."""
 
 import math
 from pathlib import Path
@@ -17,7 +17,7 @@ EXPOSURE_TIME, EXPOSURE_ISO, EXPOSURE_FSTOP = 0.01, 100.0, 4.0
 
 
 def responsivity() -> float:
-    """exposure:responsivity that brings a white Lambertian facing the Sun, radiance E/pi, to WHITE_LEVEL.
+    """Return the exposure:responsivity that brings a white Lambertian facing the Sun, radiance E/pi, to WHITE_LEVEL.
 
     USD scales radiance by time x iso/100 x 2^exposure x responsivity / fStop^2.
     """
@@ -26,7 +26,8 @@ def responsivity() -> float:
 
 
 def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str, channels: str = "mono") -> Sdf.Layer:
-    """An anonymous layer whose /Camera has the lens of `camera`; `focal_length` in tenths of a metre, as USD has it."""
+    """Make an anonymous layer whose /Camera has the lens of `camera`; `focal_length` in tenths of a metre, as USD has
+    it."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Camera", documentation=documentation)
     stage = Usd.Stage.Open(layer)
@@ -38,12 +39,12 @@ def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str,
 
 
 def camera_layer_of(camera: Camera, *, pixel_pitch: float, documentation: str) -> Sdf.Layer:
-    """`new_camera_layer` for pixels `pixel_pitch` metres wide."""
+    """Make a `new_camera_layer` for pixels `pixel_pitch` metres wide."""
     return new_camera_layer(camera, focal_length=usd_focal_length(camera, pixel_pitch), documentation=documentation)
 
 
 def open_camera_layer(path: str | Path) -> Sdf.Layer:
-    """An anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens.
+    """Open an anonymous copy of the camera layer at `path`, whose default prim is a Camera with an invertible lens.
 
     Raises InputError that names the file.
     """
@@ -75,7 +76,7 @@ def set_channels(path: Path, channels: str) -> None:
 
 
 def lens_of(layer: Sdf.Layer) -> Camera:
-    """The lens of a camera layer."""
+    """Read the lens of a camera layer."""
     stage = Usd.Stage.Open(layer)
     return read_lens(stage.GetDefaultPrim())
 

@@ -1,4 +1,4 @@
-"""Any target made matt, by opinions over its own materials: Lambert in their colours, nothing shines."""
+"""Any target made diffuse, by opinions over its own materials: Lambertian in their colours, without reflections."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,15 +21,16 @@ INPUTS: dict[str, tuple[Sdf.ValueTypeName, Any]] = {
 }
 EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & ~Usd.PrimIsAbstract)
 DISPLAYED = TARGET.AppendChild("Diffuse")
-"""The material of what has none of its own but a displayColor."""
+"""The material for gprims that have none of their own but a displayColor."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DiffuseOverrides:
-    """What makes a target matt. Paths are relative to the target's root, "." for the root itself.
+    """The prims to override so that a target becomes diffuse. Paths are relative to the target's root, "." for the
+    root.
 
-    surfaces: its UsdPreviewSurface nodes · instances: the instances that hold such nodes, which opinions do not reach ·
-    displayed: whether any of its gprims has no material.
+    surfaces: its UsdPreviewSurface nodes · instances: the instances that hold such nodes, which no opinion can change
+    inside an instance · displayed: whether any of its gprims has no material.
     """
 
     surfaces: tuple[str, ...]
@@ -38,7 +39,7 @@ class DiffuseOverrides:
 
 
 def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
-    """Of the target in `file`, whose root is `prim`, or the default prim."""
+    """Find the prims to override in the target in `file`, whose root is `prim`, or the default prim."""
     stage = Usd.Stage.Open(str(file))
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
     prims = list(Usd.PrimRange(root, EVERYTHING))
@@ -52,18 +53,18 @@ def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
     )
 
 
-def author_diffuse_materials(layer: Sdf.Layer, variant: Sdf.Path, matt: DiffuseOverrides) -> None:
+def author_diffuse_materials(layer: Sdf.Layer, variant: Sdf.Path, overrides: DiffuseOverrides) -> None:
     """Write the opinions into the variant of /World at `variant`."""
     model = Sdf.CreatePrimInLayer(layer, MODEL.ReplacePrefix(WORLD, variant))
-    for path in matt.instances:
+    for path in overrides.instances:
         _below(model, path).instanceable = False
-    for path in matt.surfaces:
+    for path in overrides.surfaces:
         shader = _below(model, path)
         for name, (kind, value) in INPUTS.items():
             spec = Sdf.AttributeSpec(shader, name, kind)
             spec.default = value
             spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
-    if matt.displayed:
+    if overrides.displayed:
         _author_displayed(layer, variant)
         schemas = Sdf.TokenListOp()
         schemas.prependedItems = ["MaterialBindingAPI"]
@@ -81,14 +82,14 @@ def _is_surface(prim: Usd.Prim) -> bool:
 
 
 def _is_displayed(prim: Usd.Prim) -> bool:
-    """Whether it is a gprim without a material. Keypoints are not drawn."""
+    """Tell whether the prim is a gprim without a material. Keypoints are not rendered."""
     if not prim.IsA(UsdGeom.Gprim) or prim.HasAttribute(schema.KEYPOINT_NAME):
         return False
     return not UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]
 
 
 def _author_displayed(layer: Sdf.Layer, variant: Sdf.Path) -> None:
-    """A material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
+    """Author a material of the gprims' own displayColor and displayOpacity; 18 % grey where there is none."""
     material = _define(layer, DISPLAYED.ReplacePrefix(WORLD, variant), "Material")
     shader = _node(material, "Surface", SURFACE)
     for name, (kind, value) in INPUTS.items():

@@ -20,7 +20,7 @@ USUAL: Mapping[str, str] = {"lights": "sun", "environment": "deep_space"}
 
 
 def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
-    """All that the layer at `path` composes, as one anonymous layer, asset paths absolute.
+    """Flatten the layer at `path` into one anonymous layer, asset paths absolute.
 
     Raises InputError that names the file where it is not of that kind.
     """
@@ -34,7 +34,7 @@ def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
 
 
 def composed(layer: Sdf.Layer, path: str | Path) -> Sdf.Layer:
-    """The layer at `path` with all that it refers to flattened in. Raises InputError where it does not compose."""
+    """Flatten the layer at `path` with all that it references. Raises InputError where it does not compose."""
     try:
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as error:
@@ -45,7 +45,7 @@ def composed(layer: Sdf.Layer, path: str | Path) -> Sdf.Layer:
 
 
 def extracted(flat: Sdf.Layer, prim: Sdf.Path, documentation: str) -> Sdf.Layer:
-    """`prim` and what is below it as a layer of its own."""
+    """Copy `prim` and all below it into a layer of its own."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=prim.name, documentation=documentation)
     Sdf.CopySpec(flat, prim, layer, Sdf.Path.absoluteRootPath.AppendChild(prim.name))

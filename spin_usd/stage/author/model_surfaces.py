@@ -1,4 +1,4 @@
-"""The surfaces of a model, each with all the names that a user may know it by."""
+"""The surfaces of a model, each with all the names by which a user may refer to it."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
 class Surface:
     """A gprim, or a subset of its faces that has a material of its own.
 
-    names: of itself and the prims above it, and their paths below the model · materials: names of its material ·
-    class_name: the class that it has · instances: paths of the instances that hold it.
+    names: its own and those of the prims above it, and their paths below the model · materials: names of its material ·
+    class_name: its class · instances: paths of the instances that hold it.
     """
 
     path: Sdf.Path
@@ -29,7 +29,7 @@ class Surface:
 
 
 def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[Surface]:
-    """Of all gprims at and below `model`, which is below `target`."""
+    """Yield the surfaces of all gprims at and below `model`, which is below `target`."""
     for prim in Usd.PrimRange(model, PROXIES):
         if prim.IsA(UsdGeom.Gprim) and not any(prim.IsA(kind) for kind in NO_SURFACES):
             yield _surface(prim, target, model)
@@ -57,7 +57,7 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> Surface:
 
 
 def _names(prim: Usd.Prim) -> list[str]:
-    """Its prim name, the name it is shown by, and that of the part it is labelled with."""
+    """Return its prim name, its display name, and the names of its part labels."""
     attribute = prim.GetAttribute(schema.PART_LABELS)
     labels = (attribute.Get() if attribute else None) or ()
     return [name for name in (prim.GetName(), prim.GetDisplayName(), *labels) if name]

@@ -1,6 +1,6 @@
-"""The layer of poses: where the target is at each picture, and the picture's name, as time samples.
+"""The layer of poses: the target's pose at each frame, and the frame's name, as time samples.
 
-Time code i is picture i. The camera stands at the world's origin, looks along +Y and has +Z up.
+Time code i is frame i. The camera stands at the world's origin, looks along +Y and has +Z up.
 """
 
 import math
@@ -22,7 +22,7 @@ T_WORLD_CAM = Transform(
 
 
 def poses_layer(poses: PoseList) -> Sdf.Layer:
-    """An anonymous layer with an `over` for the world and one for the target. Meant for a .usdc file."""
+    """Make an anonymous layer with an `over` for the world and one for the target. It is meant for a .usdc file."""
     layer = Sdf.Layer.CreateAnonymous(".usdc")
     q, t = target_in_world(poses)
     with Sdf.ChangeBlock():
@@ -38,7 +38,7 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
 
 
 def target_in_world(poses: PoseList) -> tuple[Float, Float]:
-    """q_world_body (N, 4) and t_world_body (N, 3) metres: T_world_cam @ T_cam_body.
+    """Return q_world_body (N, 4) and t_world_body (N, 3), metres, of T_world_cam @ T_cam_body.
 
     Each quaternion has the sign that is nearer to the one before, so that USD's slerp turns the short way.
     """
@@ -52,7 +52,7 @@ def target_in_world(poses: PoseList) -> tuple[Float, Float]:
 
 
 def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:
-    """One at each time code; of none there is no attribute."""
+    """Author one time sample for each time code; no attribute where there are no values."""
     if not values:
         return
     attribute = Sdf.AttributeSpec(prim, name, kind)

@@ -1,7 +1,7 @@
-"""Presets: how pictures of one kind are taken, as a layer: camera settings, lights, what lies behind, the look.
+"""Presets: how pictures of one kind are taken, as a layer: camera attributes, lights, environment, materials.
 
 A preset's default prim is World, with any of the children Camera (sensor, exposure, optics, focus: not the lens),
-Lights, Environment and Target/Model (variant selections). What it lacks stays as it is without a preset.
+Lights, Environment and Target/Model (variant selections). What a preset does not author stays as it is without one.
 """
 
 from collections.abc import Mapping
@@ -15,27 +15,28 @@ from spin_usd.stage.author.lights_and_environment import composed, extracted
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, TARGET, WORLD
 from spin_usd.stage.usd.layer_file import open_layer
 
-EMPTY = (WORLD, TARGET, MODEL)  # these hold nothing of their own
+EMPTY = (WORLD, TARGET, MODEL)  # prims on which a preset authors no properties
 PREFIXES = ("spin:sensor:", "spin:optics:", "exposure:", "shutter:")
 NAMES = ("exposure", "fStop", "focusDistance")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preset:
-    """`flat`: all that its layers compose, asset paths absolute. selections: variant set -> variant of the target."""
+    """A composed preset. flat: all that its layers compose, asset paths absolute · selections: variant set -> variant
+    of the target."""
 
     file: Path
     flat: Sdf.Layer
     selections: Mapping[str, str]
 
     def layer(self, prim: Sdf.Path) -> Sdf.Layer | None:
-        """What it says about LIGHTS or ENVIRONMENT, as a layer of its own; None where it says nothing."""
+        """Return its opinions on LIGHTS or ENVIRONMENT as a layer of its own; None where it has none."""
         if not self.flat.GetPrimAtPath(prim):
             return None
         return extracted(self.flat, prim, self.flat.documentation)
 
     def chosen(self, variants: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-        """Its selections among the `variants` of a target: those of sets that the target does not have are left out.
+        """Return its selections among the `variants` of a target, without those of sets that the target does not have.
 
         Raises InputError for a variant that a set lacks.
         """
@@ -47,7 +48,7 @@ class Preset:
         return chosen
 
     def set_camera(self, layer: Sdf.Layer) -> None:
-        """Write its camera settings over those of a camera layer."""
+        """Write its camera attributes over those of a camera layer."""
         source = self.flat.GetPrimAtPath(CAMERA)
         if not source:
             return
@@ -56,20 +57,20 @@ class Preset:
         for schema in source.GetInfo("apiSchemas").GetAddedOrExplicitItems() if source.HasInfo("apiSchemas") else ():
             camera.AddAppliedSchema(schema)
         camera.SetDocumentation(source.GetInfo("documentation"))
-        said = f"Sensor, exposure, optics and focus are those of the preset {self.file.stem} instead."
-        layer.documentation = f"{layer.documentation}\n{said}"
+        note = f"Sensor, exposure, optics and focus are those of the preset {self.file.stem} instead."
+        layer.documentation = f"{layer.documentation}\n{note}"
         for attribute in source.properties:
             Sdf.CopySpec(self.flat, attribute.path, layer, camera.GetPath().AppendProperty(attribute.name))
 
 
 def open_preset(path: str | Path) -> Preset:
-    """The preset in the layer at `path`, composed. Raises InputError that names the file and the prim at fault."""
+    """Compose the preset in the layer at `path`. Raises InputError that names the file and the prim at fault."""
     file = Path(path)
     layer = open_layer(file)
     flat = composed(layer, path)
     stage = Usd.Stage.Open(layer)
     if layer.defaultPrim != WORLD.name or not stage.GetPrimAtPath(WORLD):
-        raise InputError("is no preset: its default prim is not World", where=path, do="see stages/presets")
+        raise InputError("is not a preset: its default prim is not World", where=path, do="see stages/presets")
     model = stage.GetPrimAtPath(MODEL)
     selections = dict(model.GetVariantSets().GetAllVariantSelections()) if model else {}
     flat.documentation = layer.documentation
@@ -79,13 +80,13 @@ def open_preset(path: str | Path) -> Preset:
 
 
 def _tree(prim: Sdf.PrimSpec) -> list[Sdf.PrimSpec]:
-    """The prim and what is below it, lights and environment left out: they may hold anything."""
+    """Return the prim and all below it, except below lights and environment, which may hold anything."""
     below = [] if prim.path in (LIGHTS, ENVIRONMENT) else [p for child in prim.nameChildren for p in _tree(child)]
     return [prim, *below]
 
 
 def _check(prim: Sdf.PrimSpec, file: Path) -> None:
-    """Refuse what would be left out of the authored stage."""
+    """Raise InputError for a prim or property that would be missing from the authored stage."""
     where = f"{file} {prim.path}"
     if prim.path not in (*EMPTY, CAMERA, LIGHTS, ENVIRONMENT):
         do = "keep to Camera, Lights, Environment and Target/Model below World"
@@ -94,5 +95,5 @@ def _check(prim: Sdf.PrimSpec, file: Path) -> None:
         raise InputError(f"has {attribute.name}, which a preset cannot set", where=where, do="remove it")
     for attribute in prim.properties if prim.path == CAMERA else ():
         if attribute.name not in NAMES and not attribute.name.startswith(PREFIXES):
-            found = f"has {attribute.name}, which is the camera's own"
+            found = f"has {attribute.name}, which belongs to the camera"
             raise InputError(found, where=where, do="put it into a camera layer, and give that as --camera")

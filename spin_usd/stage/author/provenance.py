@@ -1,4 +1,4 @@
-"""Who made a stage, from what: UsdMedia's AuthorshipAPI for everybody, customLayerData for ourselves.
+"""The origin of a stage: UsdMedia's AuthorshipAPI for other programs, customLayerData for ourselves.
 
 No clock is read: the same inputs give the same bytes.
 """
@@ -14,7 +14,7 @@ from spin_usd import __version__
 from spin_usd.stage.usd import schema
 
 INSTANCE = "author"
-# The IPTC's word for a picture made by an algorithm without training on samples.
+# The IPTC's term for an image made by an algorithm without training on samples.
 DIGITAL_SOURCE_TYPE = "http://cv.iptc.org/newscodes/digitalsourcetype/algorithmicMedia"
 
 
@@ -23,8 +23,8 @@ Option = str | int | float | tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """inputs maps what it is (poses, target, camera) to (file or built-in name, sha256); options maps what else decides
-    what is made of them (seed, units_per_metre, sun_direction) to text, a number or three."""
+    """What a stage was authored from. inputs: role (poses, target, camera) -> (file or built-in name, sha256) ·
+    options: name (seed, units_per_metre, sun_direction) -> text, a number or three."""
 
     inputs: Mapping[str, tuple[str, str]]
     options: Mapping[str, Option] = field(default_factory=dict)
@@ -48,8 +48,8 @@ def author_origin(layer: Sdf.Layer, prim: Usd.Prim, origin: Origin) -> None:
 
 
 def origin_of(stage: Usd.Stage) -> dict[str, Any]:
-    """What the stage was authored from, as JSON: "inputs", each with its name and sha256, and "options"; of a stage
-    that `author` did not make "root", the name of its root layer."""
+    """Return the stage's origin as JSON: "inputs", each with its name and sha256, and "options"; for a stage that
+    `author` did not make, "root": the name of its root layer."""
     for layer in stage.GetLayerStack(includeSessionLayers=False):
         data = layer.customLayerData.get(schema.PROVENANCE)
         inputs, options = ((data.get(name) if isinstance(data, dict) else None) for name in ("inputs", "options"))
@@ -70,7 +70,7 @@ def _as_usd(option: Option) -> Any:
 
 
 def _as_json(option: Any) -> Any:
-    """Text where it is none of what `author` writes: a user may have edited it."""
+    """Return the option as JSON; as text where `author` does not write its type: a user may have edited it."""
     if isinstance(option, Gf.Vec3d):
         return list(option)
     return option if type(option) in (str, int, float) else str(option)

@@ -1,4 +1,4 @@
-"""UsdRender's account of what a stage is rendered to: resolution, products, and one variable for each label."""
+"""UsdRender's description of the output: resolution, products, and one variable for each label."""
 
 from collections.abc import Mapping
 
@@ -11,8 +11,8 @@ SETTINGS = Sdf.Path("/Render/Settings")
 
 
 def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
-    """An anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name. Its
-    camera is named where the layer is referenced, which is outside it."""
+    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name. Its
+    camera is set by the layer that references it, since it lies outside."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
     stage = Usd.Stage.Open(layer)
@@ -28,7 +28,7 @@ def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
 
 
 def _product(stage: Usd.Stage, name: str, kind: str) -> Sdf.Path:
-    """A product of one variable: each label is a file of its own."""
+    """Define a product of one variable: each label is a file of its own."""
     variable = UsdRender.Var.Define(stage, f"/Render/Vars/{name}")
     variable.CreateDataTypeAttr(kind)
     variable.CreateSourceNameAttr(name)

@@ -1,4 +1,4 @@
-"""What a user should know of the target in a stage that was just written, which no picture tells."""
+"""Notes on the target of a newly written stage, for what its pictures do not show."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,7 +34,7 @@ def _motion(stage: Usd.Stage, target: Usd.Prim) -> Iterator[str]:
 
 
 def _ends(prim: Usd.Prim) -> Iterator[tuple[float, float]]:
-    """The first and the last time sample of each attribute that changes."""
+    """Yield the first and the last time sample of each attribute that changes."""
     for attribute in prim.GetAuthoredAttributes():
         if attribute.ValueMightBeTimeVarying():
             samples = attribute.GetTimeSamples()
@@ -46,11 +46,11 @@ def _draw_modes(target: Usd.Prim) -> Iterator[str]:
     if found:
         prim, mode = found[0]
         more = f", as {len(found) - 1} more do" if len(found) > 1 else ""
-        yield f"{prim.GetPath()} asks to be drawn as {mode}{more}; its geometry is rendered instead"
+        yield f"{prim.GetPath()} asks to be shown as {mode}{more}; its geometry is rendered instead"
 
 
 def _smoothed(target: Usd.Prim) -> Iterator[str]:
-    """Who writes normals means polygons; USD's default scheme, catmullClark, does not look at them."""
+    """Note meshes with normals but the default subdivision scheme, catmullClark, which ignores normals."""
     found = [prim for prim in Usd.PrimRange(target, PROXIES) if prim.IsA(UsdGeom.Mesh) and _means_polygons(prim)]
     if found:
         more = f" (as {len(found) - 1} more meshes)" if len(found) > 1 else ""
@@ -67,5 +67,6 @@ def _means_polygons(prim: Usd.Prim) -> bool:
 
 
 def _below(target: Usd.Prim) -> Iterator[Usd.Prim]:
-    """All prims below the target, whose own attributes hold the poses of the pictures."""
+    """Yield all prims below the target. The target's own attributes are left out: they hold the poses of the
+    pictures."""
     return (prim for prim in Usd.PrimRange(target, PROXIES) if prim != target)

@@ -1,7 +1,7 @@
 """The variant sets `camera`, `environment` and `materials` of an authored stage, each with the variants plain and rich.
 
-They are those of the published ablation. What the variants hold comes from `stages/augmentations`, by reference; no
-variant is selected, so that the stage stays as it was authored until an augmentation selects among them.
+They are those of the published ablation. The variants reference layers of `stages/augmentations`; no variant is
+selected, so that the stage stays as it was authored until an augmentation selects among them.
 """
 
 from collections.abc import Mapping
@@ -20,85 +20,86 @@ from spin_usd.stage.usd.layer_file import author_metadata, export
 
 VARIANT_SETS = ("camera", "environment", "materials")
 PLAIN, RICH = "plain", "rich"
-LAYER = "groups.usda"
+LAYER = "variant_sets.usda"
+FOLDER = "variant_sets"
 SURROUNDINGS = (LIGHTS, ENVIRONMENT)
-PLACES = ("", "Xform", "Scope")  # types of the root of surroundings that neither shine nor show anything themselves
+SURROUNDINGS_TYPES = ("", "Xform", "Scope")  # of a root that is itself neither a light nor a background
 BEHIND = (schema.PLANET_API, schema.STARS_API, schema.BACK_PLATE_API)
 
 DOCUMENTATION = """Three variant sets of /World, each with the variants plain and rich; none is selected here.
 camera: sensor, optics and exposure, never the lens. environment: the stage's own lights and surroundings are switched
 off, and others come in. materials: {materials}
-What they hold is in groups/plain.usda and groups/rich.usda."""
-SELECTED = "the target's own looks, by their names."
-OVERRIDDEN = """the target has no such looks. In plain, its materials are made matt; rich says nothing, because
-the target is rich as it was modelled: an augmentation that selects it means just that, and not plain."""
+What they hold is in variant_sets/plain.usda and variant_sets/rich.usda."""
+SELECTED = "the target's own variants of its set look."
+OVERRIDDEN = """the target has no variants of these names. In plain, its materials are made diffuse; rich has no
+opinions, because the target is rich as it was modelled."""
 
 
 def write_variant_sets(
     folder: Path,
     surroundings: Mapping[Sdf.Path, Sdf.Layer],
-    looks: Mapping[str, tuple[str, ...]],
-    matt: DiffuseOverrides,
+    variants: Mapping[str, tuple[str, ...]],
+    overrides: DiffuseOverrides,
 ) -> None:
     """Write the layer with the three sets, and what it refers to, into `folder`.
 
-    surroundings: the stage's own layers of LIGHTS and ENVIRONMENT · looks: the target's variant sets with their
-    variants · matt: what makes its materials matt where it has no looks of these names. Raises InputError for
-    surroundings that cannot be switched off, OutputError.
+    surroundings: the stage's own layers of LIGHTS and ENVIRONMENT · variants: the target's variant sets with their
+    variants · overrides: what makes its materials diffuse where it has no variants of these names. Raises InputError
+    for surroundings that cannot be switched off, OutputError.
     """
     kinds = {name: open_preset(stages() / "augmentations" / f"{name}.usda") for name in (PLAIN, RICH)}
-    has_looks = all(_has(looks, kind.selections) for kind in kinds.values())
+    selectable = all(_has(variants, kind.selections) for kind in kinds.values())
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    documentation = DOCUMENTATION.format(materials=SELECTED if has_looks else OVERRIDDEN)
+    documentation = DOCUMENTATION.format(materials=SELECTED if selectable else OVERRIDDEN)
     author_metadata(layer, default_prim=WORLD.name, documentation=documentation)
     world = Sdf.CreatePrimInLayer(layer, WORLD)
     for name, kind in kinds.items():
-        _write_kind(kind, folder / "groups")
-        _bring(_over(world, "camera", name, CAMERA), name)
+        _write_kind(kind, folder / FOLDER)
+        _reference(_over(world, "camera", name, CAMERA), name)
         for path in SURROUNDINGS:
             place = _over(world, "environment", name, path)
-            _bring(place, name)
+            _reference(place, name)
             _switch_off(place, _children(surroundings[path], kind, path))
         materials = _variant(world, "materials", name)
-        if has_looks:
+        if selectable:
             _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
         elif name == PLAIN:
-            author_diffuse_materials(layer, materials.path, matt)
-    world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # they do not fight; this is the order that people expect
+            author_diffuse_materials(layer, materials.path, overrides)
+    world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # sets share no attribute: any order does
     export(layer, folder / LAYER)
 
 
 def _write_kind(kind: Preset, folder: Path) -> None:
-    """What a variant of each set refers to, with its files."""
+    """Write the layer that a variant of each set references, with its files."""
     _add_schemas(kind.flat.GetPrimAtPath(CAMERA))
     copy_assets(kind.flat, folder / kind.file.stem)
     export(kind.flat, folder / kind.file.name)
 
 
 def _add_schemas(camera: Sdf.PrimSpec) -> None:
-    """Let it add its schemas to the camera's own: flattened, its list would stand instead of theirs."""
+    """Prepend its schemas to the camera's own: the flattened list is explicit and would replace them."""
     schemas = Sdf.TokenListOp()
     schemas.prependedItems = camera.GetInfo("apiSchemas").GetAddedOrExplicitItems()
     camera.SetInfo("apiSchemas", schemas)
 
 
-def _has(looks: Mapping[str, tuple[str, ...]], selections: Mapping[str, str]) -> bool:
-    return all(variant in looks.get(name, ()) for name, variant in selections.items())
+def _has(variants: Mapping[str, tuple[str, ...]], selections: Mapping[str, str]) -> bool:
+    return all(variant in variants.get(name, ()) for name, variant in selections.items())
 
 
-def _variant(world: Sdf.PrimSpec, group: str, name: str) -> Sdf.PrimSpec:
-    return Sdf.CreateVariantInLayer(world.layer, world.path, group, name).primSpec
+def _variant(world: Sdf.PrimSpec, set_name: str, name: str) -> Sdf.PrimSpec:
+    return Sdf.CreateVariantInLayer(world.layer, world.path, set_name, name).primSpec
 
 
-def _over(world: Sdf.PrimSpec, group: str, name: str, path: Sdf.Path) -> Sdf.PrimSpec:
-    """The prim at `path`, below /World, within the variant."""
-    variant = _variant(world, group, name)
+def _over(world: Sdf.PrimSpec, set_name: str, name: str, path: Sdf.Path) -> Sdf.PrimSpec:
+    """Return the prim at `path`, below /World, within the variant."""
+    variant = _variant(world, set_name, name)
     return Sdf.CreatePrimInLayer(world.layer, path.ReplacePrefix(WORLD, variant.path))
 
 
-def _bring(prim: Sdf.PrimSpec, kind: str) -> None:
-    """Refer to the prim of the same path in what the variants of the name `kind` bring."""
-    prim.referenceList.Prepend(Sdf.Reference(f"./groups/{kind}.usda", prim.path.StripAllVariantSelections()))
+def _reference(prim: Sdf.PrimSpec, kind: str) -> None:
+    """Reference the prim of the same path in the layer of the variants named `kind`."""
+    prim.referenceList.Prepend(Sdf.Reference(f"./{FOLDER}/{kind}.usda", prim.path.StripAllVariantSelections()))
 
 
 def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
@@ -107,11 +108,12 @@ def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
 
 
 def _children(layer: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]:
-    """The prims' names in a layer of surroundings. Raises InputError where they cannot be switched off by name."""
+    """Return the prims' names in a layer of surroundings. Raises InputError where they cannot be switched off by
+    name."""
     stage = Usd.Stage.Open(layer)
     root = stage.GetDefaultPrim()
-    if root.GetTypeName() not in PLACES or any(root.HasAPI(api) for api in BEHIND):
-        found = "shines or shows something itself, which no variant of the stage can switch off"
+    if root.GetTypeName() not in SURROUNDINGS_TYPES or any(root.HasAPI(api) for api in BEHIND):
+        found = "is itself a light or a background, which no variant of the stage can switch off"
         raise InputError(found, where=f"{path.name} /{root.GetName()}", do="put it below an Xform of that name")
     names = tuple(child.GetName() for child in root.GetChildren())
     for name in names:

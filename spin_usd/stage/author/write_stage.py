@@ -1,7 +1,7 @@
-"""Writes a stage: dataset.usda over one layer for each concern.
+"""A stage written to disk: dataset.usda over one layer for each concern.
 
-Base values come by reference, so that a variant on /World can override each of them; only the poses, which make the
-pictures, and the variant sets themselves are local (sublayers). The target is in its own axes:
+Base values are referenced, so that a variant on /World can override each of them; only the poses and the variant sets
+themselves are local (sublayers). The target is in its own axes:
 T_world_body = T_world_cam @ T_cam_body.
 """
 
@@ -22,7 +22,7 @@ from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.render_layer import SETTINGS, render_layer
 from spin_usd.stage.author.target.from_usd import TargetAsset
-from spin_usd.stage.author.variant_sets import LAYER as GROUPS_LAYER
+from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.read.camera.lens import read_lens
@@ -59,7 +59,7 @@ def write_stage(
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
-    root.subLayerPaths = [f"./layers/{GROUPS_LAYER}", "./layers/poses.usdc"]
+    root.subLayerPaths = [f"./layers/{VARIANT_SETS_LAYER}", "./layers/poses.usdc"]
     stage = Usd.Stage.Open(root)
     stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
     _author_world(stage, origin, seed)
@@ -81,7 +81,7 @@ def _write_layers(
     preset: Preset | None,
     surroundings: Mapping[str, Sdf.Layer],
 ) -> dict[Sdf.Path, Sdf.Layer]:
-    """Write what the root layer refers to; returns the layers of the lights and of what lies behind, by their place."""
+    """Write the layers that the root layer references. Returns those of lights and environment, by the prims' paths."""
     lens = _place_camera(camera)
     export(poses_layer(poses), folder / "poses.usdc")
     export(camera, folder / "camera.usda")
@@ -97,7 +97,7 @@ def _write_layers(
 
 
 def _place_camera(layer: Sdf.Layer) -> Camera:
-    """Stand the layer's camera at the origin, looking along +Y with +Z up; returns its intrinsics."""
+    """Place the layer's camera at the origin, looking along +Y with +Z up. Returns its intrinsics."""
     stage = Usd.Stage.Open(layer)
     prim = stage.GetDefaultPrim()
     pose = T_WORLD_CAM @ T_CAM_USDCAM
@@ -123,7 +123,7 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selectio
     prim.GetAttribute(schema.TARGET_NAME).Set(target.name)
     if target.keypoints:
         prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
-    # Without a type the asset's own holds, which may be Mesh; of one that has no place only an Xform can be scaled.
+    # Without a type the asset's own counts, which may be Mesh; one without a transform needs an Xform to be scaled.
     model = stage.DefinePrim(MODEL, "" if target.xformable else "Xform")
     if selections:
         _write_model(target, folder, selections)
@@ -142,7 +142,7 @@ def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selectio
 
 
 def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
-    """The target with its variants selected, in a layer between: a variant on /World may select others."""
+    """Write the target with its variants selected, in a layer between: a variant on /World may select others."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=MODEL.name, documentation="The target as the preset selects it.")
     stage = Usd.Stage.Open(layer)
@@ -154,7 +154,7 @@ def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str
 
 
 def _file(target: TargetAsset, folder: Path) -> str:
-    """The target's layer as the stage in `folder` names it."""
+    """Return the asset path of the target's layer, relative to the stage in `folder`."""
     return f"./{target.file.relative_to(folder).as_posix()}"
 
 

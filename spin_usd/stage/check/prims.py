@@ -110,7 +110,7 @@ def _of_target(prim: Usd.Prim) -> bool:
 def draw_mode_findings(stage: Usd.Stage) -> Iterator[Finding]:
     """What others show of a model is what a picture shows."""
     for prim, mode in stand_ins(stage.GetPseudoRoot()):
-        message = f"asks to be drawn as {mode}, as other programs do; a picture shows its geometry"
+        message = f"asks to be shown as {mode}, as other programs do; a picture shows its geometry"
         yield Finding(code="draw-mode", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 

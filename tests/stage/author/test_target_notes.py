@@ -65,7 +65,7 @@ def draw_modes(path):
 
 def test_a_stand_in_is_told_by_author_and_check(make_stage) -> None:
     path = modelled(make_stage(CARDS.format(kind="component", apply="")))
-    said = "/World/Target/Craft asks to be drawn as cards; its geometry is rendered instead"
+    said = "/World/Target/Craft asks to be shown as cards; its geometry is rendered instead"
     assert target_notes(path) == (said,)
     assert draw_modes(path) == ["/World/Target/Craft"]
 

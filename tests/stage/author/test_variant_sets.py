@@ -142,7 +142,7 @@ def test_every_layer_of_lights_is_switched_off(tmp_path: Path, lights: str) -> N
 
 def test_the_same_bytes_wherever_they_are_written(authored: Path, tmp_path: Path) -> None:
     again = author(tmp_path / "again").parent / "layers"
-    for name in ("groups.usda", "groups/plain.usda", "groups/rich.usda"):
+    for name in ("variant_sets.usda", "variant_sets/plain.usda", "variant_sets/rich.usda"):
         assert (again / name).read_bytes() == (authored.parent / "layers" / name).read_bytes()
         assert str(tmp_path) not in (again / name).read_text()
 

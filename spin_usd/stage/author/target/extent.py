@@ -1,4 +1,4 @@
-"""How large a target is: the corners of the box around what is drawn of it."""
+"""The size of a target: the corners of the box around its rendered geometry."""
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -9,7 +9,7 @@ from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 
 
 def box_corners(target: TargetAsset) -> Float:
-    """(8, 3), metres, in the target's own axes."""
+    """Compute the corners (8, 3) of the target's bounding box: metres, in its own axes."""
     stage = Usd.Stage.Open(str(target.file))
     root = stage.GetPrimAtPath(target.prim) if target.prim else stage.GetDefaultPrim()
     bounds = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(RENDERED_PURPOSES)).ComputeWorldBound(root)

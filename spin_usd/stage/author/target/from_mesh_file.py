@@ -1,4 +1,4 @@
-"""A mesh file's model as a USD asset: an interface layer whose payload is the look over the geometry.
+"""A mesh file's model as a USD asset: an interface layer whose payload is the materials over the geometry.
 
 <name>/<name>.usda (interface) -> payload.usda -> look.usda over geometry.usdc, and the images in textures/. One Mesh
 for each part, labelled with the part's name; the asset's class is "spacecraft".
@@ -45,7 +45,7 @@ def write_mesh_target(asset: MeshAsset, folder: Path, name: str) -> Path:
 
 
 def target_name(text: str) -> str:
-    """`text` as the name of a target's folder and file."""
+    """Turn `text` into the name of a target's folder and file."""
     return identifier(text).lower()
 
 
@@ -104,7 +104,7 @@ def _author_primvars(mesh: UsdGeom.Mesh, part: MeshPart) -> None:
 
 
 def _unit(part: MeshPart) -> Float:
-    """The corners' normals (C, 3) at unit length; the face's own where the file's is zero."""
+    """Return the corners' normals (C, 3) at unit length; the face's own where the file's is zero."""
     assert part.normals is not None
     starts = part.face_starts
     corners = part.points[part.face_indices]

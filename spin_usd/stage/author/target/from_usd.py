@@ -28,10 +28,11 @@ UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
 class TargetAsset:
     """A target within a stage's folder.
 
-    file lies there · prim is its root, None for the default prim · xformable: whether the root's type has a transform ·
-    has_kind, order: the root's kind and xformOpOrder · keypoints: path of the Points prim below the root, or None ·
-    gprims: how many there are outside instances · variants: of each variant set of the root, their names · source_prim:
-    path of the root in the file that was given · notes: sentences on what of that file is the target.
+    file: its layer there · prim: its root, None for the default prim · xformable: whether the root's type has a
+    transform · has_kind: whether the root has a kind · order: the root's xformOpOrder · keypoints: path of the Points
+    prim below the root, or None · gprims: the number of gprims outside instances · variants: the variants of each
+    variant set of the root · source_prim: path of the root in the file that was given · notes: sentences on which prims
+    of that file are the target.
     """
 
     name: str
@@ -51,14 +52,14 @@ class TargetAsset:
 def copy_usd_target(
     source: Path, folder: Path, name: str, units_per_metre: float | None, prim: str | None = None
 ) -> TargetAsset:
-    """Copy the asset at `source` with all it depends on into `folder`, which must not be there yet. `prim` is the path
-    of what of it is the target, where that is not its default prim.
+    """Copy the asset at `source` with all it depends on into `folder`, which must not exist yet. `prim` is the path of
+    the target in it, where that is not the default prim.
 
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
     open_layer(source)
     with silenced(), _readable(source), slashes(source):
-        spared = _refuse_missing(source)
+        incomplete = _refuse_missing(source)
         stage = _opened(source)
         root = target_root(stage, source, prim)
         alone = _stands_alone(stage, source, root)
@@ -67,7 +68,7 @@ def copy_usd_target(
             copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
             _anchor(folder)
         file = folder / source.resolve().name
-        if not (copied or spared) or composition_errors(Usd.Stage.Open(str(file))):
+        if not (copied or incomplete) or composition_errors(Usd.Stage.Open(str(file))):
             raise InputError("cannot be copied with what it depends on", where=source)
         if not alone:
             file = gather_roots(file, root)
@@ -77,7 +78,8 @@ def copy_usd_target(
 
 
 def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
-    """Whether a reference to `root` brings all of it. Raises InputError where it refers to what is not there."""
+    """Tell whether a reference to `root` includes all that it uses. Raises InputError for a relationship to a missing
+    prim."""
     if root == Sdf.Path.absoluteRootPath:
         return False
     found = list(outside(stage, root))
@@ -89,7 +91,7 @@ def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
 
 @contextmanager
 def _readable(source: Path) -> Iterator[None]:
-    """Names the file where what it depends on cannot be read."""
+    """Name the source file in the error where a file that it depends on cannot be read."""
     try:
         yield
     except Tf.ErrorException as error:
@@ -97,7 +99,7 @@ def _readable(source: Path) -> Iterator[None]:
 
 
 def _refuse_missing(source: Path) -> bool:
-    """Whether some images are missing that have fallbacks. Raises InputError for other missing files."""
+    """Tell whether images are missing that have fallbacks. Raises InputError for other missing files."""
     unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
     dispensable = dispensable_images(Usd.Stage.Open(str(source))) if unresolved else set()
     needed = [path for path in unresolved if Path(path).resolve() not in dispensable]
@@ -137,8 +139,8 @@ def describe(
     prim: str | None = None,
     source: Path | None = None,
 ) -> TargetAsset:
-    """The asset in the file at `file`, as it lies: what is at and below `prim`, or its default prim. Raises InputError
-    that names the file, or `source`, which it is a copy of."""
+    """Describe the asset in `file`: all at and below `prim`, or its default prim. Raises InputError that names the
+    file, or `source`, which it is a copy of."""
     where = source or file
     stage = _opened(file)
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
@@ -176,7 +178,7 @@ def _opened(source: Path) -> Usd.Stage:
 
 
 def _refuse_nested_targets(root: Usd.Prim, source: Path) -> None:
-    """On the root the schema does no harm: the stage that refers to it removes it there."""
+    """Raise InputError for SpinTargetAPI below the root. On the root it is allowed: the stage removes it there."""
     nested = [prim for prim in Usd.PrimRange(root) if prim != root and prim.HasAPI(schema.TARGET_API)]
     if nested:
         found = f"its prim {nested[0].GetPath()} has {schema.TARGET_API}, which only the whole target may have"

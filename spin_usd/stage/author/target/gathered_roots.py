@@ -1,6 +1,6 @@
-"""Several root prims of a file under one, so that a stage can refer to them together.
+"""Several root prims of a file gathered under one, so that a stage can reference them all.
 
-A reference brings one prim with what is below it, and loses what that refers to elsewhere in the file.
+A reference includes one prim with all below it, and loses its relationships to prims elsewhere in the file.
 """
 
 from pathlib import Path
@@ -10,14 +10,14 @@ from pxr import Sdf, Usd, UsdUtils
 from spin_usd.errors import InputError
 from spin_usd.stage.usd.layer_file import export
 
-TOGETHER = "Roots"
+GATHERED = "Roots"
 BESIDE = "Beside"
-"""The scope of what is not chosen: it is not rendered, but materials and prototypes there are found."""
+"""The scope of the prims that are not chosen: it is invisible, but materials and prototypes in it are found."""
 
 
 def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
     """Write beside the stage at `file` a layer whose default prim holds the prim at `chosen` and, invisibly, all other
-    root prims; or all root prims alike, where `chosen` is the absolute root. Returns where it lies.
+    root prims; or all root prims alike, where `chosen` is the absolute root. Returns its path.
 
     Raises InputError for a prim that cannot be moved.
     """
@@ -25,26 +25,26 @@ def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
     layer = UsdUtils.FlattenLayerStack(Usd.Stage.Open(str(absolute)))
     UsdUtils.ModifyAssetPaths(layer, lambda path: _beside(path, absolute.parent))
     roots = [prim.path for prim in layer.rootPrims]
-    together = Sdf.Path.absoluteRootPath.AppendChild(_free_name(TOGETHER, roots))
-    _define(layer, together, "Xform")
+    gathered_prim = Sdf.Path.absoluteRootPath.AppendChild(_free_name(GATHERED, roots))
+    _define(layer, gathered_prim, "Xform")
     stage = Usd.Stage.Open(layer)
-    place = together
+    parent = gathered_prim
     if chosen != Sdf.Path.absoluteRootPath:
-        _move(stage, chosen, together, file)
-        place = together.AppendChild(_free_name(BESIDE, [chosen]))
-        visibility = Sdf.AttributeSpec(_define(layer, place, "Scope"), "visibility", Sdf.ValueTypeNames.Token)
+        _move(stage, chosen, gathered_prim, file)
+        parent = gathered_prim.AppendChild(_free_name(BESIDE, [chosen]))
+        visibility = Sdf.AttributeSpec(_define(layer, parent, "Scope"), "visibility", Sdf.ValueTypeNames.Token)
         visibility.default = "invisible"
     for root in roots:
         if root != chosen:
-            _move(stage, root, place, file)
-    layer.defaultPrim = together.name
+            _move(stage, root, parent, file)
+    layer.defaultPrim = gathered_prim.name
     gathered = file.with_name(f"{file.stem}_roots.usdc")
     export(layer, gathered)
     return gathered
 
 
 def _beside(path: str, folder: Path) -> str:
-    """An absolute asset path, or one into a package, as a layer in `folder` names it."""
+    """Make an absolute asset path, or one into a package, relative to a layer in `folder`."""
     return f"./{Path(path).relative_to(folder).as_posix()}" if path.startswith(f"{folder}/") else path
 
 
@@ -60,7 +60,7 @@ def _define(layer: Sdf.Layer, path: Sdf.Path, kind: str) -> Sdf.PrimSpec:
 
 
 def _move(stage: Usd.Stage, path: Sdf.Path, below: Sdf.Path, file: Path) -> None:
-    """Move a prim, and let all that refers to it follow."""
+    """Move a prim, and change all paths that refer to it."""
     editor = Usd.NamespaceEditor(stage)
     if not editor.MovePrimAtPath(path, below.AppendChild(path.name)) or not editor.ApplyEdits():
         raise InputError(

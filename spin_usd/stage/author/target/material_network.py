@@ -23,7 +23,7 @@ INPUT_TYPES = {"normal": TYPES.Normal3f, **dict.fromkeys(COLORS, TYPES.Color3f)}
 def author_material(
     stage: Usd.Stage, path: Sdf.Path, material: ModelMaterial, files: Mapping[ImageFile, str]
 ) -> UsdShade.Material:
-    """The material at `path`; `files` are the asset paths of its images."""
+    """Author the material at `path`; `files` are the asset paths of its images."""
     made = UsdShade.Material.Define(stage, path)
     made.GetPrim().SetDisplayName(material.constants.path)
     surface = _node(stage, path.AppendChild("Surface"), "UsdPreviewSurface")
@@ -35,7 +35,7 @@ def author_material(
         if use not in nodes:
             nodes[use] = _texture(stage, path.AppendChild(f"{name}Texture"), image, files[image.file])
         surface_input = surface.CreateInput(name, INPUT_TYPES.get(name, TYPES.Float))
-        surface_input.GetAttr().Clear()  # beside a connection the constant says nothing
+        surface_input.GetAttr().Clear()  # a connection beats the constant
         kind = TYPES.Float3 if image.output == "rgb" else TYPES.Float
         surface_input.ConnectToSource(nodes[use].CreateOutput(image.output, kind))
     return made
@@ -50,7 +50,7 @@ def _author_constants(surface: UsdShade.Shader, constants: Material) -> None:
         elif isinstance(value, tuple):
             color.Set(Gf.Vec3f(*value))
         else:
-            raise UnsupportedError(f"its {name} is no constant", where=constants.path)
+            raise UnsupportedError(f"its {name} is not a constant", where=constants.path)
     surface.CreateInput("useSpecularWorkflow", TYPES.Int).Set(int(constants.use_specular_workflow))
     coat = COAT if constants.clearcoat else {}
     for name, field in (NUMBERS | coat).items():
@@ -74,7 +74,7 @@ def _texture(stage: Usd.Stage, path: Sdf.Path, image: ImageMap, file: str) -> Us
 
 
 def _coordinates(texture: UsdShade.Shader, image: ImageMap) -> UsdShade.Output:
-    """Where on the image: the primvar, moved where the placement says so."""
+    """Author the texture coordinates: the primvar, transformed where the placement asks for it."""
     read = _reader(texture.GetPrim(), image.primvar, "float2", TYPES.Float2)
     placement = image.placement
     if placement == ImageTransform():

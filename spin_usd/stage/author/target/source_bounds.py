@@ -1,6 +1,6 @@
-"""How large a USD target is in its own file, by UsdGeom's own computations: an authority apart from our own readers.
+"""The size of a USD target in its own file, by UsdGeom's own computations: an authority apart from our own readers.
 
-Extents that the file states are not believed: many are stale.
+Extents that the file authors are ignored: many are stale.
 """
 
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ FLAT_SURFACES = (UsdGeom.Tokens.none, UsdGeom.Tokens.bilinear)
 def usd_bounds(
     file: Path, prim: str | None, *, metres_per_unit: float, selections: Mapping[str, str], time_code: float
 ) -> SourceBounds | None:
-    """The size in metres of what lies at and below `prim`, the default prim where None, at one time and with the
-    variants `selections` of that prim; None where nothing has a size."""
+    """Measure all at and below `prim`, the default prim where None, in metres, at one time and with the variants
+    `selections` of that prim. Returns None where nothing has a size."""
     stage = Usd.Stage.Open(str(file))
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim() or stage.GetPseudoRoot()
     time = Usd.TimeCode(time_code)
@@ -33,7 +33,7 @@ def usd_bounds(
             root.GetVariantSet(name).SetVariantSelection(variant)
         _expand_instances(root)
         _bake_skeletons(root, time)
-        _forget_extents(root)
+        _block_extents(root)
     cache = UsdGeom.BBoxCache(time, list(RENDERED_PURPOSES), useExtentsHint=False)
     box = cache.ComputeLocalBound(root).ComputeAlignedRange()
     if box.IsEmpty():
@@ -46,15 +46,15 @@ def usd_bounds(
 
 
 def _expand_instances(root: Usd.Prim) -> None:
-    """Their prims can then be told to forget their extents."""
+    """Turn instances into plain prims, so that their extents can be blocked."""
     while instances := [prim for prim in Usd.PrimRange(root) if prim.IsInstance()]:
         for prim in instances:
             prim.SetInstanceable(False)
 
 
 def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
-    """Make points of what skeletons bend at `time`: USD's own extent of a SkelRoot holds little more than its joints.
-    Animations stand still first, for what is baked of one that moves is only at its own samples."""
+    """Bake the points that skeletons deform at `time`: USD's own extent of a SkelRoot holds little more than its
+    joints. Animations are made constant first, since baking looks only at their own time samples."""
     for prim in root.GetStage().Traverse():
         if prim.IsA(UsdSkel.Animation):
             for attribute in prim.GetAuthoredAttributes():
@@ -63,18 +63,18 @@ def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
     for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Root)]:
         UsdSkel.BakeSkinning(UsdSkel.Root(prim), moment)
     for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Skeleton)]:
-        UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)  # its joints are no part of the craft
+        UsdGeom.Imageable(prim).GetPurposeAttr().Set(UsdGeom.Tokens.guide)  # its joints are not part of the craft
 
 
-def _forget_extents(root: Usd.Prim) -> None:
+def _block_extents(root: Usd.Prim) -> None:
     for prim in Usd.PrimRange(root):
         if prim.IsA(UsdGeom.Boundable):
             UsdGeom.Boundable(prim).GetExtentAttr().Block()
 
 
 def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
-    """The box (2, 3) of the plain polygons in the axes of the root's parent, None for none; and whether nothing else
-    is drawn. What a material displaces, or a skeleton bends, is not plain."""
+    """Return the box (2, 3) of the plain polygons in the axes of the root's parent, None without any; and whether
+    nothing else is rendered. A mesh that a material displaces or a skeleton deforms is not plain."""
     only, boxes = True, []
     world = UsdGeom.XformCache(time)
     to_body = world.GetParentToWorldTransform(root).GetInverse()
@@ -86,7 +86,7 @@ def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
         if prim.IsA(UsdGeom.PointInstancer):
             everything.PruneChildren()
         mesh = UsdGeom.Mesh(prim)
-        plain = mesh and not displaced and mesh.GetSubdivisionSchemeAttr().Get() in FLAT_SURFACES and not _bent(prim)
+        plain = mesh and not displaced and _is_flat(mesh) and not _is_deformed(prim)
         corners = _corners(mesh, time) if plain else np.zeros((0, 3))
         only &= bool(plain)
         if len(corners):
@@ -95,8 +95,12 @@ def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
     return (np.stack([np.min(boxes, 0), np.max(boxes, 0)]) if boxes else None), only
 
 
+def _is_flat(mesh: UsdGeom.Mesh) -> bool:
+    return bool(mesh.GetSubdivisionSchemeAttr().Get() in FLAT_SURFACES)
+
+
 def _corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Float:
-    """(N, 4) homogeneous points of the faces that have an area; none where the numbers do not fit together."""
+    """Return the homogeneous points (N, 4) of the faces that have an area; none where the arrays disagree."""
     points = np.array(mesh.ComputePointsAtTime(time, time) or [], np.float64).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
@@ -122,13 +126,13 @@ def _is_rendered(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     return shown and geometry.ComputePurpose() in RENDERED_PURPOSES
 
 
-def _bent(prim: Usd.Prim) -> bool:
-    """Whether a skeleton moves its points."""
+def _is_deformed(prim: Usd.Prim) -> bool:
+    """Tell whether a skeleton deforms the prim."""
     return bool(prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
 
 
 def _displaces(prim: Usd.Prim) -> bool:
-    """Whether `prim` is a shader that may move surfaces."""
+    """Tell whether `prim` is a shader that may displace surfaces."""
     shader = UsdShade.Shader(prim)
     found = shader and shader.GetInput("displacement")
     return bool(found) and (found.HasConnectedSource() or bool(found.Get()))

@@ -1,4 +1,4 @@
-"""Which prim of a USD file is the target, and whether it stands alone."""
+"""Which prim of a USD file is the target, and what it uses outside itself."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,18 +11,18 @@ MAX_NAMED = 5  # prims in a sentence
 
 
 def target_root(stage: Usd.Stage, source: Path, prim: str | None) -> Sdf.Path:
-    """The path of `prim`, where one is asked for; else of the default prim, or of the only root prim; the absolute root
-    where there are several, which usdview and Blender show all. Raises InputError for a prim that is not there, and for
+    """Return the path of `prim` where it is given; else of the default prim, or of the only root prim; the absolute
+    root where there are several, since usdview and Blender show them all. Raises InputError for a missing prim, and for
     one without geometry."""
     if prim is not None:
-        return _asked(stage, source, prim)
+        return _given(stage, source, prim)
     if stage.GetDefaultPrim():
         return stage.GetDefaultPrim().GetPath()
     roots = stage.GetPseudoRoot().GetChildren()
     return roots[0].GetPath() if len(roots) == 1 else Sdf.Path.absoluteRootPath
 
 
-def _asked(stage: Usd.Stage, source: Path, prim: str) -> Sdf.Path:
+def _given(stage: Usd.Stage, source: Path, prim: str) -> Sdf.Path:
     found = stage.GetPrimAtPath(prim) if Sdf.Path.IsValidPathString(prim) and prim.startswith("/") else None
     if not found or not (found.IsPseudoRoot() or (found.IsActive() and found.IsDefined())):
         names = [str(root.GetPath()) for root in stage.GetPseudoRoot().GetChildren()]
@@ -34,8 +34,8 @@ def _asked(stage: Usd.Stage, source: Path, prim: str) -> Sdf.Path:
 
 
 def outside(stage: Usd.Stage, root: Sdf.Path) -> Iterator[tuple[Usd.Prim, Sdf.Path]]:
-    """The prims at and below `root` that are bound to materials or prototypes elsewhere, and those. A reference to
-    `root` would lose them, with a mere warning of USD's."""
+    """Yield each prim at and below `root` that is bound to a material or a prototype elsewhere, and the path of that. A
+    reference to `root` would lose them, and USD would only warn."""
     for prim in Usd.PrimRange(stage.GetPrimAtPath(root)):
         names = [n for n in prim.GetPropertyNames() if n.startswith("material:binding") or n == "prototypes"]
         for relation in (prim.GetRelationship(name) for name in names):
@@ -45,7 +45,7 @@ def outside(stage: Usd.Stage, root: Sdf.Path) -> Iterator[tuple[Usd.Prim, Sdf.Pa
 
 
 def holds_geometry(root: Usd.Prim) -> bool:
-    """Whether there is geometry at or below `root`, or instances, which a plain walk does not enter, so may hold it."""
+    """Tell whether there is geometry at or below `root`, or an instance, which may hold some."""
     return any(
         (prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points))
         or prim.IsInstance()
@@ -55,7 +55,7 @@ def holds_geometry(root: Usd.Prim) -> bool:
 
 
 def notes_on_root(stage: Usd.Stage, root: Sdf.Path, prim: str | None) -> tuple[str, ...]:
-    """Sentences on what was taken for the target where `prim`, what was asked for, left it open, and on its lights."""
+    """Return sentences on which prims became the target, where `prim` was not given, and on its lights."""
     notes = []
     if prim is None and root == Sdf.Path.absoluteRootPath:
         names = [str(each.GetPath()) for each in stage.GetPseudoRoot().GetChildren() if holds_geometry(each)]

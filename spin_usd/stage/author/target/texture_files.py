@@ -12,7 +12,7 @@ NOT_ALLOWED = re.compile(r"[^A-Za-z0-9_-]")  # "<UDIM>", "@" and brackets mean s
 
 
 def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
-    """The asset path of each image of `asset`, relative to the target's layers. Equal images are one file."""
+    """Return the asset path of each image of `asset`, relative to the target's layers. Equal images share one file."""
     paths: dict[ImageFile, str] = {}
     by_data: dict[bytes, str] = {}
     taken: set[str] = set()
@@ -26,14 +26,14 @@ def asset_paths(asset: MeshAsset) -> Mapping[ImageFile, str]:
 def write_images(asset: MeshAsset, folder: Path) -> None:
     """Write the images below `folder`. Raises OutputError."""
     for file, path in asset_paths(asset).items():
-        place = folder / path
-        with writing(place):
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_bytes(file.data)
+        target = folder / path
+        with writing(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(file.data)
 
 
 def _unique(name: Path, taken: set[str]) -> str:
-    """`name` with letters that every file system and asset path takes, numbered where it was met before."""
+    """Return `name` in letters that every file system and asset path takes, numbered where it is taken."""
     stem = NOT_ALLOWED.sub("_", name.stem) or "image"
     found, number = f"{stem}{name.suffix}", 1
     while found.lower() in taken:
