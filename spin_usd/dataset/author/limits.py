@@ -41,5 +41,5 @@ def cut(distribution: Distribution, limits: Range) -> Distribution:
     """A normal distribution of whose draws only those within `limits` count; any other as it is."""
     if not isinstance(distribution, Normal):
         return distribution
-    low, high = max(distribution.low, limits.least), min(distribution.high, limits.high)
+    low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)
     return replace(distribution, low=low, high=high)

@@ -82,7 +82,7 @@ def _is_surface(prim: Usd.Prim) -> bool:
 
 
 def _is_displayed(prim: Usd.Prim) -> bool:
-    """Tell whether the prim is a gprim without a material. Keypoints are not rendered."""
+    """Return whether the prim is a gprim without a material. Keypoints are not rendered."""
     if not prim.IsA(UsdGeom.Gprim) or prim.HasAttribute(schema.KEYPOINT_NAME):
         return False
     return not UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)[0]

@@ -16,7 +16,7 @@ from spin_usd.stage.check.every_picture import MAX_VARIANTS
 from spin_usd.stage.check.poses_and_cameras import camera_findings
 from spin_usd.stage.check.properties import property_findings
 from spin_usd.stage.composition.materialx import composition_errors
-from spin_usd.stage.composition.opinions import says_something
+from spin_usd.stage.composition.opinions import has_opinion
 from spin_usd.stage.composition.prim_opinions import Opinion, Selection, opinions
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.usd import schema
@@ -204,7 +204,7 @@ def _unreached(prim: Usd.Prim) -> str:
 
 
 def _has_value(spec: Sdf.PropertySpec | None) -> bool:
-    return spec is not None and says_something(spec)
+    return spec is not None and has_opinion(spec)
 
 
 def _beats(spec: Sdf.PropertySpec | None) -> bool:

@@ -9,9 +9,9 @@ from pxr import Sdf, UsdUtils
 
 @contextmanager
 def slashes(source: Path) -> Iterator[None]:
-    """For the time being, and in memory only, let the layers that the one at `source` depends on name with slashes
-    the files that they name with backslashes and that are there."""
-    changed = [layer for layer in UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[0] if _mend(layer)]
+    """Within this context, and in memory only, replace backslashes by slashes in asset paths of all layers that
+    `source` depends on, where the file exists."""
+    changed = [layer for layer in UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[0] if _fix(layer)]
     try:
         yield
     finally:
@@ -19,7 +19,7 @@ def slashes(source: Path) -> Iterator[None]:
             layer.Reload(force=True)
 
 
-def _mend(layer: Sdf.Layer) -> bool:
+def _fix(layer: Sdf.Layer) -> bool:
     folder, found = Path(layer.realPath).parent, []
 
     def slashed(path: str) -> str:

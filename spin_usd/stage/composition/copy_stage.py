@@ -1,4 +1,4 @@
-"""Copies of a stage that stand alone: all its files, over all variants, under one folder."""
+"""Self-contained copies of a stage: all its files, over all variants, under one folder."""
 
 import shutil
 from pathlib import Path
@@ -28,7 +28,7 @@ def copy_stage(path: str | Path, folder: str | Path) -> Path:
 
 
 def _needed(files: Files) -> list[Missing]:
-    """The missing files without which something of the stage cannot be rendered."""
+    """List the missing files without which some part of the stage cannot be rendered."""
     dispensable = dispensable_images(Usd.Stage.Open(str(files.root))) if files.missing else set()
     return [each for each in files.missing if (each.layer.parent / each.name).resolve() not in dispensable]
 

@@ -1,6 +1,6 @@
-"""Which files a stage is made of, looked up and checked before USD opens any of them.
+"""Which files a stage is made of, found and checked before USD opens any of them.
 
-USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a word. Here a stage may only
+USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a warning. Here a stage may only
 name files by relative paths that stay within its own folder.
 """
 
@@ -29,7 +29,7 @@ SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 
 @dataclass(frozen=True, kw_only=True)
 class Missing:
-    """An asset path, and the layer that names it."""
+    """An asset path without a file, and the layer that names it."""
 
     name: str
     layer: Path
@@ -40,9 +40,9 @@ class Missing:
 
 @dataclass(frozen=True, kw_only=True)
 class Files:
-    """What a stage depends on, over all variants: `root` first. Paths are real ones.
+    """All files that a stage depends on, over all variants: `root` first. Paths are real ones.
 
-    `missing`: what is named but not there.
+    `missing`: files that are named but do not exist.
     """
 
     root: Path
@@ -51,9 +51,9 @@ class Files:
 
 
 def files_of(path: str | Path) -> Files:
-    """All files that the layer at `path` depends on.
+    """Find all files that the layer at `path` depends on.
 
-    Raises StageError for a path that leaves the stage's folder, a file that is no regular file or too large, a layer
+    Raises StageError for a path that leaves the stage's folder, a file that is not regular or too large, a layer
     that does not parse, or a time scale of zero or less.
     """
     root = Path(path).resolve()
@@ -80,14 +80,14 @@ def files_of(path: str | Path) -> Files:
 
 
 def udim_files(path: Path) -> list[Path]:
-    """`path`, or the tiles that are there where its name holds <UDIM>."""
+    """Return `path`, or the existing tiles where its name holds <UDIM>."""
     if UDIM not in path.name:
         return [path]
     return sorted(path.parent.glob(path.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")))
 
 
 def parse_failure(error: Tf.ErrorException, where: object) -> StageError:
-    """A Tf exception as one sentence."""
+    """Turn a Tf exception into an error of one sentence."""
     return StageError(f"USD cannot read it: {reason(error)}", where=where, do="fix the layer")
 
 
@@ -100,7 +100,7 @@ def _check_file(file: Path) -> None:
 
 
 def _named_by(file: Path) -> list[str]:
-    """Every asset path that a layer opens; none for other files, and for packages, which hold their own files."""
+    """List every asset path that a layer opens; none for other files, and for packages, which hold their own files."""
     suffix = file.suffix.lower()
     if suffix not in EXTENSIONS:
         return []
@@ -110,7 +110,7 @@ def _named_by(file: Path) -> list[str]:
             return []
         _check_depth(file)
         layer = Sdf.Layer.FindOrOpen(str(file))
-        if layer.timeCodesPerSecond <= 0:  # USD lists the time samples of such a stage for ever
+        if layer.timeCodesPerSecond <= 0:  # USD would list time samples endlessly
             found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
             raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
         names = named_assets(str(file))
@@ -120,7 +120,7 @@ def _named_by(file: Path) -> list[str]:
 
 
 def _check_depth(file: Path) -> None:
-    """Refuse text whose brackets nest deeper than any stage's."""
+    """Raise StageError for text whose brackets nest deeper than MAX_DEPTH."""
     text = file.read_bytes()
     if not text.startswith(b"#usda"):
         return
@@ -135,7 +135,7 @@ def _depth(text: bytes) -> int:
 
 
 def _check_package(file: Path) -> None:
-    """Layers within a package may only name what lies within it."""
+    """Raise StageError where a layer within a package names a file outside it."""
     package = Sdf.ZipFile.Open(str(file))
     for name in package.GetFileNames() if package else []:
         if Path(name).suffix.lower() not in LAYERS:
@@ -148,7 +148,7 @@ def _check_package(file: Path) -> None:
 
 
 def _locate(named: str, layer: Path, folder: Path) -> list[Path]:
-    """The files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>."""
+    """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>."""
     do = "use a relative path to a file in the stage's own folder"
     if SCHEME.match(named):
         raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)

@@ -1,6 +1,6 @@
 """The text of a flattened stage, the same in every process.
 
-USD numbers the prototypes of instances in the order in which its threads find them, and writes them in that order.
+USD numbers and writes the prototypes of instances in the order in which its threads find them, which varies.
 """
 
 import re
@@ -11,8 +11,8 @@ PROTOTYPE = re.compile(r"\bFlattened_Prototype_\d+\b")
 
 
 def flattened_text(flat: Sdf.Layer) -> str:
-    """The layer `flat`, which is emptied of its prototypes, as text in which they are numbered and ordered by who
-    refers to them first, from the stage's own prims down."""
+    """Return the text of the layer `flat`, with its prototypes numbered and ordered by their first reference, from the
+    stage's own prims down. The prototypes are removed from `flat`."""
     prototypes = {prim.name: prim.GetAsText() for prim in flat.rootPrims if PROTOTYPE.fullmatch(prim.name)}
     if len(prototypes) < 2:
         return str(flat.ExportToString())
@@ -20,7 +20,7 @@ def flattened_text(flat: Sdf.Layer) -> str:
         del flat.rootPrims[name]
     texts = [flat.ExportToString()]
     numbers: dict[str, str] = {}
-    for text in texts:  # which grows by every prototype that is met
+    for text in texts:  # the list grows by every prototype that is found
         for name in (name for name in PROTOTYPE.findall(text) if name in prototypes and name not in numbers):
             numbers[name] = f"Flattened_Prototype_{len(numbers) + 1}"
             texts.append(prototypes[name])

@@ -1,4 +1,4 @@
-"""Image files that a stage names, decoded to linear or raw RGBA: what UsdUVTexture and dome lights look up.
+"""Image files that a stage names, decoded to linear or raw RGBA, as UsdUVTexture and dome lights use them.
 
 Colour spaces follow the UsdPreviewSurface specification, version 2.6. sRGB is decoded texel by texel,
 before any interpolation; alpha is never a colour, and never multiplied into one.
@@ -24,7 +24,7 @@ from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
 SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
 COLOR_SPACES = ("auto", "raw", "sRGB")
 MAX_PIXELS = 2**26  # of one image: 8192 x 8192, 1 GiB decoded
-MAX_TOTAL_PIXELS = 2**28  # of all that a reader holds
+MAX_TOTAL_PIXELS = 2**28  # of all images of a reader
 WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mirror"}
 """Wrap modes as OpenImageIO names them in a file's metadata, and as USD does."""
 
@@ -39,18 +39,18 @@ class Decoded:
 
 @dataclass(eq=False)
 class Images:
-    """Decodes each file once for each colour space. `before`: those that another reader has decoded of the same files,
-    as its `decoded`; they have not changed since."""
+    """A cache of decoded images: each file is decoded once for each colour space. `before`: the `decoded` of another
+    reader of the same files, which have not changed since."""
 
     before: Mapping[tuple[str, str], Decoded] = field(default_factory=dict)
     decoded: dict[tuple[str, str], Decoded] = field(default_factory=dict)
     _pixels: int = 0
 
     def read(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Decoded:
-        """The file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
+        """Decode the file that `asset`, a value of `prim`, names. color_space: one of COLOR_SPACES.
 
-        Raises StageError, with the prim and the file, for one that is missing, outside the stage's folder, too large,
-        damaged or not finite, UnsupportedError for a kind of file or image that is not read.
+        Raises StageError, with the prim and the file, for a file that is missing, outside the stage's folder, too
+        large, damaged or not finite, UnsupportedError for a format that is not read.
         """
         path = _checked(asset, prim)
         key = (path, color_space)
@@ -68,7 +68,8 @@ class Images:
         return self.decoded[key]
 
     def read_tiles(self, asset: Sdf.AssetPath, color_space: str, prim: Usd.Prim) -> Tiles:
-        """The set of tiles that `asset`, a resolved value of `prim`, names. Raises as `read`, with each tile's file."""
+        """Decode the set of tiles that `asset`, a resolved value of `prim`, names. Raises as `read`, with each tile's
+        file."""
         tiles = [(corner, self.read(tile, color_space, prim).image) for corner, tile in tiles_of(asset)]
         if not tiles:
             found = f"its image @{asset.path}@ has no tile"
@@ -77,7 +78,7 @@ class Images:
 
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:
-    """The resolved path. What USD resolves must still lie in the stage's own folder, whatever led there."""
+    """Return the resolved path. Raises StageError where it lies outside the stage's own folder."""
     path, where = asset.resolvedPath, prim.GetPath()
     if is_tiled(asset):
         raise UnsupportedError(f"its image @{asset.path}@ is a set of tiles", where=where, do="use one image")
@@ -98,12 +99,12 @@ def _suffix(path: str) -> str:
 
 
 def _inner(path: str) -> str:
-    """The path within the package, where `path` lies in one."""
+    """Return the path within the package, where `path` lies in one."""
     return Ar.SplitPackageRelativePathInner(path)[1] or path
 
 
 def _decode(path: str, color_space: str) -> Decoded:
-    """Raises SpinError that names neither file nor prim."""
+    """Decode the file at `path`. Raises SpinError that names neither file nor prim."""
     with Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) as asset:
         data = asset.GetBuffer() if asset else b""
     name = Path(_inner(path)).name
@@ -130,8 +131,8 @@ def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded
     reason = source.geterror()
     source.close()
     if values is None or reason:
-        said = reason.splitlines()[-1] if reason else "no reason given"
-        raise StageError(f"is cut short or damaged ({said})", do="copy or make it again")
+        detail = reason.splitlines()[-1] if reason else "no reason given"
+        raise StageError(f"is cut short or damaged ({detail})", do="copy or make it again")
     pixels = _rgba(values.reshape(spec.height, spec.width, spec.nchannels), list(spec.channelnames))
     if not np.isfinite(pixels).all():
         raise StageError("holds NaN or infinity", do="fix it")
@@ -145,13 +146,13 @@ def _check_size(spec: Any) -> None:
         found = f"has {spec.width} x {spec.height} pixels, more than {MAX_PIXELS}"
         raise StageError(found, do="make it smaller")
     if spec.depth > 1 or spec.width < 1 or spec.height < 1:
-        raise UnsupportedError("is no picture of rows and columns", do="make it again")
+        raise UnsupportedError("is not an image of rows and columns", do="make it again")
     if (spec.full_x, spec.full_y, spec.full_width, spec.full_height) != (spec.x, spec.y, spec.width, spec.height):
         raise UnsupportedError("has a data window that differs from its display window", do="write it without one")
 
 
 def _rgba(values: NDArray[np.float32], names: list[str]) -> NDArray[np.float32]:
-    """(H, W, 4): grey for all three colours where there is one, alpha 1 where there is none."""
+    """Arrange channels as RGBA (H, W, 4): a grey channel for all three colours, alpha 1 where there is none."""
     grey = [name for name in names if name not in "RGBA"]
     if set("RGB") <= set(names):
         colors = [names.index(name) for name in "RGB"]
@@ -164,8 +165,8 @@ def _rgba(values: NDArray[np.float32], names: list[str]) -> NDArray[np.float32]:
 
 
 def _is_srgb(spec: Any, data: bytes) -> bool:
-    """What the specification says of "auto": sRGB where the file's own metadata say so, else where it has 8 bits and 3
-    or 4 channels. OpenImageIO calls a file sRGB unless it says otherwise, so that alone says nothing."""
+    """Apply the specification's rule for "auto": sRGB where the file's own metadata name it, else where it has 8 bits
+    and 3 or 4 channels. OpenImageIO reports sRGB by default, so its report alone does not count."""
     space = spec.get_string_attribute("oiio:ColorSpace")
     if space.startswith("g22"):
         return True
@@ -179,6 +180,6 @@ def _is_srgb(spec: Any, data: bytes) -> bool:
 
 
 def _wrap(spec: Any) -> tuple[str, str]:
-    """Source: OpenImageIO's documentation, metadata "wrapmodes"."""
+    """Return the wrap modes of s and t. Source: OpenImageIO's documentation, metadata "wrapmodes"."""
     modes = [WRAPS.get(mode.strip(), "black") for mode in spec.get_string_attribute("wrapmodes").split(",")]
     return modes[0], modes[-1]

@@ -1,4 +1,4 @@
-"""MaterialX documents (.mtlx), which usd-core has no reader for: a stage that refers to one composes without it."""
+"""MaterialX documents (.mtlx), which usd-core cannot read: a stage that references one composes without it."""
 
 import re
 
@@ -9,12 +9,12 @@ NAMED = re.compile(r"@[^@]*\.mtlx@")
 
 
 def composition_errors(stage: Usd.Stage) -> list[str]:
-    """What does not compose, apart from references to MaterialX documents, in order."""
+    """List the stage's composition errors, sorted, without those about MaterialX documents."""
     return sorted(str(error) for error in stage.GetCompositionErrors() if not _of_document(error))
 
 
 def names_document(message: str) -> bool:
-    """Whether a message of USD's is about an asset path that names a MaterialX document."""
+    """Return whether a message of USD is about an asset path to a MaterialX document."""
     return NAMED.search(message) is not None
 
 
@@ -23,7 +23,7 @@ def _of_document(error: Pcp.ErrorBase) -> bool:
 
 
 def document_of(stage: Usd.Stage, path: Sdf.Path) -> str:
-    """The MaterialX document that would define the prim at `path`, as its reference names it; empty where none does."""
+    """Return the asset path of the MaterialX document that would define the prim at `path`; "" where none does."""
     for prefix in path.GetPrefixes():
         prim = stage.GetPrimAtPath(prefix)
         for spec in prim.GetPrimStack() if prim else ():

@@ -1,4 +1,4 @@
-"""Textures whose image is not there, though a value to take instead of it is authored."""
+"""Textures whose image is missing, but which author a fallback value."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ TEXTURE = "UsdUVTexture"
 
 
 def lacks_file(shader: UsdShade.Shader, asset: Any) -> bool:
-    """Whether `asset`, which `shader` looks up, names a file that is not there, while a fallback is authored."""
+    """Return whether `asset`, the file of the texture `shader`, is missing while a fallback is authored."""
     if not isinstance(asset, Sdf.AssetPath) or not asset.path or asset.resolvedPath or is_tiled(asset):
         return False
     fallback = shader.GetInput("fallback")
@@ -19,8 +19,8 @@ def lacks_file(shader: UsdShade.Shader, asset: Any) -> bool:
 
 
 def dispensable_images(stage: Usd.Stage) -> set[Path]:
-    """The images that are missing and for which every texture that names them has a fallback: where they would lie."""
-    spared: dict[Path, bool] = {}
+    """Return the paths of missing images for which every texture that names them has a fallback."""
+    dispensable: dict[Path, bool] = {}
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
         shader = UsdShade.Shader(prim)
         file = shader.GetInput("file") if shader and shader.GetIdAttr().Get() == TEXTURE else None
@@ -28,12 +28,12 @@ def dispensable_images(stage: Usd.Stage) -> set[Path]:
             continue
         asset = file.Get()
         if isinstance(asset, Sdf.AssetPath) and not asset.resolvedPath:
-            place = _place(file.GetAttr(), asset)
-            spared[place] = spared.get(place, True) and lacks_file(shader, asset)
-    return {place for place, spare in spared.items() if spare}
+            path = _expected_path(file.GetAttr(), asset)
+            dispensable[path] = dispensable.get(path, True) and lacks_file(shader, asset)
+    return {path for path, every in dispensable.items() if every}
 
 
-def _place(attribute: Usd.Attribute, asset: Sdf.AssetPath) -> Path:
-    """Where the layer with the strongest opinion looks for `asset`."""
+def _expected_path(attribute: Usd.Attribute, asset: Sdf.AssetPath) -> Path:
+    """Return the path at which the layer with the strongest opinion looks for `asset`."""
     spec = attribute.GetPropertyStack(Usd.TimeCode.Default())[0]
     return Path(spec.layer.ComputeAbsolutePath(asset.path)).resolve()

@@ -12,12 +12,12 @@ DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
 
 
 def named_assets(identifier: str) -> list[str]:
-    """Every asset path authored in the layer, descriptions included."""
+    """List every asset path authored in the layer, descriptions included."""
     return [name for kind in UsdUtils.ExtractExternalReferences(identifier) for name in kind]
 
 
 def opened_assets(identifier: str, names: Iterable[str]) -> list[str]:
-    """Those of `names` that the layer names outside of descriptions: in arcs, clips and values."""
+    """Select those of `names` that the layer names outside descriptions: in arcs, clips and values."""
     bare = Sdf.Layer.CreateAnonymous()
     bare.TransferContent(Sdf.Layer.FindOrOpen(identifier))
     bare.Traverse(Sdf.Path.absoluteRootPath, lambda path: _strip(bare, path))

@@ -22,11 +22,11 @@ VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema
 def open_stage(
     path: str | Path, *, variant: str = NOMINAL, selections: Mapping[str, str] = MappingProxyType({})
 ) -> Usd.Stage:
-    """The stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`, and the
-    `selections` (set to variant) of its other sets, which beat those that the stage and its augmentation make.
+    """Open the stage at `path`, payloads loaded, with `variant` of the default prim's variant set `augmentation`, and
+    the `selections` (set to variant) of its other sets, which beat those of the stage and its augmentation.
 
-    "nominal" is the stage without any augmentation, whatever it selects itself, when it has no variant of that name.
-    Raises StageError for a file that USD must not open (see `assets`), any composition error, too many prims, a variant
+    "nominal" is the stage without any augmentation, whatever it selects itself, unless it has a variant of that name.
+    Raises StageError for a file that USD must not open (see `files`), any composition error, too many prims, a variant
     whose name cannot name a folder, or an unknown variant or set.
     """
     files = files_of(path)
@@ -41,7 +41,8 @@ def open_stage(
 
 
 def open_for_check(path: str | Path) -> Usd.Stage:
-    """The stage at `path` as it stands, composition errors included; what could harm the reader is still refused."""
+    """Open the stage at `path` as it is, composition errors included; files that could harm the reader are still
+    refused."""
     files = files_of(path)
     stage = _opened(files, path)
     _refuse_excess(stage, files, path)
@@ -49,7 +50,7 @@ def open_for_check(path: str | Path) -> Usd.Stage:
 
 
 def variants(stage: Usd.Stage) -> tuple[str, ...]:
-    """What `open_stage` accepts as `variant`: "nominal" first, then the others in alphabetical order."""
+    """List the variants that `open_stage` accepts: "nominal" first, then the others in alphabetical order."""
     return (NOMINAL, *sorted(set(_variant_names(stage)) - {NOMINAL}))
 
 
@@ -60,13 +61,13 @@ def _variant_names(stage: Usd.Stage) -> list[str]:
 
 
 def _select(stage: Usd.Stage, variant: str, path: str | Path) -> None:
-    known = variants(stage)
-    for name in known:
+    names = variants(stage)
+    for name in names:
         if not VARIANT_NAME.fullmatch(name):
             do = "use small letters, digits and '_'"
             raise StageError(f"has a variant named {name!r}, which cannot name a folder", where=path, do=do)
-    if variant not in known:
-        raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(known)}")
+    if variant not in names:
+        raise StageError(f"has no variant '{variant}'", where=path, do=f"choose one of {', '.join(names)}")
     prim = stage.GetDefaultPrim()
     if not prim:
         return
@@ -85,9 +86,9 @@ def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -
     if sets is None or name not in names:
         do = f"choose one of {', '.join(names)}" if names else "name one of its augmentations"
         raise StageError(f"has no variant set '{name}' on its default prim", where=path, do=do)
-    known = sets.GetVariantSet(name).GetVariantNames()
-    if variant not in known:
-        do = f"choose one of {', '.join(known)}"
+    offered = sets.GetVariantSet(name).GetVariantNames()
+    if variant not in offered:
+        do = f"choose one of {', '.join(offered)}"
         raise StageError(f"has no variant '{variant}' in its set '{name}'", where=path, do=do)
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         sets.SetSelection(name, variant)
@@ -109,7 +110,7 @@ def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
 
 
 def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
-    """Refuse layers that were not looked at before they were opened, and too many prims."""
+    """Raise StageError for a layer that was not checked before it was opened, and for too many prims."""
     for layer in stage.GetUsedLayers():
         file = layer.realPath.split("[")[0]
         if not layer.anonymous and Path(file).resolve() not in files.found:
@@ -120,7 +121,7 @@ def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep USD's warnings off the terminal: what matters of them is raised."""
+    """Keep USD's warnings off the terminal: those that matter are raised as errors."""
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         yield

@@ -1,4 +1,4 @@
-"""Where an opinion of a composed stage comes from: its layer, and the variants that it came through."""
+"""The origin of an opinion of a composed stage: its layer, and the variants on the way to it."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ from pxr import Pcp, Sdf, Usd
 
 
 def origin(prim: Usd.Prim, spec: Sdf.Spec) -> str:
-    """The layer of `spec`, one of the opinions on `prim` or a property of it, relative to the stage's folder, and all
+    """Name the layer of `spec`, an opinion on `prim` or a property of it, relative to the stage's folder, and all
     variants on the way to it, outermost first: "layers/rich.usda {augmentation=isda_1, camera=rich}"."""
     node = _node(prim.GetPrimIndex().rootNode, spec.layer, spec.path.GetPrimOrPrimVariantSelectionPath())
     paths = [spec.path]
@@ -20,18 +20,18 @@ def origin(prim: Usd.Prim, spec: Sdf.Spec) -> str:
 
 
 def strongest(stack: list[Sdf.PropertySpec]) -> Sdf.PropertySpec | None:
-    """The first of a property's specs, strongest first, that says more than that there is such a property."""
-    return next((spec for spec in stack if says_something(spec)), None)
+    """Return the first of a property's specs, strongest first, that has an opinion on its value."""
+    return next((spec for spec in stack if has_opinion(spec)), None)
 
 
 def _layer_name(layer: Sdf.Layer, stage: Usd.Stage) -> str:
-    """The layer's file, relative to the stage's folder."""
+    """Return the layer's file, relative to the stage's folder."""
     folder, file = Path(stage.GetRootLayer().realPath).parent, Path(layer.realPath)
     return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else str(layer.identifier)
 
 
-def says_something(spec: Sdf.PropertySpec) -> bool:
-    """Whether it has a value, targets or connections, or says that there are none."""
+def has_opinion(spec: Sdf.PropertySpec) -> bool:
+    """Return whether the spec authors a value, targets or connections, or an empty list of them."""
     if isinstance(spec, Sdf.RelationshipSpec):
         return bool(spec.targetPathList.isExplicit or spec.targetPathList.GetAddedOrExplicitItems())
     return bool(
@@ -44,7 +44,7 @@ def says_something(spec: Sdf.PropertySpec) -> bool:
 
 
 def _node(node: Pcp.NodeRef, layer: Sdf.Layer, path: Sdf.Path) -> Pcp.NodeRef | None:
-    """The node at or below `node` that brings the opinions of `layer` at `path`."""
+    """Find the node at or below `node` that contributes the opinions of `layer` at `path`."""
     if node.path == path and layer in node.layerStack.layers:
         return node
     below = (_node(child, layer, path) for child in node.children)

@@ -1,6 +1,6 @@
-"""Where a composed prim's opinions come from, strongest first, and which variants brought them.
+"""The opinions on a composed prim, strongest first, and the variant selections that contribute them.
 
-What a variant refers to is the variant's as well: its opinions come from another layer, and are as strong.
+Opinions of a layer that a variant references count as the variant's: they are as strong.
 """
 
 from collections.abc import Iterator
@@ -24,24 +24,24 @@ class Selection:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Opinion:
-    """One layer's spec of a prim. through: the selections that bring it, outermost first."""
+    """One layer's spec of a prim. through: the selections that contribute it, outermost first."""
 
     spec: Sdf.PrimSpec
     through: tuple[Selection, ...]
 
     @cached_property
     def properties(self) -> dict[str, Sdf.PropertySpec]:
-        """By name."""
+        """Its property specs, by name."""
         return {spec.name: spec for spec in self.spec.properties}
 
     @cached_property
     def selections(self) -> dict[str, str]:
-        """Variants, by their sets."""
+        """Its variant selections, by variant set."""
         return dict(self.spec.variantSelections.items())
 
 
 def opinions(prim: Usd.Prim) -> list[Opinion]:
-    """All that say something of `prim`, strongest first; the session layer, which only tries, is left out."""
+    """List all opinions on `prim`, strongest first, without the session layer, which is used for trials."""
     session = prim.GetStage().GetSessionLayer()
     return list(_of_node(prim.GetPrimIndex().rootNode, prim.GetPath(), (), session))
 
@@ -60,7 +60,7 @@ def _of_node(
 
 
 def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[Selection]:
-    """Those on the way to `path`, of the prim that is at `composed` on the stage: what is below is the same there."""
+    """Yield the selections on the way to `path`, for the prim that is at `composed` on the stage."""
     for prefix in path.GetPrefixes():
         if prefix.IsPrimVariantSelectionPath():
             below = path.StripAllVariantSelections().pathElementCount

@@ -1,4 +1,4 @@
-"""What a composed stage says, apart from where it lies: its hash and its files."""
+"""The hash of a composed stage's content, wherever it lies, and the files that it uses."""
 
 from pathlib import Path
 
@@ -14,13 +14,13 @@ AUGMENTATION = "augmentation"
 
 
 def selected_variant(stage: Usd.Stage) -> str:
-    """The selection of the default prim's augmentation; "nominal" where there is none."""
+    """Return the selection of the default prim's augmentation; "nominal" where there is none."""
     prim = stage.GetDefaultPrim()
     return (prim.GetVariantSet(AUGMENTATION).GetVariantSelection() if prim else "") or NOMINAL
 
 
 def stage_hash(stage: Usd.Stage) -> str:
-    """sha256 (hex) of the composed content, its assets' bytes and the selected variant.
+    """Compute the sha256 (hex) of the composed content, its assets' bytes and the selected variant.
 
     It does not depend on where the stage lies or how it is split into layers, and ignores variants not selected.
     """
@@ -30,7 +30,8 @@ def stage_hash(stage: Usd.Stage) -> str:
 
 
 def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
-    """Path relative to `root` -> sha256 (hex) of every layer and asset that this composition uses, in order."""
+    """Map the path, relative to `root`, of every layer and asset that this composition uses to its sha256 (hex), in
+    order."""
     folder = Path(root).resolve()
     paths = [layer.realPath for layer in stage.GetUsedLayers() if not layer.anonymous]
 
@@ -44,13 +45,15 @@ def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
 
 
 def _resolved(path: str) -> list[Path]:
-    """The files an absolute asset path stands for: the package of what lies in one, several for <UDIM>, or none."""
+    """List the files that an absolute asset path stands for: a package for a path into it, several for <UDIM>, or
+    none."""
     outer = Path(Ar.SplitPackageRelativePathOuter(path)[0])
     return [file for file in udim_files(outer) if file.is_file()]
 
 
 def asset_sha256(path: str) -> str:
-    """Digest of the files that a resolved asset path stands for, wherever they lie; or that there are none."""
+    """Digest the files that a resolved asset path stands for, wherever they lie; "missing NAME" where there are
+    none."""
     inner = Ar.SplitPackageRelativePathOuter(path)[1]
     files = _resolved(path)
     return digest([[sha256_of(file) for file in files], inner]) if files else f"missing {Path(path).name}"

@@ -1,4 +1,4 @@
-"""Models that other programs show by a stand-in: UsdGeomModelAPI's draw modes, which a render of a dataset ignores."""
+"""Models that other programs show by a stand-in: UsdGeomModelAPI's draw modes, which our renderers ignore."""
 
 from collections.abc import Iterator
 
@@ -10,10 +10,10 @@ GEOMETRY = ("default", "inherited")
 
 
 def stand_ins(root: Usd.Prim) -> Iterator[tuple[Usd.Prim, str]]:
-    """Each topmost model at or below `root` that other programs show by a stand-in, and by which: bounds, cards or
-    origin.
+    """Yield each topmost model at or below `root` that other programs show by a stand-in, and its draw mode: bounds,
+    cards or origin.
 
-    A component's draw mode counts; another model's only where model:applyDrawMode says so.
+    A component's draw mode applies; another model's only where model:applyDrawMode is set.
     """
     prims = iter(Usd.PrimRange(root, PROXIES))
     for prim in prims:

@@ -13,12 +13,13 @@ FIRST, IN_A_ROW = 1001, 10
 
 
 def is_tiled(asset: Sdf.AssetPath) -> bool:
+    """Return whether the asset path stands for a set of tiles."""
     return UDIM in asset.path
 
 
 def resolved_tiles(attribute: Usd.Attribute, value: Any) -> Any:
-    """`value` of `attribute`; where it is an asset path to tiles, which USD resolves only if told the layer, resolved:
-    its resolved path still holds <UDIM>, and is empty where there is no tile."""
+    """Return `value` of `attribute`, resolved where it is an asset path to tiles, which USD resolves only against a
+    given layer. The resolved path still holds <UDIM>, and is empty where there is no tile."""
     if not isinstance(value, Sdf.AssetPath) or not is_tiled(value) or value.resolvedPath:
         return value
     layer = attribute.GetPropertyStack(Usd.TimeCode.Default())[0].layer
@@ -26,7 +27,7 @@ def resolved_tiles(attribute: Usd.Attribute, value: Any) -> Any:
 
 
 def tiles_of(asset: Sdf.AssetPath) -> list[tuple[tuple[int, int], Sdf.AssetPath]]:
-    """The (column, row) of each tile of a resolved set, and its own path, in order of their numbers."""
+    """List the (column, row) of each tile of a resolved set, and its own path, in order of their numbers."""
     found = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.resolvedPath, None)
     tiles = sorted((int(number) - FIRST, asset.path.replace(UDIM, number), path) for path, number in found)
     return [((n % IN_A_ROW, n // IN_A_ROW), Sdf.AssetPath(own, path)) for n, own, path in tiles]

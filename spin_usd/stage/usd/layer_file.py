@@ -11,19 +11,20 @@ from pxr import Sdf, Tf, UsdGeom
 from spin_usd.errors import InputError, OutputError
 
 Layer: TypeAlias = Sdf.Layer
-"""For callers outside this package, which do not import pxr."""
+"""A layer's type, for callers outside this package, which do not import pxr."""
 
 TIME_CODES_PER_SECOND = 24.0
 UP_AXIS = UsdGeom.Tokens.z
 METERS_PER_UNIT = 1.0
 
 SYNTAX_ERROR = re.compile(r".*?:(\d+):(\d+): (.*) at '(.*)' in <.*>", re.DOTALL)
-GRAMMAR = "parse error matching "  # what follows is a rule of USD's grammar, as C++ spells its type
+GRAMMAR = "parse error matching "  # followed by a rule of USD's grammar, as C++ spells its type
 MAX_QUOTE = 60
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
-    """What USD reads from the root layer only, and every layer may be root: axis, units, time, default prim."""
+    """Author the metadata that USD reads from the root layer only; every layer may be root: axis, units, time, default
+    prim."""
     layer.defaultPrim = default_prim
     layer.documentation = documentation
     root = layer.pseudoRoot
@@ -34,10 +35,10 @@ def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str =
 
 
 def open_layer(path: str | Path) -> Sdf.Layer:
-    """The layer in the file at `path`, which must exist. Raises InputError that names the file."""
+    """Open the layer in the file at `path`, which must exist. Raises InputError that names the file."""
     path = Path(path)
     if not path.is_file():
-        raise InputError("is not there, or is no file", where=path)
+        raise InputError("is not there, or is not a file", where=path)
     try:
         layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
     except Tf.ErrorException as error:
@@ -57,7 +58,7 @@ def export(layer: Sdf.Layer, path: Path) -> None:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turns what the system or USD says about a failed write into OutputError."""
+    """Turn an error of the system or of USD about a failed write into OutputError."""
     try:
         yield
     except Tf.ErrorException as error:
@@ -69,11 +70,12 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def reason(error: Tf.ErrorException) -> str:
-    """What USD says, without where in its source it says it: where in the layer, if it knows, else the first thing."""
-    said = [str(getattr(each, "commentary", each)).strip() for each in error.args] or [str(error)]
-    placed = [found for found in map(SYNTAX_ERROR.fullmatch, said) if found]
+    """Return USD's message without the place in its source code: with the place in the layer where it names one, else
+    its first message."""
+    messages = [str(getattr(each, "commentary", each)).strip() for each in error.args] or [str(error)]
+    placed = [found for found in map(SYNTAX_ERROR.fullmatch, messages) if found]
     if not placed:
-        return said[0]
+        return messages[0]
     line, column, problem, text = placed[0].groups()
     text = text if len(text) <= MAX_QUOTE else f"{text[: MAX_QUOTE - 1]}…"
     problem = "cannot be understood" if problem.startswith(GRAMMAR) else problem

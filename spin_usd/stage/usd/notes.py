@@ -1,4 +1,5 @@
-"""What is rendered otherwise than a stage says, and told: a picture of it is better than none."""
+"""Warnings about what is rendered differently from what the stage authors: a picture with a warning is better than
+none."""
 
 from dataclasses import dataclass, field
 
@@ -7,16 +8,16 @@ from spin_usd.scene.finding import WARNING, Finding
 
 @dataclass(eq=False)
 class Notes:
-    """Collects findings, each rule's once for each place."""
+    """A collection of findings: each rule is reported once for each prim or property."""
 
     _found: dict[tuple[str, str], Finding] = field(default_factory=dict)
 
     def add(self, code: str, where: object, message: str) -> None:
-        """`code` names the rule, `where` is a prim or a property."""
+        """Add a warning. `code` names the rule, `where` is a prim or a property."""
         finding = Finding(code=code, where=str(where), message=message, severity=WARNING)
         self._found.setdefault((code, str(where)), finding)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """In the order in which they were met."""
+        """All findings, in the order in which they were added."""
         return tuple(self._found.values())

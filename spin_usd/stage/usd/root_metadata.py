@@ -11,7 +11,7 @@ METRES_PER_UNIT = "metersPerUnit"
 
 
 def root_number(stage: Usd.Stage, name: str) -> float:
-    """The metadatum `name` of the root layer, or USD's fallback. Raises StageError for what is not a number."""
+    """Return the metadatum `name` of the root layer, or USD's fallback. Raises StageError unless it is a number."""
     value = stage.GetMetadata(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
         where = stage.GetRootLayer().realPath

@@ -1,4 +1,4 @@
-"""The codeless schema: its names, and its registration, which must come before USD builds its schema registry.
+"""The codeless schema: its names, and its registration, which must happen before USD builds its schema registry.
 
 Every module of `spin_usd.stage` imports this one before it opens or authors anything.
 """
@@ -30,12 +30,12 @@ APIS = (
     STARS_API,
     BACK_PLATE_API,
 )
-"""All of them."""
+"""All our API schemas."""
 
 LENS_MODEL = "spin:lens:model"
 LENS_IMAGE_SIZE = "spin:lens:imageSize"
 LENS_NUMBERS = tuple(f"spin:lens:{name}" for name in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"))
-"""In the order fx, fy, cx, cy, k1, k2, p1, p2, k3."""
+"""The lens's attributes in the order fx, fy, cx, cy, k1, k2, p1, p2, k3."""
 
 SENSOR = {
     "channels": "spin:sensor:channels",
@@ -56,7 +56,7 @@ SENSOR = {
     "gamma": "spin:sensor:gamma",
     "bit_depth": "spin:sensor:bitDepth",
 }
-"""By field of scene.sensor.Sensor."""
+"""The sensor's attributes, by the field of scene.sensor.Sensor."""
 AUTO_EXPOSURE = "spin:sensor:autoExposure"
 AUTO_EXPOSURE_LEVEL = "spin:sensor:autoExposure:level"
 AUTO_EXPOSURE_STOPS = "spin:sensor:autoExposure:stops"
@@ -72,7 +72,7 @@ OPTICS = {
     "cos_fourth": "spin:optics:cosFourth",
     "vignetting": "spin:optics:vignetting",
 }
-"""By field of scene.sensor.Optics."""
+"""The optics' attributes, by the field of scene.sensor.Optics."""
 
 SHUTTER_READOUT_TIME = "spin:shutter:readoutTime"
 
@@ -108,7 +108,7 @@ BACK_PLATE_ROLL = "spin:backPlate:roll"
 BACK_PLATE_MIRROR = "spin:backPlate:mirror"
 
 UNITS_OP = "xformOp:scale:units"
-"""The operation that brings an asset in another unit to the stage's metres."""
+"""The operation that scales an asset in another unit to the stage's metres."""
 
 CLASS_LABELS = "semantics:labels:class"
 PART_LABELS = "semantics:labels:part"
@@ -123,7 +123,7 @@ PROVENANCE = "spin"
 
 
 def register() -> None:
-    """Tell USD of the schema. Raises StageError when another program made USD build its registry before."""
+    """Register the schema with USD. Raises StageError where another program made USD build its registry before."""
     folder = schemas() / "spin"
     Plug.Registry().RegisterPlugins(str(folder))
     if not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(LENS_API):

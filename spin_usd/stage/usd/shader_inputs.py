@@ -1,4 +1,4 @@
-"""Shader networks: what an input of a node gets, through material interfaces and node graphs."""
+"""Shader networks: the value of a node's input, through material interfaces and node graphs."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,11 +23,12 @@ class Output:
 
     @property
     def node(self) -> str:
+        """The identifier of the other node."""
         return node_id(self.shader)
 
 
 def node_id(shader: UsdShade.Shader) -> str:
-    """The node's identifier. Raises UnsupportedError for a node that is given by a file or by code."""
+    """Return the node's identifier. Raises UnsupportedError for a node that is given by a file or by code."""
     identifier = shader.GetIdAttr().Get() if shader.GetImplementationSource() == UsdShade.Tokens.id else None
     if not identifier:
         raise UnsupportedError("has no info:id", where=shader.GetPath(), do="use the nodes of UsdPreviewSurface")
@@ -35,7 +36,7 @@ def node_id(shader: UsdShade.Shader) -> str:
 
 
 def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
-    """What the input `name` gets: a value, an Output, or None where nothing is authored.
+    """Read the input `name`: a value, an Output, or None where nothing is authored.
 
     Raises StageError for a connection that leads nowhere, in a circle, or to several values, UnsupportedError for a
     value in a colour space other than linear Rec. 709.
@@ -61,7 +62,7 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
 
 
 def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
-    """As `read_input`, for an input that must not vary over the surface."""
+    """Read an input as `read_input` does, but one that must not vary over the surface."""
     value = read_input(shader, name, time)
     if isinstance(value, Output):
         found = f"is connected to {value.shader.GetPath()}"
@@ -70,12 +71,12 @@ def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any
 
 
 def read_numbers(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, default: tuple[float, ...]) -> Float:
-    """A constant of as many numbers as `default`, which holds where nothing is authored."""
+    """Read a constant of as many numbers as `default`, which is the value where nothing is authored."""
     return numbers(read_constant(shader, name, time), default, input_path(shader, name))
 
 
 def numbers(value: Any, default: tuple[float, ...], where: str) -> Float:
-    """`value`, of as many finite numbers as `default`, which stands for None."""
+    """Convert `value` to as many finite numbers as `default` has, which replaces None."""
     if value is None:
         return np.array(default, np.float64)
     array = np.array(value)
@@ -89,7 +90,7 @@ def numbers(value: Any, default: tuple[float, ...], where: str) -> Float:
 
 
 def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, allowed: tuple[str, ...], default: str) -> str:
-    """A constant that is one of `allowed`."""
+    """Read a constant that is one of `allowed`."""
     value = read_constant(shader, name, time)
     if value is None:
         return default
@@ -100,4 +101,5 @@ def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, allowed: 
 
 
 def input_path(shader: UsdShade.Shader, name: str) -> str:
+    """Return the path of an input, for messages."""
     return f"{shader.GetPath()}.inputs:{name}"

@@ -1,4 +1,4 @@
-"""Where prims stand: transforms in double precision, checked for what USD reads wrongly without a word."""
+"""Poses of prims: transforms in double precision, checked for mistakes that USD does not report."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ from spin_usd.stage.usd.notes import Notes
 
 # USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.
 NORM_TOLERANCE = 1e-6
-ROUNDED_TOLERANCE = 1e-2  # of geometry's own: half precision, or printed with two decimals
+ROUNDED_TOLERANCE = 1e-2  # inside the target: half precision, or printed with two decimals
 HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
-# What remains of an accepted quaternion, or of a matrix that passed through float32, is no shear.
+# The rounding of an accepted quaternion, or of a matrix that passed through float32, does not count as shear.
 SHEAR_TOLERANCE = 1e-5
-ORTHONORMAL = 1e-12  # so near to a rotation a matrix is taken as it is: that leaves room for 30 roundings
-UNIT_SCALE_TOLERANCE = 1e-9  # rounding of a product of a few rotations, with room
+ORTHONORMAL = 1e-12  # a matrix this near to a rotation is taken as it is; 30 roundings stay below
+UNIT_SCALE_TOLERANCE = 1e-9  # a product of a few rotations is rounded by less
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +31,7 @@ class Placement:
 
 
 def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) -> Placement:
-    """From a local-to-world `matrix` in stage units of `metres` each. Raises StageError for shear, unequal scale
+    """Decompose a local-to-world `matrix` in stage units of `metres` each. Raises StageError for shear, unequal scale
     factors or a mirror."""
     m = np.array(matrix)
     linear = m[:3, :3].T
@@ -39,8 +39,8 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
         raise StageError("its transform is not finite", where=where, do="fix the numbers of its xformOps")
     off, right_handed = off_rotation(linear)
     if off < ORTHONORMAL and right_handed:
-        turned = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
-        return Placement(transform=turned, scale=1.0)
+        transform = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
+        return Placement(transform=transform, scale=1.0)
     u, sizes, vt = np.linalg.svd(linear)
     if sizes[2] <= 0 or np.linalg.det(linear) <= 0:
         raise StageError("its transform is mirrored or flat", where=where, do="give it a plain rotation")
@@ -54,7 +54,8 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
 
 
 def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
-    """T_a_b. The origins are subtracted first: in an orbit both lie far from the stage's, and close to each other."""
+    """Compute T_a_b. The origins are subtracted first: in an orbit both are far from the stage's, but near to each
+    other."""
     inverse = T_world_a.rotation.T
     return Transform.unchecked(
         to=T_world_a.of,
@@ -65,10 +66,11 @@ def between(T_world_a: Transform, T_world_b: Transform) -> Transform:
 
 
 def nearest_ancestor(first: Usd.Prim, second: Usd.Prim) -> Usd.Prim:
-    """The nearest prim above both whose axes both move with: the stage's own where one resets its transform stack.
+    """Find the nearest ancestor of both prims with which both move: the pseudo-root where one resets its transform
+    stack.
 
-    What goes round the Sun with both, 1.5e11 m from the stage's origin, where doubles are 3e-5 m apart, moves neither
-    as the other sees it; so where they stand below it is all that counts.
+    An ancestor that orbits the Sun, 1.5e11 m from the stage's origin, where doubles are 3e-5 m apart, does not move the
+    two relative to each other. So only their poses below that ancestor are used.
     """
     above = first.GetStage().GetPrimAtPath(first.GetPath().GetCommonPrefix(second.GetPath()))
     above = above.GetParent() if above in (first, second) else above
@@ -78,13 +80,13 @@ def nearest_ancestor(first: Usd.Prim, second: Usd.Prim) -> Usd.Prim:
 
 
 def placement_below(above: Usd.Prim, prim: Usd.Prim, world: UsdGeom.XformCache, *, frame: str) -> Placement:
-    """`placement` of `prim` in the axes and the units of its ancestor `above`."""
+    """Compute the `placement` of `prim` in the axes and the units of its ancestor `above`."""
     matrix, _ = world.ComputeRelativeTransform(prim, above)
     return placement(matrix, frame=frame, metres=1.0, where=prim.GetPath())
 
 
 def check_chain(prim: Usd.Prim) -> None:
-    """`check_ops` of a prim and all its ancestors."""
+    """Apply `check_ops` to a prim and all its ancestors."""
     while prim and not prim.IsPseudoRoot():
         check_ops(prim)
         prim = prim.GetParent()
@@ -108,8 +110,8 @@ def _check_order(prim: Usd.Prim) -> None:
 
 
 def _rotation(op: UsdGeom.XformOp, time: Usd.TimeCode, notes: Notes) -> Gf.Matrix4d:
-    """What an orientation that is not of unit length was rounded from, row-vector. Raises StageError where it was not
-    merely rounded."""
+    """Return the rotation, as a row-vector matrix, of an orientation whose norm is not 1. Raises StageError where
+    rounding does not explain its norm."""
     off = orient_norm_error(op)
     where, value = op.GetAttr().GetPath(), op.GetAttr().Get(time)
     if off > ROUNDED_TOLERANCE or value is None:
@@ -131,21 +133,21 @@ def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
 
 
 def orient_norm_error(op: UsdGeom.XformOp) -> float:
-    """How far the norm of the worst of an orientation's values is off 1; infinity for NaN."""
-    query = Usd.AttributeQuery(op.GetAttr())  # which looks only once for where the values come from
+    """Return the largest error of an orientation's norms, which should be 1; infinity for NaN."""
+    query = Usd.AttributeQuery(op.GetAttr())  # resolves the source of the values only once
     times = query.GetTimeSamples() or [Usd.TimeCode.Default()]
     values = [value for value in map(query.Get, times) if value is not None]
     return norm_error(quaternions(values))
 
 
 def norm_error(quaternions: Float) -> float:
-    """How far the norm of the worst of (N, 4) is off 1; infinity for NaN."""
+    """Return the largest error of the norms of `quaternions` (N, 4), which should be 1; infinity for NaN."""
     off = np.abs(np.linalg.norm(quaternions, axis=1) - 1).max(initial=0)
     return float(off) if np.isfinite(off) else float("inf")
 
 
 def local_matrix(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> Float:
-    """(4, 4) row-vector matrix, prim to parent, in stage units; the identity for a prim without transform.
+    """Compute the row-vector matrix (4, 4), prim to parent, in stage units; the identity for a prim without transform.
 
     Orientations that were rounded are normalised, and noted: no pose depends on them.
     """

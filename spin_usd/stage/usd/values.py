@@ -15,9 +15,10 @@ INFINITY = float("inf")
 
 @dataclass(frozen=True)
 class Range:
-    """Finite numbers from `low` to `high`, without `low` itself where it is `open`; and 0 where it means none (`or_0`).
+    """Finite numbers from `low` to `high`, without `low` itself where it is `open`; also 0 where that means "none"
+    (`or_0`).
 
-    A range ends where no real camera, lamp or surface lies any more, and well before float32 does.
+    A range includes all real cameras, lamps and surfaces, and ends well before float32 overflows.
     """
 
     low: float = -INFINITY
@@ -31,8 +32,8 @@ class Range:
         return bool(np.isfinite(number) and self.low <= number <= self.high and not (self.open and number == self.low))
 
     @property
-    def least(self) -> float:
-        """The lowest number in it, but for the 0 that means none."""
+    def minimum(self) -> float:
+        """The lowest number in the range, apart from the 0 that means "none"."""
         return float(np.nextafter(self.low, INFINITY)) if self.open else self.low
 
     def __str__(self) -> str:
@@ -50,7 +51,8 @@ FINITE, AT_LEAST_0, ABOVE_0, SHARE = Range(), Range(0), Range(0, open=True), Ran
 
 
 def value_in(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode) -> Any:
-    """The number, or tuple of numbers, of the attribute `name`. Raises StageError where one is outside of `allowed`."""
+    """Read the number, or tuple of numbers, of the attribute `name`. Raises StageError where one is outside
+    `allowed`."""
     value = typed_value(prim, name, time)
     numbers = (value,) if isinstance(value, int | float) else tuple(value)
     if not all(number in allowed for number in numbers):
@@ -59,8 +61,8 @@ def value_in(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode) -> A
 
 
 def typed_value(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Any:
-    """The value of an attribute of an applied schema. Raises StageError where it is not of the schema's type: USD hands
-    out what a layer says."""
+    """Read the value of an attribute of an applied schema. Raises StageError where it is not of the schema's type: USD
+    returns whatever a layer authors."""
     attribute = prim.GetAttribute(name)
     value, kind = attribute.Get(time), attribute.GetTypeName()
     if type(value) is not type(kind.defaultValue):
@@ -76,7 +78,7 @@ def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:
 
 
 def array(attribute: Usd.Attribute, time: Usd.TimeCode, dtype: type) -> Any:
-    """The value at `time`; empty where there is none."""
+    """Read an array attribute at `time`; empty where it has no value."""
     value = attribute.Get(time)
     return np.zeros(0, dtype) if value is None else np.array(value, dtype)
 
@@ -89,7 +91,7 @@ def refuse(bad: Any, name: str, values: Any, why: str, where: Any) -> None:
 
 
 def refuse_outside(values: Float, limits: Limits, where: object, source: str = "") -> None:
-    """Raise StageError where one of `values`, which `source` gives the input, is none that the input can have."""
+    """Raise StageError where one of `values`, which the input gets from `source`, is outside its limits."""
     wrong = ~((values >= limits.low) & (values <= limits.high))
     if not wrong.any():
         return

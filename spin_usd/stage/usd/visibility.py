@@ -1,33 +1,33 @@
-"""Which prims of a stage are visible: visibility, purpose, and what they inherit of both."""
+"""Which prims of a stage are visible: visibility and purpose, own and inherited."""
 
 from pxr import Usd, UsdGeom
 
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 RENDERED_PURPOSES = ("default", "render")
-"""Purposes that are drawn; proxy, guide, and names that USD does not know are not."""
+"""Purposes that are rendered; proxy, guide, and names that USD does not know are not."""
 
 
 def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """Whether `prim` itself hides what is at and below it, at `time`."""
+    """Return whether `prim` itself hides all at and below it, at `time`."""
     visibility = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr()
     return bool(visibility) and visibility.Get(time) == UsdGeom.Tokens.invisible
 
 
 def is_always_invisible(prim: Usd.Prim) -> bool:
-    """Whether `prim` itself hides what is at and below it at all times."""
+    """Return whether `prim` itself hides all at and below it at all times."""
     if not is_invisible(prim, Usd.TimeCode.EarliestTime()):
         return False
     return not UsdGeom.Imageable(prim).GetVisibilityAttr().ValueMightBeTimeVarying()
 
 
 def own_purpose(prim: Usd.Prim, inherited: str) -> str:
-    """The purpose of `prim`, whose parent has `inherited`: an authored one wins."""
+    """Return the purpose of `prim`, whose parent has `inherited`: an authored one wins."""
     purpose = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetPurposeAttr()
     return str(purpose.Get()) if purpose and purpose.HasAuthoredValue() else inherited
 
 
 def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
-    """All prims above `prim`, from the root down."""
+    """List all prims above `prim`, from the root down."""
     found: list[Usd.Prim] = []
     while prim.GetParent() and not prim.GetParent().IsPseudoRoot():
         prim = prim.GetParent()

@@ -78,7 +78,7 @@ def copy_usd_target(
 
 
 def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
-    """Tell whether a reference to `root` includes all that it uses. Raises InputError for a relationship to a missing
+    """Return whether a reference to `root` includes all that it uses. Raises InputError for a relationship to a missing
     prim."""
     if root == Sdf.Path.absoluteRootPath:
         return False
@@ -99,7 +99,7 @@ def _readable(source: Path) -> Iterator[None]:
 
 
 def _refuse_missing(source: Path) -> bool:
-    """Tell whether images are missing that have fallbacks. Raises InputError for other missing files."""
+    """Return whether images are missing that have fallbacks. Raises InputError for other missing files."""
     unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
     dispensable = dispensable_images(Usd.Stage.Open(str(source))) if unresolved else set()
     needed = [path for path in unresolved if Path(path).resolve() not in dispensable]

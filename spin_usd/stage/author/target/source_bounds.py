@@ -127,12 +127,12 @@ def _is_rendered(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
 
 
 def _is_deformed(prim: Usd.Prim) -> bool:
-    """Tell whether a skeleton deforms the prim."""
+    """Return whether a skeleton deforms the prim."""
     return bool(prim.HasAPI(UsdSkel.BindingAPI) and UsdSkel.BindingAPI(prim).GetInheritedSkeleton())
 
 
 def _displaces(prim: Usd.Prim) -> bool:
-    """Tell whether `prim` is a shader that may displace surfaces."""
+    """Return whether `prim` is a shader that may displace surfaces."""
     shader = UsdShade.Shader(prim)
     found = shader and shader.GetInput("displacement")
     return bool(found) and (found.HasConnectedSource() or bool(found.Get()))

@@ -45,7 +45,7 @@ def outside(stage: Usd.Stage, root: Sdf.Path) -> Iterator[tuple[Usd.Prim, Sdf.Pa
 
 
 def holds_geometry(root: Usd.Prim) -> bool:
-    """Tell whether there is geometry at or below `root`, or an instance, which may hold some."""
+    """Return whether there is geometry at or below `root`, or an instance, which may hold some."""
     return any(
         (prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Points))
         or prim.IsInstance()

@@ -25,9 +25,7 @@ from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
 MIN_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
 POINT_AREA = 1.0  # of a sphere without size: 4 pi of it emits as much as a point does
-MAX_DISTANCE_M = (
-    1e15  # a tenth of a light year; squared distances overflow float32 at 2e19 m
-)
+MAX_DISTANCE_M = 1e15  # a tenth of a light year; squared distances overflow float32 at 2e19 m
 
 
 def read_area_light(

@@ -3,7 +3,7 @@
 from pxr import Usd
 
 from spin_usd.stage.read.target.keypoints import find_keypoints
-from spin_usd.stage.usd.time_variation import any_varies, varying, visibility_varies
+from spin_usd.stage.usd.time_variation import has_varying_attribute, varying, visibility_varies
 from spin_usd.stage.usd.visibility import ancestors
 
 
@@ -11,7 +11,7 @@ def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
     """Whether the target's shape can change in time, its own pose apart. read: the prims that it was read from."""
     if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
         return True
-    return any(any_varies(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
+    return any(has_varying_attribute(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
 
 
 def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:
