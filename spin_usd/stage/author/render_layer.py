@@ -11,8 +11,8 @@ SETTINGS = Sdf.Path("/Render/Settings")
 
 
 def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
-    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name. Its
-    camera is set by the layer that references it, since it lies outside."""
+    """Make an anonymous layer with /Render: a product for each of `outputs`, which gives a pixel's USD type by name.
+    Its camera is set by the layer that references it, since it lies outside."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
     stage = Usd.Stage.Open(layer)

@@ -274,7 +274,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SAMPLE + '"background" = { distribution = "choice", values = ["mars"] }',
-            "there is no environment 'mars'",
+            "there is no environment named 'mars'",
         ),
         (
             SAMPLE + '"material.*.roughness" = { distribution = "fixed", value = 1 }\n'
