@@ -18,8 +18,9 @@ from spin_usd.dataset.author.size import check_written
 from spin_usd.dataset.author.views import Look, look_at
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
+from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
-from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
+from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 from spin_usd.resources import bundled

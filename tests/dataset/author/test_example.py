@@ -13,7 +13,7 @@ from spin_usd.dataset.author.author import author_example
 from spin_usd.dataset.author.example import open_example
 from spin_usd.dataset.author.example_pictures import draw_poses, shots
 from spin_usd.errors import InputError
-from spin_usd.formats.pose_list import read_pose_list
+from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.source.poses import FRAME_NAME, repeated_name

@@ -6,7 +6,7 @@ from typing import Any
 from spin_usd.dataset.diff.in_child.effect import ComparedVariant, NeutralKeys, Trials, changed
 from spin_usd.dataset.diff.in_child.selection import Selection
 from spin_usd.errors import InputError
-from spin_usd.formats.pose_list import slice_of
+from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.keys import KEYS
 from spin_usd.scene.model import FrameId

@@ -10,7 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import InputError
-from spin_usd.formats.pose_list import chosen_frames, read_pose_list, slice_of
+from spin_usd.formats.chosen_frames import chosen_frames, slice_of
+from spin_usd.formats.poses.read_pose_list import read_pose_list
 
 GOOD = {"filename": "img000001.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
 UNIT = 1e-15  # a few units in the last place of a double

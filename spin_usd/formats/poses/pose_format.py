@@ -1,0 +1,27 @@
+"""What a format of pose lists is, and what each of its entries says."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseEntry:
+    """One pose of a file: the picture's file name, the scalar-first unit quaternion q_cam_body, and t_cam_body in
+    metres. What they say together, such as names that repeat, is checked for all formats alike."""
+
+    filename: str
+    q_cam_body: Sequence[float]
+    t_cam_body: Sequence[float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseFormat:
+    """A format of pose lists.
+
+    recognises: whether a file is of it, from its path and its first characters · read: the file's entries in order;
+    raises InputError that names the file and the entry.
+    """
+
+    recognises: Callable[[Path, str], bool]
+    read: Callable[[Path], Iterator[PoseEntry]]

@@ -1,0 +1,68 @@
+"""The pose lists of SPEED+, SPEED, SHIRT and SPIN, which are one format: JSON.
+
+A bare list or {"poses": [...]} of entries with a file name, a scalar-first quaternion q_cam_body and a position
+t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q_vbs2tango`) and the position
+`r_Vo2To_vbs_true`. Source: tpark94/speedplusbaseline, vpulab/SPIN.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
+
+QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
+POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
+
+
+def read(path: Path) -> Iterator[PoseEntry]:
+    """The entries of the JSON file at `path`. Raises InputError that names the file and the entry."""
+    for i, entry in enumerate(_entries(read_json_file(path), path)):
+        where = f"{path}, entry {i}"
+        if not isinstance(entry, dict):
+            raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
+        filename = entry.get("filename")
+        if not isinstance(filename, str):
+            raise InputError("has no 'filename'", where=where)
+        where = f"{where} ({filename[:80]!r})"
+        yield PoseEntry(
+            filename=filename,
+            q_cam_body=_numbers(entry, QUATERNION_KEYS, 4, where),
+            t_cam_body=_numbers(entry, POSITION_KEYS, 3, where),
+        )
+
+
+def _entries(document: Any, path: Path) -> Sequence[Any]:
+    if isinstance(document, dict):
+        document = document.get("poses")
+    if not isinstance(document, list):
+        raise InputError("holds no list of poses", where=path, do='give a list, or {"poses": [...]}')
+    return document
+
+
+def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: str) -> list[float]:
+    """`count` finite numbers under the first of `keys` that is there."""
+    key = next((k for k in keys if k in entry), None)
+    if key is None:
+        raise InputError(f"has neither '{keys[0]}' nor '{keys[1]}'", where=where)
+    values = entry[key]
+    if not isinstance(values, list) or len(values) != count:
+        raise InputError(f"'{key}' is not a list of {count} numbers", where=where)
+    if not all(type(v) in (float, int) for v in values):
+        raise InputError(f"'{key}' holds something else than numbers: {values!r}", where=where)
+    try:
+        numbers = [float(v) for v in values]
+    except OverflowError:
+        numbers = [float("inf")]
+    if not all(map(isfinite, numbers)):
+        raise InputError(f"'{key}' holds NaN or infinity", where=where)
+    return numbers
+
+
+SPEEDPLUS = PoseFormat(
+    recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
+    read=read,
+)
