@@ -27,8 +27,8 @@ def tight_bands(
     """Boxes that together hold every pixel of `region` that a mesh can touch, chosen so that their pixels and
     `band_cost_px` for each of them are fewest.
 
-    points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame; every point may be smeared by
-    `reach_px`. A triangle's reach within a slice of rows is that of its edges. The region itself where a point lies
+    points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame; every point may be blurred by
+    `reach_px`. Within a slice of rows a triangle extends as far as its edges. The region itself where a point lies
     behind the camera or far outside the frame.
     """
     if region.empty:
@@ -87,7 +87,7 @@ def _pieces(camera: Camera, xy: Float, uv: Float, edges: NDArray[np.integer]) ->
 
 
 def _cheapest_cuts(low: NDArray[np.int64], high: NDArray[np.int64], band_cost_px: float) -> list[tuple[int, int]]:
-    """Where to cut the slices into bands (first slice, end slice) at least cost, by dynamic programming."""
+    """The cuts of the slices into bands (first slice, end slice) of least cost, by dynamic programming."""
     count = len(low)
     cost, cut = [0.0] + [np.inf] * count, [0] * (count + 1)
     for end in range(1, count + 1):

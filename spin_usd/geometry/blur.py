@@ -1,6 +1,6 @@
-"""How far a picture smears a point: by the circle of confusion of a thin lens, and between the poses of a motion.
+"""Blur radii of a point: by the circle of confusion of a thin lens, and between the poses of a motion.
 
-Reaches are lengths in undistorted normalised coordinates (x/z, y/z), where every blur has a closed form.
+Radii are lengths in undistorted normalised coordinates (x/z, y/z), where every blur has a closed form.
 """
 
 from functools import lru_cache
@@ -18,7 +18,7 @@ GRID = 33  # points per axis at which a lens's magnification is taken
 
 
 def circle_of_confusion(depth: ArrayLike, *, radius: float, focus: float) -> Float:
-    """Reach (N,) of points at `depth` (N,) before a thin lens whose aperture has `radius`; all metres, planar z.
+    """Blur radius (N,) of points at `depth` (N,) before a thin lens whose aperture has `radius`; all metres, planar z.
 
     A ray from the place L of the aperture meets the plane of focus at focus * x: the point (X, Y, z) is seen at
     X/z + L (1/focus - 1/z). Source: M. Potmesil and I. Chakravarty, "A lens and aperture camera model" (1981).
@@ -29,10 +29,11 @@ def circle_of_confusion(depth: ArrayLike, *, radius: float, focus: float) -> Flo
 
 
 def arc_height(radius: float, poses: tuple[Transform, ...]) -> float:
-    """How far, metres, a point `radius` from the centre of rotation can be off the straight line between its places in
-    consecutive poses, which turn steadily from one to the next.
+    """The most, metres, that a point `radius` from the centre of rotation can be off the straight line between its
+    places in consecutive poses, between which the body turns steadily.
 
-    The error of linear interpolation: an eighth of the step squared times the acceleration, here radius * angle**2 / 8.
+    It is the error of linear interpolation: an eighth of the step squared times the acceleration, here radius *
+    angle**2 / 8.
     """
     angles = [rotation_angle(a, b) for a, b in pairwise(poses)]
     return radius * max(angles, default=0.0) ** 2 / 8
@@ -45,8 +46,8 @@ def rotation_angle(a: Transform, b: Transform) -> float:
 
 
 def offset_blur_radius(points_cam: Float, offset: float) -> Float:
-    """Reach (N,) of points (N, 3) that may lie `offset` metres from where they are, any way; infinite where that takes
-    them to the camera."""
+    """Blur radius (N,) of points (N, 3) that may lie `offset` metres from where they are, any way; infinite where that
+    takes them to the camera."""
     x, y, z = points_cam.T
     if not offset:
         return np.zeros(len(z))

@@ -1,4 +1,4 @@
-"""Which pixels can a body cover? The region of interest, from the body's convex hull, in double precision."""
+"""The region of interest: the pixels that a body can cover, from its convex hull, in double precision."""
 
 from functools import lru_cache
 from typing import Any
@@ -26,7 +26,7 @@ def region_of_interest(
     camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, reach: ArrayLike | None = None
 ) -> Region:
     """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres, each
-    smeared by `reach` (N,) in undistorted normalised coordinates.
+    blurred by `reach` (N,) in undistorted normalised coordinates.
 
     The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
     """
@@ -63,7 +63,7 @@ def outline_of(
 
 
 def polygon_area(corners: ArrayLike) -> float:
-    """Of the polygon with the corners (N, 2), one after another: the shoelace formula."""
+    """The area of the polygon with the corners (N, 2), one after another, by the shoelace formula."""
     p = np.asarray(corners, np.float64).reshape(-1, 2)
     if not len(p):
         return 0.0
@@ -96,7 +96,7 @@ def convex_hull_2d(points: ArrayLike) -> Float:
 
 def _without_inner(points: Float) -> Float:
     """`points` (N, 2) but those that lie well within the polygon of the furthest in some directions, and so are none of
-    the hull's: a few operations on all at once spare most of the slow search.
+    the hull's: a few operations on all points at once avoid most of the slow search.
 
     Source: S. G. Akl and G. T. Toussaint, "A fast convex hull algorithm" (1978).
     """
@@ -138,8 +138,8 @@ def field_of_view(camera: Camera) -> tuple[tuple[Float, Float], tuple[Float, Flo
 
 
 def in_front(hull_cam: Float) -> Float:
-    """Corners (M, 3) of what lies before the camera, beyond NEAR, of the hull with the corners (N, 3), camera frame:
-    the same ones where all of it does."""
+    """Corners (M, 3) of the part before the camera, beyond NEAR, of the hull with the corners (N, 3), camera frame: the
+    same ones where all of it does."""
     front = hull_cam[:, 2] > NEAR
     if front.all():
         return hull_cam
@@ -169,5 +169,5 @@ def clip(polygon: Float, low: Float, high: Float) -> Float:
 
 
 def _following(rows: NDArray[Any]) -> NDArray[Any]:
-    """Of each row (N, ...) the next, of the last the first."""
+    """The rows (N, ...) shifted by one: each row's next one, and for the last the first."""
     return np.concatenate([rows[1:], rows[:1]])

@@ -52,7 +52,7 @@ class Camera:
 
     @property
     def looks_past_frame(self) -> bool:
-        """Whether its principal point lies outside the image: mostly the calibration of another size."""
+        """True where the principal point lies outside the image, mostly because the calibration is of another size."""
         return not (0 <= self.cx <= self.width and 0 <= self.cy <= self.height)
 
     @property
@@ -119,7 +119,8 @@ class Camera:
         return xy
 
     def _folded(self, uv: Float) -> GeometryError:
-        """What to say of the pixels `uv` (N, 2), which have no ray: where the lens ends on the way to the furthest."""
+        """The error for the pixels `uv` (N, 2), which have no ray: it says where the lens ends on the way to the
+        furthest."""
         reach = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
         worst = int(np.argmax(reach))
         towards = self._distorted(uv[worst])

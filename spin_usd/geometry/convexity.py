@@ -14,8 +14,9 @@ MAX_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: so
 
 
 def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
-    """Whether the triangles `faces` (F, 3) of `points` (P, 3) are one closed convex surface, each place of it covered
-    once; whichever way they are turned. False too for one of so many corners and faces that it was not looked at."""
+    """Return whether the triangles `faces` (F, 3) of `points` (P, 3) are one closed convex surface, each place of it
+    covered once; whichever way they are turned. False too for a surface of so many corners and faces that it is not
+    examined."""
     from scipy.spatial import ConvexHull, QhullError
 
     corners, used = points[faces], np.zeros(len(points), bool)
@@ -34,7 +35,7 @@ def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
 
 
 def _supports(corners: Float, around: Float) -> bool:
-    """Whether all of `around` (H, 3) lies on one side of the plane of each triangle (F, 3, 3)."""
+    """Return whether all of `around` (H, 3) lies on one side of the plane of each triangle (F, 3, 3)."""
     tolerance = PLANE * float(np.ptp(around, axis=0).max())
     step = max(CHUNK // len(around), 1)
     for start in range(0, len(corners), step):
@@ -47,7 +48,7 @@ def _supports(corners: Float, around: Float) -> bool:
 
 
 def _is_closed(corners: Float) -> bool:
-    """Whether each edge of the triangles (F, 3, 3) belongs to two of them, by the places of its ends."""
+    """Return whether each edge of the triangles (F, 3, 3) belongs to two of them, by the places of its ends."""
     index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
     edges = np.sort(np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]]), axis=1)
     return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())

@@ -1,7 +1,7 @@
-"""How much of what is seen of a surface faces a light, from the directions of camera and light alone.
+"""The share of a surface's visible side that faces a light, from the directions of camera and light alone.
 
 A face is seen from the side on which the camera is, and is lit where the light is on the same side, whichever way its
-corners go around. What hides or shades a face is not looked at: every face counts by the area it turns to the camera.
+corners go around. Occlusion is ignored: every face counts by the area that it turns to the camera.
 """
 
 import numpy as np
@@ -38,8 +38,8 @@ def facing_share(axes: Float, to_camera: Float, to_light: Float) -> Float:
 
 
 def _cells(normal: Float) -> tuple[np.ndarray, Float]:
-    """For the normals (F, 3), turned so that their longest component is positive: the cell of the half cube that each
-    points to (F,), and they themselves (F, 3)."""
+    """The cells (F,) of the half cube to which the normals (F, 3) point once they are flipped so that their longest
+    component is positive, and these flipped normals (F, 3)."""
     axis = np.abs(normal).argmax(1)
     longest = np.take_along_axis(normal, axis[:, None], 1)
     upright = np.where(longest < 0, -normal, normal)

@@ -1,4 +1,4 @@
-"""Where a body lies to the camera: in the frame, cut off by it, outside it, behind the camera, or around the camera.
+"""The place of a body in a frame: in it, cut off by it, outside it, behind the camera, or around the camera.
 
 Many poses at once: a ball around the body decides most of them, its corners most of the rest, and the outlines of the
 few that are near the frame's edge decide those.
@@ -18,8 +18,8 @@ UNDECIDED = 255
 
 
 class Framing(IntEnum):
-    """How a frame shows a body. WHOLE: all of it. CUT_OFF: some of it. OUTSIDE: none, though not all of it is BEHIND
-    the camera. CAMERA_INSIDE: the camera is inside the body's bounding box, whatever the frame shows."""
+    """The place of a body in a frame. WHOLE: all of it. CUT_OFF: some of it. OUTSIDE: none, though not all of it is
+    BEHIND the camera. CAMERA_INSIDE: the camera is inside the body's bounding box, whatever the frame shows."""
 
     WHOLE = 0
     CUT_OFF = 1

@@ -111,7 +111,7 @@ def _start(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, 
 
 
 def _errors_and_steps(x: Float, y: Float, x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, Float, Float]:
-    """By how much the distorted (x, y) misses (x0, y0), and Newton's step to subtract."""
+    """The errors by which the distorted (x, y) misses (x0, y0), and Newton's step to subtract."""
     k1, k2, p1, p2, k3 = k
     xx, yy, xy = x * x, y * y, x * y
     r2 = xx + yy

@@ -35,7 +35,8 @@ def matrix_from_quaternion(q: ArrayLike) -> Float:
 
 
 def matrices_from_quaternions(q: Float) -> Float:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), scalar first, which are known to be of unit length."""
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), scalar first, which must be of unit length: they are not
+    checked."""
     w, x, y, z = np.moveaxis(q, -1, 0)
     rows = np.array(
         [
@@ -87,7 +88,7 @@ def check_rotation(rotation: ArrayLike) -> Float:
 
 
 def off_rotation(matrix: Float) -> tuple[float, bool]:
-    """By how much the rows of `matrix` (3, 3) miss being orthonormal, and whether they are right-handed."""
+    """The most by which the rows of `matrix` (3, 3) miss being orthonormal, and whether they are right-handed."""
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()  # plain numbers: every pose of every picture is looked at
     lengths = (a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, g * g + h * h + i * i - 1)
     angles = (a * d + b * e + c * f, d * g + e * h + f * i, g * a + h * b + i * c)

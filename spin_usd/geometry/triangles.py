@@ -1,4 +1,4 @@
-"""Triangles by their corners: which way they face, and how large they are."""
+"""Triangles by their corners: their normals and areas."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ from spin_usd.arrays import Float
 
 
 def normals(corners: Float) -> Float:
-    """(..., 3) of the triangles `corners` (..., 3, 3), whose corners go around them counter-clockwise: as long as twice
-    the area."""
+    """(..., 3) normals of the triangles `corners` (..., 3, 3), whose corners go around them counter-clockwise: as long
+    as twice the area."""
     a, b, c = np.moveaxis(corners, -2, 0)
     return np.cross(b - a, c - a)
 
@@ -20,7 +20,7 @@ def unit_normals(corners: Float) -> Float:
 
 
 def areas(corners: Float) -> Float:
-    """(...) of the triangles `corners` (..., 3, 3)."""
+    """(...) areas of the triangles `corners` (..., 3, 3)."""
     area: Float = np.linalg.norm(normals(corners), axis=-1) / 2
     return area
 

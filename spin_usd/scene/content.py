@@ -1,6 +1,6 @@
-"""What decides a picture, of any frozen value of the scene: its content as JSON, without names.
+"""The content of any frozen value of the scene as JSON: all that decides a picture, without names.
 
-Fields marked NAME (prim paths, for messages) are left out; arrays and images count by their digests.
+Fields marked NAME (prim paths, for messages) do not count; arrays and images count by their digests.
 """
 
 from dataclasses import fields, is_dataclass

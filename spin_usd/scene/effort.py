@@ -1,4 +1,4 @@
-"""What a picture's light may cost: the settings that trade speed for accuracy."""
+"""Effort: the settings that trade a render's speed for its accuracy."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -16,17 +16,17 @@ LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, an
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """How hard a renderer tries. The defaults are those of `render`.
+    """The settings that decide a render's cost and accuracy. The defaults are those of `render`.
 
     samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, 0.01 to 0.1 as usual;
     it is looked at after every 16th, as Cycles measures it in unit light; 0: every pixel takes all · denoiser: quality
     of Open Image Denoise, or "none" · bounces: how often light may go from part to part of the target on its way from
-    its source, lamp or glowing part, to the camera, 1 for each part but the first · clamp: the most that one indirect
+    its source, lamp or emissive part, to the camera, 1 for each part but the first · clamp: the most that one indirect
     contribution, light by way of another part, may add to a sample's radiance, mean of red, green and blue, in unit
-    light: there the strongest light's irradiance is 1 W/m2 (beside glowing parts, the power of 16 nearest to its own),
-    and what it makes of a white matt surface 1/pi; 0: any · light_tree: choose among several lights by what they do
-    where they are looked for, else by their power · reduction: each rendered pixel stands for a square of so many, a
-    side.
+    light: there the strongest light's irradiance is 1 W/m2 (beside emissive parts, the power of 16 nearest to its own),
+    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · light_tree: choose among several lights by
+    their effect at the shaded point, else by their power · reduction: each rendered pixel stands for a square of so
+    many, a side.
     """
 
     samples: int = 16
@@ -57,7 +57,8 @@ class Effort:
 
     @property
     def text(self) -> str:
-        """As a person writes it, `samples=16,denoiser=fast`: the samples, and what is not as usual."""
+        """The text that a person writes, such as `samples=16,denoiser=fast`: the samples, and the settings that are not
+        the usual ones."""
         return ",".join(f"{k}={_text(getattr(self, k))}" for k in dict.fromkeys(("samples", *self.unusual)))
 
 
@@ -73,7 +74,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
 
 
 def parse_effort(text: str) -> Effort:
-    """The effort that `Effort.text` writes so. Raises InputError for what is none."""
+    """The effort that `Effort.text` writes so. Raises InputError for a text that is not an effort."""
     kinds = {f.name: f.type for f in fields(Effort)}
     given: dict[str, Any] = {}
     for part in text.split(","):

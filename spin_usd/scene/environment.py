@@ -1,4 +1,4 @@
-"""What lies behind the target: nothing of it is in front. Camera frame `cam`, metres, W/m2/sr, linear RGB."""
+"""The environment: all that lies behind the target. Units are metres in the camera frame `cam`, W/m2/sr, linear RGB."""
 
 from dataclasses import dataclass, field
 
@@ -55,9 +55,9 @@ class Stars:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BackPlate:
     """A picture behind everything, filling the frame, in a share `probability` of the pictures: one of `images`, turned
-    by an angle of the range `roll` (radians) and mirrored left to right with probability `mirror`; which, is drawn from
-    the picture's seed. `radiance` is that of the image's white. It hides what a dome and stars would show, and lights
-    nothing."""
+    by an angle of the range `roll` (radians) and mirrored left to right with probability `mirror`; these choices are
+    sampled from the picture's seed. `radiance` is that of the image's white. It hides what a dome and stars would show,
+    and lights nothing."""
 
     path: str = field(metadata=NAME)
     images: tuple[Image, ...]
@@ -69,7 +69,7 @@ class BackPlate:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Environment:
-    """Nothing at all unless it is filled: deep space."""
+    """Planets, stars and a back plate; without any of them, deep space."""
 
     planets: tuple[Planet, ...] = ()
     stars: tuple[Stars, ...] = ()

@@ -1,4 +1,4 @@
-"""What a check finds on a stage or a dataset."""
+"""Findings of a check on a stage or a dataset."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -20,9 +20,9 @@ TURNED = [0, 2, 1]  # a mirrored triangle's corners, so that they go counter-clo
 class Instances:
     """The `shape` in K places. A face is known by its place, 0 to K - 1, and its number in the shape.
 
-    shape: its face_part are columns of `parts`, and its face_group counts for nothing · matrices (K, 3, 4) from the
-    shape's axes to the body's, metres, none of them flat · parts (K, C) uint16 part ids · groups (K,) uint16 numbers
-    that light links name.
+    shape: its face_part are columns of `parts`, and its face_group is ignored · matrices (K, 3, 4) from the shape's
+    axes to the body's, metres, none of them flat · parts (K, C) uint16 part ids · groups (K,) uint16 numbers that light
+    links name.
     """
 
     shape: Shape
@@ -44,7 +44,7 @@ class Instances:
 
     @property
     def count(self) -> int:
-        """How many faces there are in all places."""
+        """The number of faces in all places."""
         return len(self.matrices) * len(self.shape.faces)
 
     @cached_property

@@ -90,7 +90,7 @@ class AreaLight(ABC):
 
     @property
     def size(self) -> tuple[float, ...]:
-        """Its lengths, metres."""
+        """The light's lengths, metres."""
         return tuple(getattr(self, name) for name in self.lengths)
 
     def scaled(self, factor: float) -> Self:

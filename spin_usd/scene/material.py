@@ -1,4 +1,4 @@
-"""What a surface is made of: UsdPreviewSurface."""
+"""Materials of surfaces: UsdPreviewSurface."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -42,8 +42,8 @@ LIMITS = {
 class Material:
     """The inputs of UsdPreviewSurface by its own names, each a constant, a texture or a primvar.
 
-    `normal` is in tangent space, None for the surface's own. `opacity_threshold` above 0 makes a cut-out: a point
-    whose opacity is below it is not there, for pictures and labels alike; else `opacity_mode` says whether a clear
+    `normal` is in tangent space, None for the surface's own. `opacity_threshold` above 0 makes a cut-out: a point whose
+    opacity is below it is not there, for pictures and labels alike; else `opacity_mode` says whether a transparent
     surface still reflects ("transparent") or is absent by that share ("presence"). Displacement has moved the mesh
     already; occlusion is what a path tracer computes itself, so neither is here.
     """
@@ -69,11 +69,11 @@ class Material:
 
     @property
     def tangent_primvar(self) -> str:
-        """The 2-D primvar along which its normals are tilted: their texture's own, else USD's usual `st`."""
+        """The 2-D primvar along which its normal map turns normals: their texture's own, else USD's usual `st`."""
         texture = self.normal
         return (isinstance(texture, Texture) and texture.coordinates.primvar) or "st"
 
     @property
     def cut_out(self) -> bool:
-        """Whether some of its points may not be there."""
+        """True where some of its points may not be there."""
         return self.opacity_threshold > 0

@@ -38,7 +38,7 @@ class Mesh(Shape):
 
     @property
     def count(self) -> int:
-        """How many faces there are."""
+        """The number of faces."""
         return len(self.faces) + sum(each.count for each in self.instances)
 
     @property
@@ -106,7 +106,7 @@ class Mesh(Shape):
 
     @cached_property
     def convex(self) -> bool:
-        """Whether it is one closed convex surface. False too for instances, which were not looked at."""
+        """True where the mesh is one closed convex surface; False too with instances, which are not examined."""
         return not self.instances and is_convex(self.points, self.faces)
 
     @cached_property
@@ -136,8 +136,8 @@ class Mesh(Shape):
 
     @cached_property
     def outline(self) -> tuple[Float, NDArray[np.integer]]:
-        """Points (P, 3) and edges (E, 2) between them within whose reach all of it lies, from wherever it is seen: its
-        own, and the bounding box of each instance in its shape's axes."""
+        """Points (P, 3) and edges (E, 2) between them within whose outline all of it lies, from wherever it is seen:
+        its own, and the bounding box of each instance in its shape's axes."""
         if not self.instances:
             return self.points, self.edges
         points, edges = [self.points], [np.asarray(self.edges, np.int64)]

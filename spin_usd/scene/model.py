@@ -1,4 +1,4 @@
-"""One composed picture-taking situation: what both renderers draw and all labels describe.
+"""One composed scene: both renderers render it, and all labels describe it.
 
 Frozen and numpy only. `Scene.target` is the static part (the same object from frame to frame while the target
 does not change shape); everything else is of one frame.
@@ -28,8 +28,8 @@ NOMINAL = "nominal"
 
 @dataclass(frozen=True, kw_only=True)
 class FrameId:
-    """Which picture this is: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's, `variant`
-    the augmentation's name, `source_file` the file that its pose was given for, "" where there is none."""
+    """The identity of a picture: `index` counts from 0, `name` is the image's stem, `time_code` is the stage's,
+    `variant` the augmentation's name, `source_file` the file that its pose was given for, "" where there is none."""
 
     index: int
     name: str
@@ -107,7 +107,7 @@ class Scene:
 
     @cached_property
     def picture_region(self) -> Region:
-        """The pixels that the target can cover in the picture: those of `region`, and what its blur reaches."""
+        """The pixels that the target can cover in the picture: those of `region`, and those to which it is blurred."""
         outline = self._picture_outline
         return self.camera.frame if outline is None else region_around(self.camera, outline)
 
@@ -139,17 +139,17 @@ class Scene:
 
     @property
     def blurred(self) -> bool:
-        """Whether lens or motion blur the target."""
+        """True where lens or motion blur the target."""
         return bool(self.thin_lens or self.shutter)
 
     @property
     def poses(self) -> tuple[Transform, ...]:
-        """Where the target is while the shutter is open; its one pose where there is no motion."""
+        """The target's poses while the shutter is open; its one pose where there is no motion."""
         return self.shutter.poses if self.shutter else (self.T_cam_body,)
 
     def reach(self, points_cam: Float) -> Float:
-        """How far, in undistorted normalised coordinates, lens and motion smear the target's points (N, 3), camera
-        frame, in its `poses`, beyond the straight lines from pose to pose."""
+        """The radii (N,), in undistorted normalised coordinates, by which lens and motion blur the target's points (N,
+        3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
         reach = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             reach += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)

@@ -1,4 +1,4 @@
-"""What a renderer hands back."""
+"""The results of a renderer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -50,12 +50,12 @@ class Radiance:
 
     @classmethod
     def of(cls, region: Region, rgba: Float32) -> "Radiance":
-        """That of one group: rgba (rows, columns, 4), with the coverage in alpha."""
+        """The radiance of one group: rgba (rows, columns, 4), with the coverage in alpha."""
         return cls(region=region, groups=rgba[None, ..., :3], coverage=rgba[..., 3])
 
     @classmethod
     def dark(cls, region: Region, *, groups: int) -> "Radiance":
-        """Nothing anywhere, of so many groups."""
+        """Black without coverage, with so many groups."""
         return cls(
             region=region,
             groups=np.zeros((groups, *region.shape, 3), np.float32),
@@ -73,7 +73,7 @@ class Radiance:
         return self.rgba[..., :3]
 
     def relit(self, gains: Sequence[Color]) -> "Radiance":
-        """The same with each group's light made so much stronger in red, green and blue."""
+        """The same with each group's light multiplied by its gain in red, green and blue."""
         if len(gains) != len(self.groups):
             raise GeometryError(f"{len(gains)} gains are given for {len(self.groups)} groups of lights")
         lit = self.groups * np.array(gains, np.float32).reshape(-1, 1, 1, 3)

@@ -1,4 +1,4 @@
-"""How light becomes an image: the optics' spread of it, and the detector."""
+"""Settings of the optics, which spread light, and of the detector, which turns it into an image."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 @dataclass(frozen=True, kw_only=True)
 class Optics:
-    """What lens and housing do to light on its way, in pixels of the detector; nothing unless set.
+    """Effects of lens and housing on light, in pixels of the detector; none by default.
 
     psf_sigma: standard deviation of the Gaussian core of the point spread function.
     glare: share of all light that is scattered into a wide halo, whose profile is (1 + (r / glare_core)^2) **
@@ -43,29 +43,19 @@ class AutoExposure:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """How radiance becomes numbers. The unit range is that of the signal: its 1 is the ADC's full scale.
+    """Settings by which radiance becomes numbers. The unit range is that of the signal: its 1 is the ADC's full scale.
 
-    exposure: factor from radiance (W/m2/sr) to the unit range.
-    time: seconds.
-    iso: in ISO's numbers.
-    auto_exposure: the metering; None for an exposure as it is given.
-    channels: "mono" or "rgb"; mono adds red, green and blue by `panchromatic`.
-    quantum_efficiency: shares of the red, green and blue light that are detected.
-    panchromatic: weights by which a mono sensor adds red, green and blue.
-    gain: electrons per step of the ADC at ISO 100; 0 for a detector without noise or steps.
-    full_well: electrons that a pixel holds at most; 0 for any number.
-    read_noise: its standard deviation, electrons; 0 for none.
-    dark_current: electrons per second.
-    prnu: standard deviation of the pixels' relative gain.
-    pattern_seed: of the pattern of those gains, which is drawn once for all pictures.
-    adc_bits: bits of the ADC.
-    black_level: steps of the ADC that are added to the signal.
-    contrast: exponent of the linear signal about mid-grey.
-    saturation: factor on each colour's distance from its luminance.
-    filter: factors on red, green and blue.
-    encoding: the transfer curve of the written numbers: "linear", "srgb", or "gamma".
-    gamma: what the encoding "gamma" takes the root of.
-    bit_depth: bits of the written numbers, 8 or 16.
+    exposure: factor from radiance (W/m2/sr) to the unit range. time: seconds. iso: in ISO's numbers. auto_exposure: the
+    metering; None for an exposure as it is given. channels: "mono" or "rgb"; mono adds red, green and blue by
+    `panchromatic`. quantum_efficiency: shares of the red, green and blue light that are detected. panchromatic: weights
+    by which a mono sensor adds red, green and blue. gain: electrons per step of the ADC at ISO 100; 0 for a detector
+    without noise or steps. full_well: electrons that a pixel holds at most; 0 for any number. read_noise: its standard
+    deviation, electrons; 0 for none. dark_current: electrons per second. prnu: standard deviation of the pixels'
+    relative gain. pattern_seed: the seed of the pattern of those gains, which is sampled once for all pictures.
+    adc_bits: bits of the ADC. black_level: steps of the ADC that are added to the signal. contrast: exponent of the
+    linear signal about mid-grey. saturation: factor on each colour's distance from its luminance. filter: factors on
+    red, green and blue. encoding: the transfer curve of the written numbers: "linear", "srgb", or "gamma". gamma: what
+    the encoding "gamma" takes the root of. bit_depth: bits of the written numbers, 8 or 16.
     """
 
     exposure: float = 1.0

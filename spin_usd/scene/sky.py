@@ -1,4 +1,4 @@
-"""Where Sun, target and planet are in a stage's pictures, in camera axes."""
+"""Places of Sun, target and planet in a stage's pictures, in camera axes."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from spin_usd.arrays import Float
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sky:
-    """Where things are in the pictures; arrays of one row for each picture, or of one for all.
+    """Places of Sun, target and planet in the pictures; arrays have one row for each picture, or one for all.
 
     sun: unit directions to it · target: its middle, metres, in a ball of `target_radius` · planet: its centre, metres ·
     radii: its least and greatest semi-axis · frame: unit directions (M, 3) through the rim of the picture.

@@ -16,7 +16,7 @@ MAX_PARTS = 2**16 - 1  # part ids are 16-bit in the segmentation label
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A piece of the target that the segmentation label tells apart. `id` counts from 1 in order of prim path."""
+    """A piece of the target that the segmentation label distinguishes. `id` counts from 1 in order of prim path."""
 
     id: int
     path: str
@@ -48,7 +48,7 @@ class Target:
 
     @cached_property
     def coloured(self) -> bool:
-        """Whether a picture in colour may show more than one in grey."""
+        """True where a picture in colour may show more than one in grey."""
         colours = [material.diffuse_color for material in self.materials]
         return any(len(set(colour)) > 1 if isinstance(colour, tuple) else True for colour in colours)
 

@@ -43,7 +43,7 @@ class Image:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Its rows and columns."""
+        """The image's rows and columns."""
         return self.pixels.shape[0], self.pixels.shape[1]
 
     @cached_property
@@ -82,7 +82,7 @@ class Tiles:
 
 @dataclass(frozen=True, kw_only=True)
 class Coordinates:
-    """Where on an image a surface point lies: the 2-D primvar of that name, or `constant` where `primvar` is None,
+    """The place of a surface point on an image: the 2-D primvar of that name, or `constant` where `primvar` is None,
     moved by `matrix`, the rows of [[a, b, c], [d, e, f]]: s' = a s + b t + c, t' = d s + e t + f. (0, 0) is the image's
     lower left corner, (1, 1) its upper right."""
 

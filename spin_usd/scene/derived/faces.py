@@ -1,4 +1,5 @@
-"""What a mesh's faces are, by their numbers: its own and those of its instances, which are worked out as asked for."""
+"""Attributes of a mesh's faces by their numbers: of its own faces, and of its instances', which are computed when asked
+for."""
 
 from collections.abc import Callable
 from typing import Any
@@ -58,7 +59,8 @@ def _looked_up(
     own: Callable[[Numbers], NDArray[Any]],
     instanced: Callable[[Instances, Numbers, Numbers], NDArray[Any]],
 ) -> NDArray[Any]:
-    """(N, ...) what `own` says of the mesh's own faces, and `instanced` of those in places (M,) of instances."""
+    """(N, ...) the values that `own` gives for the mesh's own faces, and `instanced` of those in places (M,) of
+    instances."""
     if not mesh.instances:
         return own(face)
     first = np.array([0, *(number for number, _ in mesh.numbered)])

@@ -36,8 +36,8 @@ class UnitLight:
 
 @dataclass(frozen=True, kw_only=True)
 class LightGroups:
-    """Which light groups a scene has. placed: indices into Scene.lights of those with a group each; whether domes and
-    planets light the target; whether its materials shine themselves."""
+    """The light groups that a scene has. placed: indices into Scene.lights of those with a group each; surroundings:
+    whether domes and planets light the target · emission: whether its materials emit."""
 
     placed: tuple[int, ...]
     surroundings: bool
@@ -103,8 +103,8 @@ def _lights_planets(light: Light) -> bool:
 
 
 def _around_reference(scene: Scene) -> Color:
-    """The colour that all of what shines from around is proportional to: in red, green and blue each that of the first
-    light that has any, else 0."""
+    """The colour that all light from around is proportional to: in red, green and blue each that of the first light
+    that has any, else 0."""
     colours = [_emission(scene.lights[i]) for i in _around(scene)]
     r, g, b = (next((colour[c] for colour in colours if colour[c]), 0.0) for c in range(3))
     return r, g, b
@@ -115,7 +115,7 @@ def _shines(scene: Scene) -> bool:
 
 
 def _emission(light: Light) -> Color:
-    """What is proportional to its strength."""
+    """The light's own number that is proportional to its strength."""
     if isinstance(light, DistantLight):
         return light.irradiance
     return light.radiance if isinstance(light, DomeLight) else light.emission
@@ -135,12 +135,12 @@ def _gain(light: Light, unit: Light) -> Color:
 
 
 def _reaching(light: Light) -> Color:
-    """What the target gets is proportional to it."""
+    """The number that the target's light is proportional to."""
     return light.at_target if isinstance(light, DistantLight) else _emission(light)
 
 
 def _irradiance(light: Light, scene: Scene) -> float:
-    """About the irradiance that the target gets from the light, over its emission: the solid angle of its source."""
+    """The irradiance at the target over the light's emission, about: the solid angle of the source."""
     if isinstance(light, DistantLight):
         return 1.0
     if isinstance(light, DomeLight):
@@ -158,7 +158,7 @@ def _class(ratio: float) -> float:
 
 
 def _mean(colour: Sequence[float]) -> float:
-    """Of red, green and blue alike: none of the three is to be noisy."""
+    """The mean of red, green and blue, which count alike: none of the three is to be noisy."""
     return sum(colour) / 3
 
 

@@ -1,4 +1,4 @@
-"""Whether a picture shows its target in the light: from where the Sun and the camera are, before rendering."""
+"""The share of the visible surface that the Sun lights, from where Sun and camera are, before rendering."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,8 @@ the dark. None where others light it too: lamps, domes, what shines itself."""
 
 
 def suns_of(scene: Scene) -> Suns:
-    """Those of one picture. The light of planets does not count: it reaches what the Sun lights, and less brightly."""
+    """The suns of one picture. The light of planets does not count: it reaches what the Sun lights, and less
+    brightly."""
     groups = LightGroups.of(scene)
     lights = [scene.lights[i] for i in groups.placed]
     suns = [light for light in lights if isinstance(light, DistantLight)]

@@ -1,4 +1,4 @@
-"""Where each pixel's own ray meets the triangle that the renderer saw there, in double precision.
+"""The points where each pixel's own ray meets the triangle that the renderer saw there, in double precision.
 
 A renderer only decides *which* triangle a pixel shows; this file decides *where* on it, from the camera and the
 mesh alone. So no renderer's float32 enters a label, and two renderers that see the same triangle agree to the bit.
@@ -99,7 +99,8 @@ def shading_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float
 
 
 def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
-    """Barycentric weights (N, 3) of the `body` points (N, 3) on their faces (N,): what scene.lookup takes."""
+    """Barycentric weights (N, 3) of the `body` points (N, 3) on their faces (N,): the weights that scene.derived.lookup
+    takes."""
     return _barycentric(body, corners_of(mesh, face))
 
 

@@ -76,7 +76,7 @@ def sentence(found: Views, kind: ViewKind) -> str:
 
 
 def mostly(found: Views, kind: ViewKind) -> bool:
-    """Whether most of the pictures are of the kind."""
+    """Return whether most of the pictures are of the kind."""
     return 2 * found.count(kind) > found.pictures
 
 

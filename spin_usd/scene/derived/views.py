@@ -1,4 +1,4 @@
-"""What pictures show of their target: its size, how far it is, and which have it out of sight or in the dark."""
+"""Views: the target's size and distance in the pictures, and which have it out of sight or in the dark."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -45,7 +45,8 @@ class ViewKind(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class PicturesOfKind:
-    """How many of the `among` pictures that were looked at are of a kind, and the names of the first of them."""
+    """The pictures of a kind: their `count` among the `among` that were looked at, and the names of the first of
+    them."""
 
     count: int
     among: int
@@ -54,9 +55,9 @@ class PicturesOfKind:
 
 @dataclass(frozen=True, kw_only=True)
 class Views:
-    """What `pictures` pictures show. size (3,): edges of the target's bounding box along the body's axes, metres, where
-    it is largest · distance: from the camera to the middle of that box, metres · pixels: across the ball around the
-    target, where it is in the frame (None where it never is) · of: the pictures of each kind that there is."""
+    """The target in `pictures` pictures. size (3,): edges of the target's bounding box along the body's axes, metres,
+    where it is largest · distance: from the camera to the middle of that box, metres · pixels: across the ball around
+    the target, where it is in the frame (None where it never is) · of: the pictures of each kind that there is."""
 
     pictures: int
     size: tuple[float, float, float]
@@ -65,7 +66,7 @@ class Views:
     of: Mapping[ViewKind, PicturesOfKind] = field(default_factory=dict)
 
     def count(self, *kinds: ViewKind) -> int:
-        """How many pictures are of one of the `kinds`, which exclude one another."""
+        """The number of pictures of one of the `kinds`, which exclude one another."""
         return sum(self.of[kind].count for kind in kinds if kind in self.of)
 
     def as_json(self) -> dict[str, Any]:

@@ -44,8 +44,8 @@ def obscuration(light: DistantLight, planets: tuple[Planet, ...], place_cam: Flo
 
 
 def _shadow(light: DistantLight, planet: Planet, place_cam: Float) -> tuple[bool, bool]:
-    """Whether the planet may hide some of the light's disc at the place, and whether it hides all of it for certain: by
-    the balls around it and within it, which spare most pictures the rays."""
+    """Return whether the planet may hide some of the light's disc at the place, and whether it surely hides all of it.
+    The balls around it and within it decide that, so that most pictures need no rays."""
     centre = planet.T_cam_planet.translation - place_cam
     far = float(np.linalg.norm(centre))
     if far <= max(planet.radii):

@@ -1,4 +1,4 @@
-"""Stars at random, as many and as bright as the real sky's; and how bright a magnitude is."""
+"""Random stars, as many and as bright as the real sky's, and the irradiance of a magnitude."""
 
 from functools import lru_cache
 
@@ -23,7 +23,7 @@ def irradiance(magnitude: ArrayLike) -> Float:
 
 
 def star_count(limit: float) -> int:
-    """How many stars are brighter than magnitude `limit`."""
+    """The number of stars brighter than magnitude `limit`."""
     return round(BRIGHT_STARS * 10 ** (SLOPE * (limit - BRIGHT_LIMIT)))
 
 

@@ -24,7 +24,7 @@ class ImageFile:
 
 @dataclass(frozen=True, kw_only=True)
 class ImageTransform:
-    """UsdTransform2d: st is scaled, then turned counter-clockwise by `rotation_deg`, then moved."""
+    """UsdTransform2d: it scales st, then rotates it counter-clockwise by `rotation_deg`, then moves it."""
 
     scale: tuple[float, float] = (1.0, 1.0)
     rotation_deg: float = 0.0

@@ -1,4 +1,4 @@
-"""What the channels of an image file hold, so that its reader need not be told."""
+"""The meaning of an image file's channels, which travels with the file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Channels:
 
     @property
     def described(self) -> dict[str, Any]:
-        """What a record says of them, as JSON; what there is none of is left out."""
+        """The JSON of a record; entries without a value are not in it."""
         rest = {"unit": self.unit, "frame": self.frame, "encoding": self.encoding, "gamma": self.gamma}
         return {"dtype": self.dtype, "channels": dict(self.holds), **{name: it for name, it in rest.items() if it}}
 

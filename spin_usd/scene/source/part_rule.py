@@ -15,7 +15,7 @@ class PartRule:
     class_name: str | None = None
 
     def matches(self, names: Iterable[str]) -> bool:
-        """Whether one of the names is one that the pattern means."""
+        """Return whether the pattern matches one of the names."""
         return any(fnmatchcase(name, self.pattern) for name in names)
 
 

@@ -1,4 +1,4 @@
-"""Which sizes a spacecraft has, and which unit of length its model may be in where it has another."""
+"""Plausible sizes of a spacecraft, and the likely unit of a model that has another size."""
 
 from collections.abc import Callable, Sequence
 
@@ -13,7 +13,7 @@ UNITS = ((1.0, 100.0, 1000.0), (10.0, 39.37007874, 3.280839895))
 
 
 def is_plausible(size: Sequence[float] | Float) -> bool:
-    """Whether a craft with a bounding box of `size` (3,), metres, is neither too large nor too small for one."""
+    """Return whether a bounding box of `size` (3,), metres, is neither too large nor too small for a spacecraft."""
     return bool(SIZES[0] <= max(size) <= SIZES[1])
 
 

@@ -1,4 +1,4 @@
-"""How large a model is according to a reader that is not ours, to compare with what was written of it."""
+"""A model's bounds according to an independent reader, to compare with what was written of it."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class SourceBounds:
     exact: bool
 
     def agree_with(self, written: Float) -> bool:
-        """Whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""
+        """Return whether `written`, the box (2, 3) of what was written, metres, can be that of the same model."""
         within = ROUNDING * max(float(np.abs(self.whole).max()), float(np.ptp(self.whole, axis=0).max()))
         if self.polygons is not None and not _holds(written, self.polygons, within):
             return False
