@@ -1,1 +1,1 @@
-"""What a setting costs and what its pictures are worth: formulas, the Pareto front, and the choice on it."""
+"""Cost and error of settings: the formulas, the Pareto front, and the choice on it."""

@@ -35,7 +35,7 @@ class SettingChoice:
 
     @property
     def reason(self) -> str:
-        """Why, in a sentence."""
+        """The reason of the choice, in a sentence."""
         count = len(self.outcome.figures)
         where = "the picture measured" if count == 1 else f"each of the {count} pictures measured"
         said = f"{self.setting.text} is the cheapest setting with {_bound_text(self.bound, self.criterion)} in {where}"

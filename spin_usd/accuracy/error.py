@@ -1,7 +1,7 @@
-"""Errors of renders against a reference in linear light, told apart into variance and bias.
+"""Errors of renders against a reference in linear light, separated into variance and bias.
 
-Of a pixel with the renders x_s of S seeds, x their mean, and a reference r, the mean of K parts with other seeds, whose
-own variance v is estimated from the spread of its parts:
+A pixel has the renders x_s of S seeds, their mean x, and a reference r, the mean of K parts with other seeds, whose own
+variance v is estimated from the spread of its parts:
 
 variance  sum |x_s - x|^2 / (S - 1)
 bias^2    |x - r|^2 - variance / S - v, so that neither the renders' noise nor the reference's counts as bias
@@ -9,9 +9,9 @@ relative  each over |r|^2 + eps^2, then the mean over the target's pixels; |.|^2
 
 All three are unbiased, so bias^2 comes out a little below zero where there is none.
 
-How sure a mean square is: of each seed |x_s - r|^2 - v estimates it too, as large as variance + bias^2 in expectation,
-and the standard error of their mean over the seeds is its uncertainty. It knows nothing of the reference's own error,
-below which nothing can be told where that is not far smaller than what is compared.
+The uncertainty of a mean square: |x_s - r|^2 - v of each seed estimates it too, as large as variance + bias^2 in
+expectation, and the standard error of their mean over the seeds is its uncertainty. It does not include the reference's
+own error, which limits it where that is not far smaller than the error compared.
 """
 
 import math
@@ -64,7 +64,7 @@ class Reference:
 
     @cached_property
     def error_squared(self) -> float:
-        """Its own, relative."""
+        """The reference's own mean square error, relative."""
         return _mean(self.weight * self.variance.mean(-1))
 
     def relative(self, deviation: Float) -> float:
@@ -84,12 +84,12 @@ class LinearError:
 
     @property
     def squared(self) -> float:
-        """Relative, mean square; a bias below zero is none."""
+        """The mean square error, relative; a bias below zero counts as zero."""
         return self.variance + max(self.bias_squared, 0.0)
 
 
 def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
-    """Of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
+    """The error of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
     if len(renders) < 2:
         raise InputError(f"{len(renders)} renders are given", do="make at least 2: their spread tells their variance")
     exact = renders.astype(np.float64)
@@ -107,7 +107,7 @@ def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
 
 
 def standard_error(values: Sequence[float]) -> float:
-    """Of the mean of two values or more, which are independent and alike."""
+    """The standard error of the mean of two values or more, which are independent and identically distributed."""
     return stdev(values) / math.sqrt(len(values))
 
 

@@ -1,4 +1,4 @@
-"""Of the settings measured, those that no other beats: none is as cheap and as exact."""
+"""The Pareto front: the measured settings that no other beats in both cost and error."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from spin_usd.accuracy.measurement import Configuration, Figures, Measurement
 
 
 class Criterion(Enum):
-    """How an error is counted: relative, in linear light; or after the detector, over the detector's own noise."""
+    """The measure of an error: relative, in linear light; or after the detector, over the detector's own noise."""
 
     LIGHT = "light"
     IMAGE = "image"
 
 
 class Error(NamedTuple):
-    """As expected, and the most that it may be, as far as was measured."""
+    """An error as expected, and the most that it may be, as far as was measured."""
 
     expected: float
     at_most: float
@@ -39,7 +39,7 @@ class Outcome:
         return sum(each.cpu_s for each in self.figures) / len(self.figures)
 
     def errors(self, criterion: Criterion) -> tuple[Error, ...]:
-        """Of each picture."""
+        """The error of each picture."""
         if criterion is Criterion.LIGHT:
             return tuple(Error(each.error, each.error_at_most) for each in self.figures)
         pairs = zip(self.figures, self.noise_dn, strict=True)
@@ -51,18 +51,18 @@ class Outcome:
         return most.index(max(most))
 
     def error(self, criterion: Criterion) -> Error:
-        """Of the worst picture."""
+        """The error of the worst picture."""
         return self.errors(criterion)[self.worst(criterion)]
 
     @property
     def in_image(self) -> tuple[float, float]:
-        """Of the worst picture after the detector the error and the detector's own noise, digital numbers."""
+        """The error after the detector and the detector's own noise in the worst picture, digital numbers."""
         place = self.worst(Criterion.IMAGE)
         return self.figures[place].error_dn, self.noise_dn[place]
 
 
 def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
-    """Of the settings that were measured on all pictures, in the order in which they were."""
+    """The outcomes of the settings that were measured on all pictures, in the order of the measurement."""
     measured: dict[Configuration, dict[str, Figures]] = {}
     for figures in measurement.figures:
         measured.setdefault(figures.setting, {})[figures.frame] = figures

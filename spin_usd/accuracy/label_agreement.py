@@ -14,7 +14,7 @@ from spin_usd.geometry.transform import Transform
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LabelImages:
-    """Of the whole frame, 0 = nothing: depth (H, W), metres; part (H, W), ids; body (H, W, 3), metres."""
+    """The labels of a whole picture, 0 = nothing: depth (H, W), metres; part (H, W), ids; body (H, W, 3), metres."""
 
     depth: NDArray[Any]
     part: NDArray[Any]
@@ -28,7 +28,7 @@ class LabelImages:
 
 @dataclass(frozen=True, kw_only=True)
 class Viewpoint:
-    """How the picture was taken, which decides where a body point appears."""
+    """The camera and pose of a picture, which decide where a body point appears."""
 
     camera: Camera
     T_cam_body: Transform
@@ -37,7 +37,8 @@ class Viewpoint:
 def agreement(
     ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
-    """Of the labels `ours` of `renderer`, with those of the renderer `against`; two empty silhouettes are one."""
+    """The agreement of the labels `ours` of `renderer` with those of the renderer `against`; two empty silhouettes
+    agree."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
     apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
     return LabelFigures(
@@ -52,7 +53,7 @@ def agreement(
 
 
 def _worst_reprojection(labels: LabelImages, sight: Viewpoint) -> float:
-    """How far, pixels, the projection of a pixel's body point is from that pixel's centre, at the worst."""
+    """The largest distance, pixels, of the projection of a pixel's body point from that pixel's centre."""
     rows, columns = np.nonzero(labels.seen)
     body = labels.body[rows, columns].astype(np.float64)
     found: Float = sight.camera.project(sight.T_cam_body.points(body))

@@ -1,4 +1,4 @@
-"""What a measurement knows of a setting that was not chosen from it."""
+"""Look-up of a setting in a measurement from which it was not chosen."""
 
 from spin_usd.accuracy.front import Criterion, Outcome, outcomes
 from spin_usd.accuracy.measurement import Configuration, Measurement
@@ -6,12 +6,13 @@ from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 
 
 def outcome_of(measurement: Measurement, setting: Configuration) -> Outcome | None:
-    """None where it was not measured on all pictures."""
+    """The outcome of a setting; None where it was not measured on all pictures."""
     return next((each for each in outcomes(measurement) if each.setting == setting), None)
 
 
 def expectation(measurement: Measurement, outcome: Outcome) -> str:
-    """Its expected error, light and cost, and the cheapest setting of its renderer that is cheaper and more exact."""
+    """A sentence on the outcome's expected error, light and cost, and on the cheapest setting of its renderer that is
+    cheaper and more exact."""
     error = f"{error_text(outcome, Criterion.LIGHT)}{light_text(outcome)}"
     said = f"expected error {error}, for {cost_text(outcome)}, as measured on this stage"
     better = [each for each in outcomes(measurement) if _beats(each, outcome)]

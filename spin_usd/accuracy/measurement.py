@@ -1,6 +1,6 @@
-"""What `measure` found of a stage: of each setting, on each of a few pictures, its cost and its error.
+"""The results of `measure` for a stage: cost and error of each setting on each of a few pictures.
 
-Errors are of the target's pixels against a converged reference, root mean square. In linear light they are relative: of
+Errors are of the target's pixels against a converged reference, root mean square. In linear light they are relative:
 each pixel's deviation over the root of its radiance squared plus the square of FLOOR x the target's mean. FLOOR is 0.4
 (accuracy.error).
 """
@@ -49,14 +49,14 @@ class MeasuredPicture:
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """A setting on a picture.
+    """Cost and error of a setting on a picture.
 
     seeds: so many renders with different seeds · cpu_s, wall_s: median seconds of a render; memory_bytes: the most that
     its process held · variance, bias_squared: of the relative error, so that their sum is its mean square; uncertainty:
-    the standard error of that, over the seeds, and the reference's own mean square error where it was capped, for what
-    is less cannot be told; brightness: the target's light over the reference's, minus 1 · error_dn: RMS difference
-    after the detector, without its noise, digital numbers; error_dn_uncertainty: by how much more it is with its
-    square's uncertainty, of the same kind, added · structure: 1 - SSIM of the image around the target.
+    the standard error of that, over the seeds, and the reference's own mean square error where it was capped, for
+    smaller errors cannot be resolved; brightness: the target's light over the reference's, minus 1 · error_dn: RMS
+    difference after the detector, without its noise, digital numbers; error_dn_uncertainty: by how much more it is with
+    its square's uncertainty, of the same kind, added · structure: 1 - SSIM of the image around the target.
     """
 
     frame: str
@@ -75,7 +75,7 @@ class Figures:
 
     @property
     def error(self) -> float:
-        """Relative, root mean square."""
+        """The relative error, root mean square."""
         return float(self._square**0.5)
 
     @property
@@ -90,7 +90,7 @@ class Figures:
 
     @property
     def error_dn_at_most(self) -> float:
-        """Likewise after the detector."""
+        """The error after the detector with its uncertainty added, digital numbers."""
         return self.error_dn + self.error_dn_uncertainty
 
     @property
@@ -126,10 +126,10 @@ class Execution:
 
 @dataclass(frozen=True, kw_only=True)
 class Saving:
-    """Work that the scene does not need and that was left out (see render.requirements), measured on a picture: median
-    CPU seconds of the same render without it and with it, made in turn; the least and the most, over the seeds, of the
-    ratio of those with it to those without; and the RMS difference between the two pictures, relative, beside what
-    another seed makes (`noise`)."""
+    """Work that the scene does not need and that was skipped (see renderers.skipped.requirements), measured on a
+    picture: median CPU seconds of the same render without it and with it, made in turn; the least and the most, over
+    the seeds, of the ratio of those with it to those without; and the RMS difference between the two pictures,
+    relative, beside what another seed makes (`noise`)."""
 
     frame: str
     what: str
@@ -143,7 +143,7 @@ class Saving:
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """What could not be measured of a picture, such as a setting's text, and why."""
+    """A measurement of a picture that failed: `what`, such as a setting's text, and the reason."""
 
     frame: str
     what: str
@@ -168,12 +168,12 @@ class Measurement:
     reference_share: float = 0.1
 
     def as_json(self) -> dict[str, Any]:
-        """By the schema measure-1."""
+        """The measurement as JSON by the schema measure-1."""
         return {"schema": "measure-1", "formulas": FORMULAS, **asdict(self)}
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Measurement":
-        """Of what `as_json` made, checked by the schema."""
+        """The measurement of the JSON that `as_json` makes, already checked by the schema."""
         return cls(
             stage=value["stage"],
             variant=value["variant"],

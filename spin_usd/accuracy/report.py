@@ -31,7 +31,7 @@ linear light (`light`) or after the detector (`image`); `--error` chooses from i
 
 
 def in_full(measurement: Measurement) -> str:
-    """All of it, in Markdown."""
+    """The whole measurement in Markdown."""
     tables = (
         ("Pictures and their references", FRAMES, _frames(measurement)),
         ("Labels, one renderer against another", LABELS, _labels(measurement)),
@@ -48,7 +48,7 @@ def in_full(measurement: Measurement) -> str:
 
 
 def in_short(measurement: Measurement) -> str:
-    """Its settings in aligned columns, the cheapest first."""
+    """The measurement's settings in aligned columns, the cheapest first."""
     return in_columns(SHORT, [_short(each, on) for each, on in _by_cost(measurement)])
 
 

@@ -1,4 +1,4 @@
-"""What can be asked of a measurement by name, and what it comes to: setting, cost, errors."""
+"""The named choices of a measurement, and their outcomes: setting, cost, errors."""
 
 from collections.abc import Iterator
 
@@ -20,8 +20,8 @@ HEADINGS = (
 
 
 def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
-    """What is asked, and what was measured of it: the named qualities, `--error auto`, and PLAIN. None: it was not
-    measured on all pictures, or no setting is good enough."""
+    """The named qualities, `--error auto` and PLAIN, each with its outcome; None where it was not measured on all
+    pictures, or no setting is good enough."""
     asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
     for name, effort in asked.items():
         yield name, outcome_of(measurement, Configuration(renderer="blender", effort=effort))
@@ -29,7 +29,7 @@ def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
 
 
 def choices(measurement: Measurement) -> str:
-    """In Markdown."""
+    """The named choices as a table in Markdown."""
     return in_markdown(HEADINGS, list(_rows(measurement)))
 
 

@@ -1,4 +1,4 @@
-"""Which settings are measured, and on which pictures."""
+"""The settings that are measured, and the pictures on which they are."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,7 +29,7 @@ def settings_to_measure(
 
 
 def base_effort(most_samples: int) -> Effort:
-    """What one thing at a time is changed of."""
+    """The effort of which one setting at a time is changed."""
     return Effort(samples=min(BASE_SAMPLES, most_samples))
 
 

@@ -1,4 +1,4 @@
-"""What a setting is expected to do, in words: its worst picture's error with its uncertainty, its light, its cost."""
+"""Phrases on a setting's expected results: its worst picture's error with its uncertainty, its light, its cost."""
 
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.tables import number, percent
@@ -7,19 +7,19 @@ WORTH_SAYING = 0.01  # of the target's light
 
 
 def expected(outcome: Outcome, criterion: Criterion) -> str:
-    """Its error and its cost."""
+    """The error and the cost of an outcome."""
     return f"{error_text(outcome, criterion)} for {cost_text(outcome)}"
 
 
 def error_text(outcome: Outcome, criterion: Criterion) -> str:
-    """In the worst picture, with what it may be more."""
+    """The error in the worst picture, with its uncertainty."""
     error, most = outcome.error(criterion)
     value, unit = (percent, "") if criterion is Criterion.LIGHT else (number, " times the noise")
     return f"{value(error)}{f' ± {value(most - error)}' if most > error else ''}{unit}"
 
 
 def light_text(outcome: Outcome) -> str:
-    """Such as ", the target 3 % darker" in the worst picture; nothing where it is hardly so."""
+    """A phrase such as ", the target 3 % darker" for the worst picture; "" where the difference is hardly visible."""
     brightness = max((each.brightness for each in outcome.figures), key=abs)
     if abs(brightness) <= WORTH_SAYING:
         return ""

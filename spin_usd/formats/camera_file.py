@@ -50,7 +50,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
 
 
 def _notes(document: dict[str, Any], camera: Camera) -> Iterator[str]:
-    """What it lacks or has otherwise than a calibration of its pictures would, each as the end of a sentence."""
+    """The ways in which the file differs from a calibration of its pictures, each as the end of a sentence."""
     if "distCoeffs" not in document:
         yield "has no 'distCoeffs': its lens is taken for one without distortion"
     elif len(_listed(document["distCoeffs"])) == 4:

@@ -28,7 +28,7 @@ LONGEST_NAME = 100  # it names files too, beside a suffix
 
 @dataclass(frozen=True, kw_only=True)
 class SampleEntry:
-    """What one parameter is drawn from: `words` name its distribution and the numbers of that, in `unit`."""
+    """The distribution of one parameter: `words` name it and its numbers, in `unit`."""
 
     parameter: str
     words: Mapping[str, Any]
@@ -38,7 +38,7 @@ class SampleEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class AugmentationEntry:
-    """One augmentation: a name of its own, the variants it selects (set -> variant), what it draws."""
+    """One augmentation: a name of its own, the variants it selects (set -> variant), the parameters that it samples."""
 
     name: str
     select: Mapping[str, str] = field(default_factory=dict)
@@ -101,7 +101,7 @@ def check_document(document: Any, schema: str, where: object) -> None:
 
 
 def _sentence(error: ValidationError) -> str:
-    """What jsonschema found, in fewer words where it prints whole tables."""
+    """The finding of jsonschema, shorter where it prints whole tables."""
     if error.validator == "additionalProperties" and isinstance(error.instance, dict):
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
         known, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
@@ -117,7 +117,7 @@ def _sentence(error: ValidationError) -> str:
 
 
 def _choices_of_missing(error: ValidationError) -> str:
-    """What to add for the key that is missing, "" where the schema does not list its values."""
+    """A hint on what to add for the missing key, "" where the schema does not list its values."""
     schema: Any = error.schema
     document: Any = error.instance
     missing = next(key for key in schema["required"] if key not in document)

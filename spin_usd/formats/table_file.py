@@ -17,7 +17,7 @@ from spin_usd.formats.json_file import read_json_file
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """What a table is of: `key` heads its names, `required` and `optional` its other columns."""
+    """The columns of a table: `key` heads its names, `required` and `optional` its other columns."""
 
     key: str
     required: tuple[str, ...]
@@ -92,7 +92,7 @@ def _row(where: str, raw: Any, table: Table, shape: str) -> Row:
 
 
 def _shape(table: Table, path: Path) -> str:
-    """What a row looks like in the file at `path`."""
+    """A description of a row in the file at `path`."""
     key, columns = table.key.upper(), ", ".join(table.columns)
     if path.suffix.lower() == ".toml":
         return f'"{key}" = [{columns}], one such line for each {table.key}'

@@ -56,12 +56,12 @@ def texture_of(name: str, data: bytes) -> ImageFile:
 
 
 def color_space(file: ImageFile) -> str:
-    """What colours in such a file are encoded in: EXR is linear."""
+    """The colour space of such a file: EXR is linear."""
     return RAW if file.name.endswith(EXR) else SRGB
 
 
 def has_alpha(file: ImageFile) -> bool:
-    """Whether the image has a channel of opacity; not known, so False, of EXR."""
+    """Return whether the image has a channel of opacity; False for EXR, where it is not examined."""
     if file.name.endswith(EXR):
         return False
     image = _decoded(file.name, file.data)
@@ -69,7 +69,7 @@ def has_alpha(file: ImageFile) -> bool:
 
 
 def is_grey(file: ImageFile) -> bool:
-    """Whether red, green and blue are the same all over; not known, so False, of EXR."""
+    """Return whether red, green and blue are the same all over; False for EXR, where it is not examined."""
     if file.name.endswith(EXR):
         return False
     image = _decoded(file.name, file.data)

@@ -1,4 +1,4 @@
-"""What a label is: one kind of ground truth for every pixel of a picture."""
+"""Labels: kinds of ground truth for every pixel of a picture."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How camera rays start: the decision, and the text of the camera shader that starts them.
+"""The start of camera rays: where it is, and the text of the camera shader that sets it.
 
 Blender's world here has a camera's axes (x right, y up, looking along -z). Up to NEAR_RADII target radii its origin is
 the camera, whose rays start there. Further off its origin is the target's centre, and each ray starts just before the
@@ -45,13 +45,13 @@ class View:
 
     @classmethod
     def sharp(cls, scene: Scene) -> "View":
-        """What the labels see: a pinhole, and the target where it is in the middle of the shutter's time."""
+        """The view of the labels: a pinhole, and the target as it is in the middle of the shutter's time."""
         mesh = scene.target.mesh
         return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
 
     @classmethod
     def blurred(cls, scene: Scene) -> "View":
-        """What the picture sees: through the thin lens, for as long as the shutter is open."""
+        """The view of the picture: through the thin lens, for as long as the shutter is open."""
         still, mesh = cls.sharp(scene), scene.target.mesh
         way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
         return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)
@@ -62,14 +62,15 @@ class View:
 
     @property
     def near(self) -> bool:
-        """Whether rays start at the camera. A target at a right angle or behind has no ray of its own to start on."""
+        """True where rays start at the camera. A target at a right angle or behind has no ray of its own to start
+        on."""
         x, y, z = np.abs(self.centre)
         return self.distance <= NEAR_RADII * self.radius or bool(self.centre[2] <= 0.05 * max(x, y, z))
 
     @property
     def plain(self) -> bool:
-        """Whether Blender's own perspective camera will do: its first rays miss the pixels' centres by 1e-3 px at most,
-        which the shader puts right."""
+        """True where Blender's own perspective camera is exact enough: its first rays miss the pixels' centres by 1e-3
+        px at most, which the shader corrects."""
         low, high = PLAIN_FOCAL
         pinhole = not self.thin_lens and not self.camera.distorted
         return self.near and pinhole and low <= self.camera.fx / self.camera.width <= high

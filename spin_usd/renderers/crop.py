@@ -1,4 +1,4 @@
-"""Which boxes of pixels to render: those that the target can touch, and few enough that starting them costs little."""
+"""The boxes of pixels to render: those that the target can touch, and few enough that starting them costs little."""
 
 import numpy as np
 

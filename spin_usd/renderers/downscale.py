@@ -52,7 +52,7 @@ def _reduced_camera(camera: Camera, by: int) -> Camera:
 
 
 def _reduced_shutter(shutter: Shutter, by: int, *, rows: int, reduced_rows: int) -> Shutter:
-    """With each row exposed when the middle one is of those that it stands for."""
+    """The shutter by which each row is exposed when the middle one is of those that it stands for."""
     first, step = (by - 1) / 2 / max(rows - 1, 1), by / max(rows - 1, 1)
     return replace(shutter, first_row=first, last_row=first + step * (reduced_rows - 1))
 

@@ -1,4 +1,4 @@
-"""What a renderer must do; `raycast` and `blender` do it."""
+"""The interface of renderers; `raycast` and `blender` implement it."""
 
 from typing import Protocol
 
@@ -8,7 +8,7 @@ from spin_usd.scene.passes import Radiance, Visibility
 
 
 class Renderer(Protocol):
-    """Draws scenes one after another, keeping open whatever does not change between them.
+    """Renders scenes one after another, keeping open whatever does not change between them.
 
     Both methods look only at the scene's region of that kind, and raise RenderError when the renderer fails.
     """

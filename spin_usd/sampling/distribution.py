@@ -1,6 +1,6 @@
-"""What a number, a direction or a choice is drawn from.
+"""Distributions of numbers, directions and choices.
 
-Drawn numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
+Sampled numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
 same text everywhere, and a reader of a layer sees whole numbers.
 """
 
@@ -21,7 +21,8 @@ Value = float | str | tuple[float, ...]
 
 
 class Distribution(Protocol):
-    """Where values come from. Its fields are checked when it is made: one without a possible value is an InputError."""
+    """The source of sampled values. Its fields are checked when it is made: a distribution without a possible value is
+    an InputError."""
 
     def draw(self, rng: np.random.Generator) -> Value: ...
 
@@ -95,7 +96,7 @@ class Normal:
 
     @property
     def ends(self) -> tuple[float, ...]:
-        """Those that it has."""
+        """The ends that it has."""
         return tuple(end for end in (self.low, self.high) if math.isfinite(end))
 
     def draw(self, rng: np.random.Generator) -> float:
@@ -140,7 +141,7 @@ class Directions:
             raise InputError(found, do="give an axis, and angles from 0 to 180 with the lower first")
 
     def draw(self, rng: np.random.Generator) -> tuple[float, float, float]:
-        """Of equal solid angles all alike: the cosine from the axis is uniform."""
+        """A direction; equal solid angles are equally likely, because the cosine from the axis is uniform."""
         z = rng.uniform(math.cos(math.radians(self.most)), math.cos(math.radians(self.least)))
         turn, sine = rng.uniform(0, 2 * math.pi), math.sqrt(max(1 - z * z, 0.0))
         across, up, axis = _frame(self.axis)

@@ -1,4 +1,4 @@
-"""Poses drawn one by one: how far, where in the image, and which way round."""
+"""Poses sampled one by one: range, place in the image, and attitude."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ MAX_TRIES = 10_000  # of a place and an attitude in the picture
 
 @dataclass(frozen=True, kw_only=True)
 class PositionLaw:
-    """Where the body's origin is: `range` metres from the camera, `across` and `down` pixels from the principal point,
-    as a lens without distortion would show it.
+    """The distribution of the body's origin: `range` metres from the camera, `across` and `down` pixels from the
+    principal point, as a lens without distortion would show it.
 
     frame: width and height of the pictures whose pixels these are; in others they are the same share of the frame.
     """
@@ -37,7 +37,7 @@ class PositionLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class PoseLaw:
-    """`attitude` gives q_cam_body. whole: all of the body is in the picture."""
+    """The distribution of a pose. `attitude` gives q_cam_body. whole: all of the body is in the picture."""
 
     place: PositionLaw
     attitude: Distribution
@@ -59,7 +59,7 @@ class PoseLaw:
 
 
 def in_frame(camera: Camera, hull: Float, q_cam_body: Float, t_cam_body: Float) -> bool:
-    """Whether the corners (N, 3), body frame, lie in the picture at all of the poses (M, 4), (M, 3)."""
+    """Return whether the corners (N, 3), body frame, lie in the picture at all of the poses (M, 4), (M, 3)."""
     rotations = np.array([matrix_from_quaternion(q) for q in q_cam_body])
     uv = camera.project(np.einsum("mij,nj->mni", rotations, hull) + t_cam_body[:, None])
     return bool(((uv >= 0) & (uv <= (camera.width, camera.height))).all())  # NaN is not

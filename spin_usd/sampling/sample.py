@@ -1,4 +1,4 @@
-"""What a parameter is drawn from, in words as a specification has them, and the draws of all pictures."""
+"""The distribution of a parameter, as a specification writes it, and the values sampled for all pictures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -90,7 +90,7 @@ class Sample:
 
 @dataclass(frozen=True, kw_only=True)
 class Draws:
-    """By parameter: one value for all pictures, or one for each."""
+    """Sampled values by parameter: one value for all pictures, or one for each."""
 
     constant: Mapping[str, Value] = field(default_factory=dict)
     per_frame: Mapping[str, Sequence[Value]] = field(default_factory=dict)
@@ -99,7 +99,7 @@ class Draws:
         return parameter in self.constant or parameter in self.per_frame
 
     def of(self, parameter: str) -> Sequence[Value]:
-        """Its values: one for each picture, or the only one."""
+        """The parameter's values: one for each picture, or the only one."""
         return self.per_frame[parameter] if parameter in self.per_frame else (self.constant[parameter],)
 
 

@@ -1,9 +1,9 @@
 """Bloom: the glow that game engines put around bright pixels, an artist's means to match their pictures.
 
-Not physics: light below the threshold is not scattered (for that see `glare`). It follows the behaviour of Unity's
-High Definition Render Pipeline: a soft threshold on the brightest channel, Gaussians that double in width from one
-resolution to the next, each blended over the last by the scatter, and an intensity of 2^i - 1. What is taken from a
-bright pixel is what its glow adds.
+Not physics: light below the threshold is not scattered (for that see `glare`). It follows the behaviour of Unity's High
+Definition Render Pipeline: a soft threshold on the brightest channel, Gaussians that double in width from one
+resolution to the next, each blended over the last by the scatter, and an intensity of 2^i - 1. A bright pixel loses the
+light that its glow adds.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""From radiance to the image: what lies behind is put there, then optics, then the detector."""
+"""Development of radiance into the image: the background is added, then come optics and detector."""
 
 from typing import Any
 
@@ -24,8 +24,8 @@ def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *
 
 
 def developed_without_noise(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None) -> Float:
-    """The image that `develop` makes as it is without the detector's noise and before any rounding: (H, W) or
-    (H, W, 3), digital numbers."""
+    """The image that `develop` makes, but without the detector's noise and before any rounding: (H, W) or (H, W, 3),
+    digital numbers."""
     sensor = exposed(scene.sensor, radiance)
     return without_noise(_collected(scene, sensor, radiance, sky), sensor)
 

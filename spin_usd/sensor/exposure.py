@@ -18,8 +18,8 @@ def metered(sensor: Sensor, radiance: Radiance) -> float:
 
 
 def exposure_end(sensor: Sensor, radiance: Radiance) -> str | None:
-    """Which end of its range auto-exposure stopped at, "shortest" or "longest", more than a stop short of its level;
-    None where it did not."""
+    """The end of its range, "shortest" or "longest", at which auto-exposure stopped more than a stop short of its
+    level; None where it did not stop at one."""
     wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
     if wanted is None or low / STOP <= wanted <= high * STOP:
         return None
@@ -33,7 +33,7 @@ def exposed(sensor: Sensor, radiance: Radiance) -> Sensor:
 
 
 def _limits(sensor: Sensor) -> tuple[float, float]:
-    """Of the factor on the exposure time."""
+    """The limits of the factor on the exposure time."""
     if sensor.auto_exposure is None:
         return 1.0, 1.0
     low, high = sensor.auto_exposure.stops
@@ -43,7 +43,7 @@ def _limits(sensor: Sensor) -> tuple[float, float]:
 def _wanted(sensor: Sensor, radiance: Radiance) -> float | None:
     """The factor that would bring the target to its level, whatever the limits; None without auto-exposure or target.
 
-    Metered is the target's radiance averaged over what it covers, weighed as a panchromatic detector would.
+    The meter averages the target's radiance over the pixels that it covers, weighted as by a panchromatic detector.
     """
     rule = sensor.auto_exposure
     covered = float(radiance.rgba[..., 3].sum(dtype=np.float64))

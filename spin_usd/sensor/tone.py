@@ -1,4 +1,4 @@
-"""What is done to a detector's numbers before they are written: adjustments of taste, and the transfer curve."""
+"""Tone: the adjustments of taste and the transfer curve between a detector's numbers and those written."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def written(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
 
 
 def unrounded(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
-    """What `written` rounds. Raises as it does."""
+    """The numbers that `written` rounds. Raises as it does."""
     if sensor.bit_depth not in DTYPES:
         raise UnsupportedError(f"the sensor has {sensor.bit_depth} bits", do="choose 8 or 16")
     encoded = encode(adjusted(signal, sensor), sensor.encoding, sensor.gamma)
@@ -48,7 +48,7 @@ def adjusted(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
 
 
 def mixes_channels(sensor: Sensor) -> bool:
-    """Whether a written number depends on the other channels of its pixel."""
+    """Return whether a written number depends on the other channels of its pixel."""
     return sensor.channels == "rgb" and sensor.saturation != 1
 
 

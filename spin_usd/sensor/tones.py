@@ -1,4 +1,4 @@
-"""How bright the target is in an image: by its own pixels, for most of a frame is empty sky."""
+"""Brightness of the target in an image, by its own pixels: most of a picture is empty sky."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,8 +19,8 @@ COVERED = 0.5  # of a pixel: the target's
 
 @dataclass(frozen=True, kw_only=True)
 class Tones:
-    """Of the target's `pixels` in an image: their `mean`, as a share of the highest number; the share of them that is
-    `dark`, in every channel too near to black to show, and that is `saturated`, at full scale in every."""
+    """Brightness of the target's `pixels` in an image: their `mean`, as a share of the highest number; the shares of
+    them that are `dark`, too near to black to show in every channel, and `saturated`, at full scale in every one."""
 
     pixels: int
     mean: float
@@ -29,8 +29,8 @@ class Tones:
 
 
 def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Tones | None:
-    """Those of `image`, (H, W) or (H, W, 3), which `sensor` wrote of the target's `radiance`; None where no pixel is
-    the target's."""
+    """The tones of `image`, (H, W) or (H, W, 3), which `sensor` wrote of the target's `radiance`; None where no pixel
+    is the target's."""
     covered = radiance.coverage >= COVERED
     if not covered.any():
         return None
@@ -45,7 +45,7 @@ def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Ton
 
 
 def _least_shown(sensor: Sensor) -> float:
-    """What is written, as a share of the highest number, of the least light that shows."""
+    """The number written for the least light that shows, as a share of the highest number."""
     black, noise = in_the_dark(sensor)
     signal = black + max((1 - black) / 2**STOPS, DEVIATIONS * noise)
     return float(encode(np.clip(signal, 0, 1), sensor.encoding, sensor.gamma))

@@ -41,7 +41,8 @@ Values = Callable[[int], NDArray[Any]]
 
 @dataclass
 class _Model:
-    """What has been read so far; materials by (index, texture coordinates, colours) of the parts that have them."""
+    """The part of the model that is read so far; materials by (index, texture coordinates, colours) of the parts that
+    have them."""
 
     document: Document
     parts: list[MeshPart] = field(default_factory=list)
@@ -180,7 +181,7 @@ def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float,
 
 
 def _is_empty(document: Document, primitive: Mapping[str, Any]) -> bool:
-    """Whether its points or its indices are none: the standard forbids it, and exporters write it."""
+    """Return whether it has no points or no indices: the standard forbids that, and exporters write it."""
     indices = [primitive["indices"]] if "indices" in primitive else []
     used = [at(document.entries("accessors"), index) for index in (primitive["attributes"]["POSITION"], *indices)]
     return any(accessor["count"] == 0 for accessor in used)
@@ -222,7 +223,7 @@ def _material(
 
 
 def _colors(model: _Model, entry: dict[str, Any], colors: Float, name: str) -> Float | None:
-    """What the colours make of the base colour; None, with a note where it matters, where they cannot be shown."""
+    """The base colour as the colours change it; None, with a note where it matters, where they cannot be shown."""
     if colors.shape[1] == 4 and entry.get("alphaMode", OPAQUE) != OPAQUE and (colors[:, 3] < 1).any():
         model.notes[f"the opacity in the vertex colours of {name!r} is not carried over"] = None
     if (colors[:, :3] == 1).all():

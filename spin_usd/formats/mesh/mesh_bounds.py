@@ -30,7 +30,7 @@ def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | Non
 
 
 def _has_normalised_points(document: Document) -> bool:
-    """Whether some positions are fractions of the largest integer, as KHR_mesh_quantization allows."""
+    """Return whether some positions are fractions of the largest integer, as KHR_mesh_quantization allows."""
     primitives = [primitive for mesh in document.entries("meshes") for primitive in mesh["primitives"]]
     points = [document.entries("accessors")[primitive["attributes"]["POSITION"]] for primitive in primitives]
     return any(accessor.get("normalized", False) for accessor in points)

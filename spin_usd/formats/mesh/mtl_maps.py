@@ -43,7 +43,7 @@ class MapStatement:
 
 
 def is_map(key: str) -> bool:
-    """Whether a statement's keyword assigns a texture."""
+    """Return whether a statement's keyword assigns a texture."""
     return key.lower().startswith(("map_", "bump", "norm", "disp", "refl", "decal"))
 
 
@@ -107,7 +107,7 @@ def _refuse_options(statement: MapStatement) -> None:
 
 
 def _channel(statement: MapStatement, file: ImageFile) -> str:
-    """What a scalar texture takes: as -imfchan says, else opacity where the image has it, else its grey."""
+    """The channel of a scalar texture: as -imfchan says, else opacity where the image has it, else its grey."""
     asked = (*statement.options.get("-imfchan", ()), "")[0].lower()
     if asked in CHANNELS:
         return CHANNELS[asked]

@@ -1,4 +1,4 @@
-"""How much of a surface is there, from MTL's `d` and `Tr`, of which only `d` stands in the format's own text.
+"""Opacity from MTL's `d` and `Tr`, of which only `d` stands in the format's own text.
 
 To most programs Tr is 1 - d, to others another name of d: MeshLab, openMVS and mvs-texturing wrote `Tr 1` and no d of
 opaque materials for years (MeshLab issue 1399, openMVS pull request 1285, mvs-texturing pull request 97), IfcOpenShell
@@ -14,14 +14,14 @@ AGREEMENT = 0.01  # exporters round d and Tr apart
 
 @dataclass(frozen=True, kw_only=True)
 class Statements:
-    """What one material says, None where it says nothing."""
+    """The statements of one material on its opacity, None where it has none."""
 
     d: float | None = None
     tr: float | None = None
 
 
 def tr_is_opacity(library: Collection[Statements]) -> bool:
-    """Whether the writer of a library means by Tr what d means: see the file's head."""
+    """Return whether the writer of a library gives Tr the meaning of d: see the head of this file."""
     alone = {said.tr for said in library if said.d is None and said.tr is not None}
     return 1.0 in alone and 0.0 not in alone
 
@@ -36,7 +36,7 @@ def opacity(said: Statements, tr_is_d: bool) -> float:
 
 
 def opacity_note(said: Statements, tr_is_d: bool) -> str | None:
-    """What a user should know of a material whose opacity this file's rule has decided."""
+    """A note for the user on a material whose opacity was decided by this file's rule."""
     if said.tr is None:
         return None
     if said.d is not None:

@@ -27,13 +27,13 @@ class Air:
         return cls(scale_height=planet.atmosphere / float(np.mean(planet.radii)), depth=planet.haze)
 
     def mass(self, cosine: Float32) -> Float32:
-        """(N,) from the surface to space, at the `cosine` of the zenith angle, 0 for one below the horizon."""
+        """(N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the horizon."""
         bent = np.float32(2 * self.scale_height / np.pi)
         return np.asarray(1 / np.sqrt(np.square(np.maximum(cosine, 0)) + bent))
 
     @property
     def limb_mass(self) -> float:
-        """From space to space along the horizon."""
+        """The air mass of a ray from space to space along the horizon."""
         return float(np.sqrt(2 * np.pi / self.scale_height))
 
     def thinned(self, height: Float32) -> Float32:
@@ -41,8 +41,8 @@ class Air:
         return np.exp(height * np.float32(-1 / self.scale_height))
 
     def twilight(self, cosine: Float32) -> Float32:
-        """(N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine` radians: what
-        lies above the planet's shadow."""
+        """(N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine` radians: the
+        share above the planet's shadow."""
         return np.exp(np.square(np.minimum(cosine, 0)) * np.float32(-0.5 / self.scale_height))
 
 

@@ -1,4 +1,4 @@
-"""A picture behind everything: which one, how it lies, and its pixels."""
+"""The back plate, an image behind everything: the choice among its images, their placement, and the pixels."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,7 +15,7 @@ PLATE = 1  # tells this use of a picture's seed from others
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedImage:
-    """A picture as it lies behind one frame: turned clockwise by `roll`, radians, after it was mirrored."""
+    """An image as it is placed behind one picture: rotated clockwise by `roll`, radians, after it was mirrored."""
 
     image: Image
     roll: float
@@ -23,7 +23,7 @@ class PlacedImage:
 
 
 def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
-    """What the picture with this seed has of the back plate."""
+    """The image of the back plate that the picture with this seed shows, None where it shows none."""
     there, which, turn, mirror = np.random.default_rng([seed, PLATE]).random(4)
     if there >= plate.probability:
         return None

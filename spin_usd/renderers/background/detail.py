@@ -1,4 +1,4 @@
-"""Detail finer than a planet's images: noise without end, cut off at what a pixel resolves.
+"""Detail finer than a planet's images: noise without end, cut off at the finest wave that a pixel resolves.
 
 Layers of one tile, each four times as fine as the one before. The tile lies on a Mercator map, which keeps shapes,
 about the planet's own axis, and near its poles about another.
@@ -79,6 +79,7 @@ def _repeated(place: Float32) -> Float32:
 
 
 def _resolved(footprint: Float32 | float, shortest: float) -> Float32:
-    """How much is left of the amplitude of waves of which the shortest are `shortest`: a fifth at Nyquist's limit."""
+    """The share that is resolved of the amplitude of waves, the shortest of which are `shortest`: a fifth at Nyquist's
+    limit."""
     ratio = np.square(footprint / np.float32(shortest) * np.float32(2.8))
     return np.asarray(1 / (1 + ratio * ratio), np.float32)

@@ -1,4 +1,4 @@
-"""What a dome light shows behind everything."""
+"""The radiance of a dome light behind everything."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Where rays meet an ellipsoid, in double precision."""
+"""The points where rays meet an ellipsoid, in double precision."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,8 +16,8 @@ BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rays:
-    """N rays in the camera frame: components x, y, z (N,), or one number z, float64, and their length (N,); angle
-    (N,): what each ray's pixel spans, radians."""
+    """N rays in the camera frame: components x, y, z (N,), or one number z, float64, and their length (N,); angle (N,):
+    the angle that each ray's pixel spans, radians."""
 
     x: Float
     y: Float
@@ -28,11 +28,11 @@ class Rays:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Meeting:
-    """Where rays meet a planet, or come nearest to it; lengths in its mean radius, float32 (N,).
+    """The points where rays meet a planet, or come nearest to it; lengths in its mean radius, float32 (N,).
 
     covered: share of the pixel that the planet fills · normal: x, y, z in planet axes, outward · height above the
-    surface · toward: cosine of the angle between the normal and the way back · footprint: what the pixel spans on the
-    surface.
+    surface · toward: cosine of the angle between the normal and the way back · footprint: the length that the pixel
+    spans on the surface.
     """
 
     covered: Float32
@@ -51,12 +51,12 @@ class Globe:
 
     @cached_property
     def centre(self) -> Float:
-        """(3,) from the eye, camera axes, metres."""
+        """(3,) the planet's centre from the eye, camera axes, metres."""
         return self.planet.T_cam_planet.translation - self.eye
 
     @cached_property
     def distance(self) -> float:
-        """From the eye to the centre, metres."""
+        """The distance from the eye to the centre, metres."""
         return float(np.linalg.norm(self.centre))
 
     @cached_property
@@ -67,13 +67,13 @@ class Globe:
         return min((max(planet.radii) + air) / self.distance, 1.0)
 
     def touches(self, meeting: Meeting) -> bool:
-        """Whether any of the rays meets the planet or its air."""
+        """Return whether any of the rays meets the planet or its air."""
         planet = self.planet
         air = AIR_HEIGHTS * planet.atmosphere / float(np.mean(planet.radii)) if any(planet.haze) else 0.0
         return bool(meeting.covered.any() or meeting.height.min() < air)
 
     def meet(self, rays: Rays) -> Meeting:
-        """Where the rays meet it; nothing is covered behind the eye."""
+        """The points where the rays meet the planet; nothing is covered behind the eye."""
         radii, turn = np.array(self.planet.radii), self.planet.T_cam_planet.rotation.T
         o = turn @ -self.centre / radii  # the planet is the unit sphere
         d = [m[0] * rays.x + m[1] * rays.y + m[2] * rays.z for m in turn / radii[:, None]]

@@ -1,4 +1,4 @@
-"""What comes from a planet along a ray: sunlit ground and clouds, and the air before them."""
+"""The light of a planet along rays: from sunlit ground and clouds, and from the air before them."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -42,7 +42,7 @@ def suns_of_planets(lights: tuple[Light, ...]) -> tuple[DistantLight, ...]:
 def planet_radiance(
     globe: Globe, suns: tuple[DistantLight, ...], rays: Rays, meeting: Meeting, *, fine: bool
 ) -> PlanetRadiance:
-    """What comes along the rays; with detail finer than the planet's images where `fine`."""
+    """The light along the rays; `fine` adds detail finer than the planet's images."""
     planet, air = globe.planet, Air.of(globe.planet)
     albedo = _albedo(planet, meeting, fine)
     if air is None:
@@ -90,7 +90,7 @@ def _through_air(
 
 
 def _cosine(planet: Planet, sun: DistantLight, meeting: Meeting) -> Float32:
-    """(N,) of the Sun's zenith angle."""
+    """(N,) cosine of the Sun's zenith angle."""
     s = planet.T_cam_planet.rotation.T @ -np.array(sun.direction_cam)
     n = meeting.normal
     return np.asarray(n[0] * np.float32(s[0]) + n[1] * np.float32(s[1]) + n[2] * np.float32(s[2]))
@@ -149,7 +149,7 @@ def _cloud_tables(clouds: Image) -> Float32:
 
 
 def _opacity(logit: Float32, noise: Float32, resolved: Float32) -> Float32:
-    """(N,) of clouds that cover as much of a neighbourhood as their image says, whatever of `noise` is resolved.
+    """(N,) of clouds that cover as much of a neighbourhood as their image says, however much of `noise` is resolved.
 
     There is cloud where normally distributed noise is above a threshold, with an edge of SHARPNESS; what a pixel does
     not resolve of it widens that edge.

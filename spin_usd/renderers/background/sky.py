@@ -1,4 +1,4 @@
-"""What lies behind the target, as linear radiance of every pixel: planets, stars, a dome, a back plate."""
+"""The background as linear radiance of every pixel: planets, stars, a dome, a back plate."""
 
 import numpy as np
 

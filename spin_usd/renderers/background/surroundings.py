@@ -25,7 +25,8 @@ DIGITS = 9  # of directions, and of places in planet radii, that count as the sa
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surroundings:
-    """`rotation` (3, 3): from the image's axes to the camera's; in those axes the image lies as a DomeLight's."""
+    """Domes and planets around the target. `rotation` (3, 3): from the image's axes to the camera's; in those axes the
+    image lies as a DomeLight's."""
 
     domes: tuple[DomeLight, ...]
     globes: tuple[Globe, ...]
@@ -34,7 +35,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, scene: Scene) -> "Surroundings | None":
-        """Those of `scene`, None where all is dark."""
+        """The surroundings of `scene`, None where all is dark."""
         domes = tuple(light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance))
         suns = suns_of_planets(scene.lights)
         globes = tuple(_seen_from_target(scene)) if suns or domes else ()
@@ -45,7 +46,7 @@ class Surroundings:
 
     @property
     def uniform(self) -> Color | None:
-        """The radiance from everywhere, None where it varies."""
+        """The radiance that is the same from everywhere, None where it varies."""
         if self.globes or any(dome.image for dome in self.domes):
             return None
         r, g, b = (float(sum(dome.radiance[c] for dome in self.domes)) for c in range(3))
@@ -53,7 +54,7 @@ class Surroundings:
 
     @cached_property
     def key(self) -> str:
-        """Digest of what decides the image: not how the camera is turned."""
+        """Digest of all that decides the image; the camera's attitude does not."""
         turn = self.rotation.T
         domes = [[content(d.image), d.radiance, _rounded(turn @ d.T_cam_dome.rotation)] for d in self.domes]
         suns = [[sun.irradiance, sun.angle, _rounded(turn @ sun.direction_cam)] for sun in self.suns]

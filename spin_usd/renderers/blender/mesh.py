@@ -19,7 +19,7 @@ from spin_usd.scene.mesh import Mesh
 
 
 class TargetObject:
-    """What Blender shows of the target: meshes, materials and pose."""
+    """The target in Blender: its meshes, materials and pose."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -52,7 +52,7 @@ class TargetObject:
         self._fill(partial(self._materials.dress, needed=needed, emissive_lights=emissive_lights), authored)
 
     def number(self, materials: Sequence[Material]) -> None:
-        """Let it glow with its faces' numbers, where its materials do not cut it out."""
+        """Let its faces emit their numbers, where its materials do not cut them out."""
         self._fill(self._materials.number, materials)
 
     def _fill(self, fill: Callable[..., None], materials: Sequence[Material]) -> None:

@@ -1,8 +1,8 @@
 """The target's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
 
-Cycles shows the objects at 3, 5, 9, ... equally spaced times and itself moves them straight and turns them steadily in
-between; each ray has a time of its own, spread evenly over all but the first 1/512 and the last 3/512 (measured). Its
-rolling shutter counts rows of the whole frame, cropped or not, and opens for the row i from the top after (i + 1) /
+Cycles takes the objects' poses at 3, 5, 9, ... equally spaced times, and moves them straight and rotates them steadily
+in between; each ray has a time of its own, spread evenly over all but the first 1/512 and the last 3/512 (measured).
+Its rolling shutter counts rows of the whole frame, cropped or not, and opens for the row i from the top after (i + 1) /
 rows of its readout. So Cycles is given a little more time than the shutter's own, such that the rays have just that.
 """
 

@@ -46,8 +46,8 @@ class BlenderRenderer:
     """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
 
     Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
-    `keep`: names in renderers.skipped.rules.RULES of what it does even where the scene does not need it, to measure
-    that.
+    `keep`: names in renderers.skipped.rules.RULES of work that it does even where the scene does not need it, to
+    measure that.
     """
 
     name = "blender"
@@ -186,7 +186,7 @@ class BlenderRenderer:
 
 
 def _settings(required: Requirements) -> dict[str, Any]:
-    """Cycles' own settings for what a picture requires."""
+    """Cycles' own settings for the requirements of a picture."""
     return {
         "max_bounces": required.bounces,
         "diffuse_bounces": required.bounces,

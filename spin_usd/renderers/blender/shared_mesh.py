@@ -1,4 +1,4 @@
-"""What of a target becomes one Blender mesh: its own faces, and each instance's shape once for all of its places."""
+"""The Blender meshes of a target: its own faces, and each instance's shape once for all of its places."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ BLACK = "black"
 
 
 class WorldSetup:
-    """The world of one Blender scene; none where nothing shines from afar."""
+    """The world of one Blender scene; it is absent where nothing shines from afar."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

@@ -1,10 +1,10 @@
-"""The preview's shading: every surface matt, every light a point, hard shadows, no light between surfaces.
+"""The preview's shading: every surface diffuse, every light a point, hard shadows, no light between surfaces.
 
-Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for matt surfaces in distant light.
-Colours and emission are textured, and cut-outs are not there. What a preview leaves out: gloss, clearcoat, normal maps,
+Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for diffuse surfaces in distant
+light. Colours and emission are textured, and cut-outs are not there. A preview lacks gloss, clearcoat, normal maps,
 opacity that is no cut-out, the light of planets. Area lights are points (see render.preview_light); a dome's light
-arrives from all around without shadows. A metal, which has no matt part, is shown in its own colour as if it were matt,
-so that it is not black.
+arrives from all around without shadows. A metal, which has no diffuse part, is shown in its own colour as if it were
+diffuse, so that it is not black.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ STEP = np.array([1 / PLASTIC, 1 / PLASTIC**2])
 
 
 class RayCaster(Protocol):
-    """What shading asks of a renderer."""
+    """The part of a renderer that shading needs."""
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]: ...
 
@@ -42,8 +42,8 @@ class RayCaster(Protocol):
 
 
 def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
-    """Along the camera's rays (x, y, 1) of `xy` (N, 2), 0 where they meet nothing: linear radiance (G, N, 3) by the
-    scene's light groups, W/m2/sr, and coverage (N,)."""
+    """The linear radiance (G, N, 3) by the scene's light groups, W/m2/sr, and coverage (N,) along the camera's rays (x,
+    y, 1) of `xy` (N, 2); 0 where they meet nothing."""
     groups = LightGroups.of(scene)
     planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
     face = caster.cast(scene, xy)
@@ -84,7 +84,7 @@ def _lambert(
     normals: Float,
     lifted: Float,
 ) -> Float:
-    """(N, 3) radiance of white matt points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
+    """(N, 3) radiance of white diffuse points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
     mesh = scene.target.mesh
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
@@ -99,7 +99,8 @@ def _lambert(
 
 
 def _matt_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, 3) in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow its specular."""
+    """(N, 3) diffuse colours: in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow
+    its specular."""
     diffuse = material_values(target, "diffuse_color", face, weights)
     specular = np.array([m.use_specular_workflow for m in target.materials])[materials_of(target.mesh, face)]
     of = np.flatnonzero(specular)

@@ -1,4 +1,4 @@
-"""What the preview takes a light for: irradiance that arrives from one direction, or from all around alike.
+"""Lights of the preview: irradiance that arrives from one direction, or from all around alike.
 
 A distant light is itself without its angular size. An area light is a point at its centre that has the radiant
 intensity of the whole, by the projected area that its shape shows; a source never gives more than pi times its
@@ -27,7 +27,7 @@ class Beam:
 
 
 def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) -> Beam:
-    """What arrives at the `body` points (N, 3)."""
+    """The light that arrives at the `body` points (N, 3)."""
     T_body_cam = T_cam_body.inverse()
     if isinstance(light, DistantLight):
         return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.at_target))

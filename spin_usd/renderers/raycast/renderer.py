@@ -77,8 +77,8 @@ class RaycastRenderer:
     def shadowed(
         self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
     ) -> NDArray[np.bool_]:
-        """Does the target stand between the `body` points (N, 3) and a light towards `to_light` (3,) or (N, 3), unit,
-        `distance` (N,) metres away, else far? Only the face groups `blockers` do, where given."""
+        """(N,) True where the target stands between the `body` points (N, 3) and a light towards `to_light` (3,) or (N,
+        3), unit, `distance` (N,) metres away, else far. Only the face groups `blockers` block light, where given."""
         mesh = target.mesh
         origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
         directions = np.atleast_2d(to_light).astype(np.float32)

@@ -1,4 +1,4 @@
-"""What of a scene decides how it must be rendered."""
+"""Facts of a scene that decide how it must be rendered."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,7 +17,7 @@ from spin_usd.scene.model import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Facts:
-    """Worked out where they are asked for; what is the target's own, once for all of its pictures."""
+    """Facts of a scene, each computed when it is asked for; those of the target, once for all of its pictures."""
 
     scene: Scene
     effort: Effort
@@ -46,7 +46,7 @@ class Facts:
 
     @cached_property
     def lamps(self) -> tuple[AreaLight, ...]:
-        """Those of the lights that rays can meet on their way."""
+        """The lights that rays can meet on their way."""
         lights = (self.scene.lights[index] for index in self.lights)
         return tuple(light for light in lights if isinstance(light, AreaLight))
 
@@ -56,12 +56,12 @@ class Facts:
 
     @property
     def dark(self) -> bool:
-        """Whether there is no light at all."""
+        """True where there is no light at all."""
         return not (self.lights or self.groups.surroundings or self.surfaces.emissive)
 
     @cached_property
     def alone(self) -> bool:
-        """Whether light that leaves what the camera sees never meets the target again."""
+        """True where light that leaves the visible surface never meets the target again."""
         scene, mesh = self.scene, self.scene.target.mesh
         nearest = min(float(np.linalg.norm(pose.points(mesh.centre))) for pose in scene.poses) - mesh.radius
         outside = nearest > (scene.thin_lens.radius if scene.thin_lens else 0.0)
@@ -69,7 +69,7 @@ class Facts:
 
     @cached_property
     def defocus_px(self) -> float:
-        """The most that the thin lens smears, pixels."""
+        """The largest blur radius by the thin lens, pixels."""
         lens, places = self.scene.thin_lens, self._places
         if lens is None or places[..., 2].min() <= 0:
             return np.inf if lens else 0.0
@@ -78,7 +78,7 @@ class Facts:
 
     @cached_property
     def motion_px(self) -> float:
-        """The most that the target is off its place in the middle of the shutter's time, pixels."""
+        """The most by which the target is off its place in the middle of the shutter's time, pixels."""
         shutter, places = self.scene.shutter, self._places
         if shutter is None or places[..., 2].min() <= 0:
             return np.inf if shutter else 0.0

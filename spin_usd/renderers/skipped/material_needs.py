@@ -1,4 +1,4 @@
-"""What of a target's materials its picture depends on: the rest is neither drawn, nor uploaded, nor looked up."""
+"""The inputs of a target's materials that its picture depends on: others are neither uploaded nor looked up."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -23,8 +23,9 @@ NAMED = tuple(LIMITS.items())
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surfaces:
-    """materials: those of `target` as far as they matter: an input that changes nothing has its fallback, one that is
-    the same everywhere is a constant · unseen: indices of those that no face shows, which are plain grey here."""
+    """The surfaces of `target`. materials: its materials as far as they matter: an input that changes nothing has its
+    fallback, one that is the same everywhere is a constant · unseen: indices of those that no face shows, which are
+    plain grey here."""
 
     target: Target
     materials: tuple[Material, ...]
@@ -37,7 +38,8 @@ class Surfaces:
 
     @cached_property
     def idle(self) -> tuple[str, ...]:
-        """By UsdPreviewSurface's names, the inputs that a material in use has and that it does not need as they are."""
+        """The inputs, by UsdPreviewSurface's names, that a visible material has and that it does not need as they
+        are."""
         own = self.target.materials
         pairs = [(getattr(own[i], name), getattr(m, name), said.name) for i, m in self.seen for name, said in NAMED]
         changed = {said for given, kept, said in pairs if given is not kept and given != kept}
@@ -45,12 +47,12 @@ class Surfaces:
 
     @cached_property
     def diffuse(self) -> bool:
-        """Whether all of it reflects by Lambert's law and nothing else."""
+        """True where all of it reflects by Lambert's law and nothing else."""
         return all(is_diffuse(material) for _, material in self.seen)
 
     @cached_property
     def transparent(self) -> bool:
-        """Whether rays may go on through some of it."""
+        """True where rays may go on through some of it."""
         return any(not is_opaque(material) for _, material in self.seen)
 
     @cached_property
@@ -59,13 +61,13 @@ class Surfaces:
 
     @cached_property
     def normal_mapped(self) -> bool:
-        """Whether some of it is shaded along other normals than its faces' own."""
+        """True where some of it is shaded along other normals than its faces' own."""
         smooth = any(shape.smooth.any() for shape in self.target.mesh.shapes)
         return smooth or any(m.normal is not None for _, m in self.seen)
 
     @cached_property
     def albedo(self) -> float:
-        """The most that it reflects of any colour's light, where all of it is matt."""
+        """The most that it reflects of any colour's light, where all of it is diffuse."""
         shapes = self.target.mesh.shapes
         return max(float(_range(m.diffuse_color, _showing(shapes, i))[1].max()) for i, m in self.seen)
 
@@ -78,7 +80,7 @@ class Surfaces:
 
 @lru_cache(maxsize=2)
 def surfaces_of(target: Target) -> Surfaces:
-    """Those of `target`, worked out once for all of its pictures."""
+    """The surfaces of `target`, computed once for all of its pictures."""
     materials, unseen = [], []
     for index, material in enumerate(target.materials):
         where = _showing(target.mesh.shapes, index)
@@ -93,7 +95,7 @@ Where = Sequence[tuple[Shape, NDArray[np.bool_]]]
 
 
 def _showing(shapes: Sequence[Shape], index: int) -> Where:
-    """Where the material `index` is shown."""
+    """The faces that show the material `index`."""
     found = ((shape, np.asarray(shape.face_material == index)) for shape in shapes)
     return [(shape, faces) for shape, faces in found if faces.any()]
 
@@ -112,7 +114,7 @@ def is_opaque(material: Material) -> bool:
 
 
 def is_diffuse(material: Material) -> bool:
-    """Whether it reflects by Lambert's law and nothing else."""
+    """Return whether it reflects by Lambert's law and nothing else."""
     if material.clearcoat != 0 or not _is_solid(material):
         return False
     return material.specular_color == BLACK if material.use_specular_workflow else _is_index_1(material)
@@ -123,12 +125,12 @@ def _is_index_1(material: Material) -> bool:
 
 
 def _is_solid(material: Material) -> bool:
-    """Whether what is there of it lets no light through."""
+    """Return whether no light passes through it, where it is not cut out."""
     return material.opacity == 1 or material.cut_out or material.opacity_mode == PRESENCE
 
 
 def _idle(material: Material) -> Iterator[str]:
-    """The inputs of which nothing depends."""
+    """The inputs on which nothing depends."""
     if material.use_specular_workflow:
         yield from ("metallic", "ior")
     else:

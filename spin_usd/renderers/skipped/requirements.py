@@ -1,4 +1,4 @@
-"""What a path tracer must do for a scene: everything that its picture depends on and nothing else.
+"""Requirements of a scene on a path tracer: everything that its picture depends on and nothing else.
 
 It is decided here alone: the renderer takes its settings from it, and `plan --explain` says what is skipped and why.
 """
@@ -17,7 +17,7 @@ READ_MORE = frozenset(("primvars", "material inputs", "unseen materials"))
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Requirements:
-    """What must be done, and what is `skipped` and why.
+    """The work that a picture requires, and the work that is `skipped`, with the reasons.
 
     scene: as it is to be rendered, without blur that does not show; its region stays · materials: of the target, as far
     as they matter · primvars: those that the mesh must have · shading: whether there is any light; else only coverage ·

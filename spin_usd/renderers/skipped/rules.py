@@ -1,4 +1,4 @@
-"""The work that a scene does not need: rule by rule, what may be left out, why, and how surely nothing changes."""
+"""The work that a scene does not need: rule by rule, what may be skipped, why, and how surely nothing changes."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ TREE_FROM = 2  # as many lights are chosen among by what they do where they are 
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedWork:
-    """`what` by its short name in RULES; `same`: BITS, ROUNDING or MEASURED."""
+    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, ROUNDING or MEASURED."""
 
     what: str
     why: str
@@ -28,7 +28,7 @@ Reason = tuple[str, str] | None
 
 
 def late_bounces(facts: Facts) -> int:
-    """As many bounces as hold all but DARK_ENOUGH of the light, at most those asked for.
+    """The number of bounces that hold all but DARK_ENOUGH of the light, at most those asked for.
 
     A surface passes on at most its albedo of what it gets, so what comes after n bounces is at most
     albedo^(n + 1) + albedo^(n + 2) + ... of the light that is reflected once.
@@ -181,6 +181,6 @@ def check_rule_names(names: Collection[str]) -> frozenset[str]:
 
 
 def skipped_work(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[SkippedWork, ...]:
-    """What the scene does not need, but for what is to be kept all the same."""
+    """The work that the scene does not need, without the work that is to be kept all the same."""
     found = {name: rule(facts) for name, rule in RULES.items() if name not in keep}
     return tuple(SkippedWork(what=name, why=reason[0], same=reason[1]) for name, reason in found.items() if reason)

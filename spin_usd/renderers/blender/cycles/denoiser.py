@@ -1,7 +1,7 @@
 """Open Image Denoise of whole renders, by Blender's compositor: each light group by itself, in unit light.
 
-What Cycles denoises itself is the sum of the groups alone, and band by band, which leaves seams. The guides are the
-target's colours and normals, as noisy as they are rendered.
+Cycles itself denoises only the sum of the groups, and band by band, which leaves seams. The guides are the target's
+colours and normals, as noisy as they are rendered.
 """
 
 from collections.abc import Mapping

@@ -26,9 +26,9 @@ def scratch_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 class Readback:
-    """The way from Blender's pictures to arrays, through a file in the folder `scratch`.
+    """Reads Blender's pictures as arrays, through a file in the folder `scratch`.
 
-    Raises RenderError when Blender fails or lies about it.
+    Raises RenderError when Blender fails, or reports a success that is not one.
     """
 
     def __init__(self, scratch: Path) -> None:
@@ -93,7 +93,7 @@ def _pixels(image: Any, part: int, shape: tuple[int, int, int]) -> Float32:
 
 
 def _pass_name(channel: str) -> str:
-    """That of the pass of a channel "layer.pass.R"; "" for a picture of one layer, whose channel is "R"."""
+    """The name of the pass of a channel "layer.pass.R"; "" for a picture of one layer, whose channel is "R"."""
     return channel.rpartition(".")[0].partition(".")[2]
 
 

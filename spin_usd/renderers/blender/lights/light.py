@@ -21,7 +21,7 @@ from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, Light, 
 
 @dataclass(eq=False)
 class BlenderLight:
-    """A light in Blender: what shows it, its links, and the content it shows now."""
+    """A light in Blender: the `source` object, its links, and the key of the light that it shows now."""
 
     source: Sun | Lamp | Tube
     links: LightLinking
@@ -29,7 +29,7 @@ class BlenderLight:
 
 
 class LightSetup:
-    """As many Suns, lamps and tubes as one Blender scene needs. Domes are the world's."""
+    """The Suns, lamps and tubes that one Blender scene needs. Domes belong to the world."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

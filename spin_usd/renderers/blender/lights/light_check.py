@@ -1,4 +1,4 @@
-"""What a light must be for Blender to draw it; its Blender counterpart clamps silently."""
+"""Limits of lights that Blender can render; Blender's own lights clamp silently."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ MAX_ANGLE = 3.0  # radians; Blender clamps a little above
 
 
 def refuse_clamped(light: DistantLight | AreaLight) -> None:
-    """Raise UnsupportedError, with the light's path, for what cannot be drawn as it is meant."""
+    """Raise UnsupportedError, with the light's path, for a light that cannot be rendered as it is meant."""
     if isinstance(light, DistantLight):
         _check_color(light.irradiance, "irradiance", light.path)
         _check_distant(light)

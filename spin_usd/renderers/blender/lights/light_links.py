@@ -1,4 +1,5 @@
-"""Light linking as Blender has it: a collection of what a light reaches, and one of what casts its shadows."""
+"""Light linking as Blender has it: a collection of the objects that a light illuminates, and one of those that cast its
+shadows."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -11,7 +12,7 @@ RECEIVERS, BLOCKERS = "receiver_collection", "blocker_collection"
 
 
 def needs_groups(lights: Sequence[Light]) -> bool:
-    """Whether some light treats some of the target otherwise than the rest."""
+    """Return whether a light illuminates, or is shadowed by, only a part of the target."""
     linked = (light for light in lights if isinstance(light, (AreaLight, DistantLight)))
     return any(light.lights is not None or light.shadowed_by is not None for light in linked)
 
@@ -24,8 +25,8 @@ class LightLinking:
         self._collections: dict[str, Any] = {}
 
     def link(self, light: DistantLight | AreaLight, groups: Mapping[int, Sequence[Any]]) -> None:
-        """Make it reach what `light` reaches. To Blender an empty collection is none: such lights are not shown, and
-        cast no shadows."""
+        """Let it illuminate the same objects as `light`. Blender ignores an empty collection: such lights are not
+        shown, and cast no shadows."""
         self._fill(RECEIVERS, chosen(light.lights, groups))
         self._fill(BLOCKERS, chosen(light.shadowed_by, groups) if light.shadows else None)
 

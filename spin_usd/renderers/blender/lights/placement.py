@@ -1,4 +1,4 @@
-"""Where a light stands in Blender's world, to float32's last digit."""
+"""The placement of a light in Blender's world, to float32's last digit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +22,8 @@ class LightPlacement:
 
     @classmethod
     def of(cls, T_cam: Transform, view: View, parent: Any) -> "LightPlacement":
-        """Relative to the target's centre first, in doubles: far away Blender's world has its origin there."""
+        """The placement of the axes T_cam in `view`, by doubles relative to the target's centre: far away Blender's
+        world has its origin there."""
         location = T_USDCAM_CAM.points(T_cam.translation - view.centre) + view.target_location
         return cls(rotation=T_USDCAM_CAM.rotation @ T_cam.rotation, location=location, parent=parent)
 

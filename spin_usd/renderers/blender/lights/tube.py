@@ -1,4 +1,4 @@
-"""Cylinder lights, which Blender lacks: a tube that glows outwards and is otherwise not there.
+"""Cylinder lights, which Blender lacks: a tube that emits outwards and is invisible otherwise.
 
 Its sides are as many as keep its width within 0.03 % of a cylinder's from every direction, and so wide that the mean
 over all directions, its surface, is the cylinder's. Along its length it is in pieces, so that the light tree can
@@ -20,7 +20,7 @@ PIECES = 8
 
 
 class Tube:
-    """One glowing tube."""
+    """One emissive tube."""
 
     def __init__(self) -> None:
         self.object = bpy.data.objects.new("tube", _unit_tube())
@@ -41,7 +41,8 @@ class Tube:
             bpy.data.materials.remove(before)
 
     def casts_shadows(self, shadows: bool) -> None:
-        """A mesh has no switch for it: without shadows only the tube is in its light's way, and shades nothing."""
+        """Switch the light's shadows. A mesh has no setting for it: without shadows the tube itself is the only blocker
+        of its light, and shades nothing."""
         linking = self.object.light_linking
         if self._blockers is None and not shadows:
             self._blockers = bpy.data.collections.new("tube")
@@ -60,7 +61,7 @@ class Tube:
 
 
 def _unit_tube() -> Any:
-    """Of length and radius 1 along x, open, its faces turned outwards."""
+    """A mesh of length and radius 1 along x, open, its faces outwards."""
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     radius = np.pi / SIDES / np.sin(np.pi / SIDES)
     along = np.repeat(np.linspace(-0.5, 0.5, PIECES + 1), SIDES)
@@ -74,7 +75,7 @@ def _unit_tube() -> Any:
 
 
 def _glow(light: CylinderLight, place: LightPlacement) -> Any:
-    """Glowing outwards, clear to what passes."""
+    """A material that emits outwards, and is transparent to rays that pass."""
     nodes = Nodes("tube")
     color = shaped(nodes, light.shaping, place.axis, light.emission)
     outside = nodes.math("SUBTRACT", 1.0, nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"])

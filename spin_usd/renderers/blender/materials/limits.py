@@ -1,4 +1,4 @@
-"""What a surface can be made of: refused by name, because Blender would clamp it silently."""
+"""Limits of materials: numbers beyond them are refused by name, because Blender would clamp them silently."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -14,7 +14,7 @@ from spin_usd.scene.texture import Primvar, Texture
 
 
 def check_material(material: Material, mesh: Shape, faces: NDArray[np.bool_], inputs: Iterable[str] = LIMITS) -> None:
-    """Raise UnsupportedError, with the material's path, where one of its `inputs` cannot be drawn as it is meant, or
+    """Raise UnsupportedError, with the material's path, where one of its `inputs` cannot be rendered as it is meant, or
     reads a primvar that `mesh` lacks; `faces` (F,) says where the mesh shows the material."""
     for name in inputs:
         value = getattr(material, name)
@@ -47,7 +47,7 @@ def _check(value: Any, name: str, path: str, mesh: Shape, faces: NDArray[np.bool
 
 
 def _primvar(mesh: Shape, name: str, size: int, used_by: str, path: str) -> Any:
-    """Its values; UnsupportedError unless the mesh has it with `size` components."""
+    """The values of the primvar; UnsupportedError unless the mesh has it with `size` components."""
     if name not in mesh.primvars:
         raise UnsupportedError(
             f"its {used_by} reads the primvar {name}, which its mesh lacks", where=path, do="author it"

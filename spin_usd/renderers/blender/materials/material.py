@@ -53,8 +53,8 @@ class MaterialLibrary:
 
         meshes: Blender's, of `mesh` or of its groups of faces · authored: the materials of `mesh`, in the order in
         which its faces name them; all are checked · needed: the same, as far as the picture depends on them; these are
-        shown · emissive_lights: whether rays look for the surfaces that glow · again: the Blender meshes are new, so
-        nothing is left of the time before. Raises UnsupportedError, with the material's path.
+        shown · emissive_lights: whether rays look for emissive surfaces · again: the Blender meshes are new, so nothing
+        is left of the time before. Raises UnsupportedError, with the material's path.
         """
         self._check(authored, mesh, EVERY, again=again)
         make = partial(surface_material, emissive_lights=emissive_lights)
@@ -63,7 +63,7 @@ class MaterialLibrary:
         self._show(meshes, keys, make, again=again)
 
     def number(self, meshes: Sequence[Any], materials: Sequence[Material], mesh: Mesh, *, again: bool) -> None:
-        """Let every face of the Blender meshes of `mesh` glow with its number, where it is not cut out."""
+        """Let every face of the Blender meshes of `mesh` emit its number, where it is not cut out."""
         self._check(materials, mesh, CUT, again=again)
         keys = [_label_key(material) for material in materials]
         self._used[LABEL] = dict(zip(keys, materials, strict=True))
@@ -129,7 +129,8 @@ def _fill_slots(slots: Any, materials: Sequence[Any]) -> None:
 
 
 def label_material(cut: Material | None = None, images: ImageLibrary | None = None) -> Any:
-    """Every face glows with its own number, as linear light; where `cut` says that nothing is there, it is clear."""
+    """A material by which every face emits its own number, as linear light; it is transparent where `cut` cuts it
+    out."""
     nodes = Nodes("label")
     face = nodes.add("ShaderNodeAttribute", attribute_name=FACE_NUMBER).outputs["Vector"]
     first = nodes.add("ShaderNodeAttribute", attribute_name=FIRST_NUMBER, attribute_type="OBJECT").outputs["Vector"]
@@ -144,14 +145,14 @@ def label_material(cut: Material | None = None, images: ImageLibrary | None = No
 
 
 def black_material() -> Any:
-    """What reflects nothing: the shape alone."""
+    """A material that reflects nothing: it shows the shape alone."""
     nodes = Nodes("black")
     return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
 
 
 def surface_material(material: Material, images: ImageLibrary, *, emissive_lights: bool = True) -> Any:
-    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: if it glows, rays
-    look for it."""
+    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: rays look for it if
+    it is emissive."""
     nodes = Nodes("surface")
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
     normal = _normal(nodes, images, material)
@@ -164,7 +165,7 @@ def surface_material(material: Material, images: ImageLibrary, *, emissive_light
 
 
 def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
-    """The shading normal that a material tilts; None where it leaves the surface's own.
+    """The shading normal by a material's normal map; None where it leaves the surface's own.
 
     The Normal Map node takes its tangents from the texture's own UV map, and decodes colours: 0 to 1 is -1 to 1.
     """

@@ -91,5 +91,5 @@ class Nodes:
 
 
 def varies(value: Value) -> bool:
-    """Whether a value is a node's output, not a constant."""
+    """Return whether a value is a node's output, not a constant."""
     return isinstance(value, bpy.types.NodeSocket)

@@ -1,10 +1,10 @@
-"""What a surface reflects, as inputs of the Principled BSDF and as a factor of what it lets through.
+"""Reflection of a surface, as inputs of the Principled BSDF and as a factor of the light that it transmits.
 
 The metallic workflow is Principled's own. The specular workflow's F0 colour becomes an index of refraction and a tint:
 Principled's dielectric reflection has that colour head-on and is white at grazing incidence, as the workflow asks.
-Above MAX_F0, where that index would grow without bound, it is Principled's metal of that colour; the matt part left out
-there gets less than 1 - MAX_F0 of the light.
-Source: UsdPreviewSurface specification 2.6; Blender manual, "Principled BSDF"; Schlick (1994).
+Above MAX_F0, where that index would grow without bound, it is Principled's metal of that colour; the diffuse part that
+it lacks would get less than 1 - MAX_F0 of the light. Source: UsdPreviewSurface specification 2.6; Blender manual,
+"Principled BSDF"; Schlick (1994).
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ Inputs = Mapping[str, Value]
 
 
 def principled_inputs(nodes: Nodes, inputs: Inputs, *, specular_workflow: bool) -> dict[str, Value]:
-    """What to feed the Principled BSDF, by Blender's names."""
+    """The inputs of the Principled BSDF, by Blender's names."""
     emission = inputs["emissive_color"]
     reflection = _specular_color(nodes, inputs) if specular_workflow else _metallic(inputs)
     return {
@@ -33,7 +33,7 @@ def principled_inputs(nodes: Nodes, inputs: Inputs, *, specular_workflow: bool) 
 
 
 def glows(emission: Value) -> bool:
-    """Whether an emission is more than black."""
+    """Return whether an emission is more than black."""
     return varies(emission) or any(emission)
 
 

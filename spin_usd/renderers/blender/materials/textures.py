@@ -71,7 +71,8 @@ def textures_of(material: Material) -> list[Texture]:
 
 
 def attribute_name(primvar: str) -> str:
-    """What Blender calls a primvar: its own name could be too long, or one that Blender gives a meaning."""
+    """The name of a primvar's attribute in Blender: its own could be too long, or one to which Blender gives a
+    meaning."""
     return f"primvar {digest(primvar)[:32]}"
 
 
