@@ -1,3 +1,65 @@
-"""spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages."""
+"""spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
+
+The commands as functions: `author`, `augment`, `plan`, `render`, `check`, `measure` and `reproduce`. They take what the
+commands take, by the same names, return what was done, and raise a `SpinError` where a command would end with one
+sentence. `Dataset` reads what was rendered, a `Picture` at a time.
+
+Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
+Blender is ever loaded into the caller's.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from spin_usd.api.augment import augment
+    from spin_usd.api.author import author
+    from spin_usd.api.check import check
+    from spin_usd.api.measure import measure
+    from spin_usd.api.plan import plan
+    from spin_usd.api.render import render
+    from spin_usd.api.reproduce import reproduce
+    from spin_usd.dataset.read.dataset import Dataset
+    from spin_usd.dataset.read.picture import Picture
+    from spin_usd.errors import SpinError
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "Dataset",
+    "Picture",
+    "SpinError",
+    "__version__",
+    "augment",
+    "author",
+    "check",
+    "measure",
+    "plan",
+    "render",
+    "reproduce",
+]
+
+_MODULES = {
+    "Dataset": "spin_usd.dataset.read.dataset",
+    "Picture": "spin_usd.dataset.read.picture",
+    "SpinError": "spin_usd.errors",
+    "augment": "spin_usd.api.augment",
+    "author": "spin_usd.api.author",
+    "check": "spin_usd.api.check",
+    "measure": "spin_usd.api.measure",
+    "plan": "spin_usd.api.plan",
+    "render": "spin_usd.api.render",
+    "reproduce": "spin_usd.api.reproduce",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for (PEP 562)."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

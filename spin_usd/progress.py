@@ -4,3 +4,7 @@ from collections.abc import Callable
 
 Progress = Callable[[str, int, int], None]
 """Takes what is being counted, how many are done and how many there are, such as ("rendering: picture", 3, 8)."""
+
+
+def ignore(subject: str, done: int, total: int) -> None:
+    """Report to nobody."""

@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 import typer
 
+import spin_usd
 from spin_usd.cli.built_in import named
-from spin_usd.cli.counted import counted
 from spin_usd.cli.options import STAGE_HELP, Json
-from spin_usd.cli.progress import shown
-from spin_usd.dataset.store.stage_path import root_layer
+from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
 
 MOST_LISTED = 10
@@ -31,31 +31,24 @@ def augment(
     as_json: Json = False,
 ) -> None:
     """Write a specification's augmentations over a stage: one variant each. Run again, it replaces its own."""
-    from spin_usd.dataset.process.child import Child, stage_memory
-
     if list_parameters:
-        with Child() as child:
-            rows = child.call("parameter_list")
+        from spin_usd.api.augment import parameters
+
+        rows = parameters()
         print(json.dumps(rows) if as_json else _in_lines(rows))
         return
     if stage is None or spec is None:
         raise InputError(
             "augment needs a stage and --spec", do="give both, or --list for what a specification can draw"
         )
-    with shown(context.obj["quiet"]) as progress, Child(memory=stage_memory()) as child:
-        report = child.call(
-            "augment",
-            progress=progress,
-            stage=str(root_layer(stage)),
-            spec=spec,
-            out=str(out) if out else None,
-        )
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.augment(stage, spec=spec, out=out, on_progress=progress)
     if as_json:
-        print(json.dumps(report))
+        print(json.dumps(report.as_json()))
         return
-    names = report["augmentations"]
+    names = report.augmentations
     listed = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
-    print(f"{report['root']}   ({counted(len(names), 'augmentation')} of {report['spec']}: {listed})")
+    print(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
 def _in_lines(rows: list[dict[str, Any]]) -> str:

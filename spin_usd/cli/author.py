@@ -1,14 +1,15 @@
 """`spin-usd author`."""
 
 import json
-import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+import spin_usd
 from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
+from spin_usd.cli.output.notes import show_notes
 from spin_usd.errors import InputError
 
 
@@ -87,68 +88,40 @@ def author(
     as_json: Json = False,
 ) -> None:
     """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
-    from spin_usd.dataset.process.child import Child
     from spin_usd.scene.derived.view_text import summary
-    from spin_usd.scene.derived.views import Views
 
-    choices: dict[str, Any] = {
-        "target": target,
-        "camera": camera,
-        "out": str(out),
-        "units_per_metre": units_per_metre,
-        "prim": prim,
-        "frames": frames,
-        "seed": seed,
-        "preset": preset,
-        "lights": lights,
-        "environment": environment,
-        "augment": augment,
-        "additions": {
-            "keypoints": _path(keypoints),
-            "parts": _path(parts),
-            "channels": channels,
-            "sun_direction": _numbers(sun_direction, "--sun-direction"),
-            "sun_from_target": _numbers(sun_from_target, "--sun-from-target"),
-        },
-        "any_size": any_size,
-    }
     if minimal:
         _write_minimal(context, out, as_json)
         return
-    call, source = _pictures_to_author(poses, example, count, choices)
-    with Child() as child:
-        report = child.call(call, **source, **choices)
+    report = spin_usd.author(
+        out=out,
+        poses=poses,
+        example=example,
+        count=count,
+        target=target,
+        camera=camera,
+        units_per_metre=units_per_metre,
+        prim=prim,
+        frames=frames,
+        seed=seed,
+        preset=preset,
+        lights=lights,
+        environment=environment,
+        augment=augment,
+        keypoints=keypoints,
+        parts=parts,
+        channels=channels,
+        sun_direction=_numbers(sun_direction, "--sun-direction"),
+        sun_from_target=_numbers(sun_from_target, "--sun-from-target"),
+        any_size=any_size,
+    )
     if as_json:
-        print(json.dumps(report))
+        print(json.dumps(report.as_json()))
         return
-    for note in report["notes"]:
-        print(f"note: {note}", file=sys.stderr)
-    print(f"{report['root']}   ({report['frames']} pictures)")
-    if report["views"]:
-        print(summary(Views.from_json(report["views"])))
-
-
-def _pictures_to_author(
-    poses: Path | None, example: str | None, count: int | None, choices: dict[str, Any]
-) -> tuple[str, dict[str, Any]]:
-    """What to ask a child for, and the arguments that say where the pictures come from. Raises InputError."""
-    if poses is None and example is None:
-        do = "give a pose list with --poses, or let the sampler draw poses with --example"
-        raise InputError("neither --poses nor --example is given", do=do)
-    if poses is not None and example is not None:
-        raise InputError("--poses and --example are given together", do="give one of them")
-    if example is not None:
-        return "author_example", {"example": example, "count": count}
-    if count is not None:
-        raise InputError("--count is given without --example", do="choose poses with --frames")
-    for name in ("target", "camera"):
-        if choices[name] is None:
-            raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
-    return "author", {"poses": str(poses)}
-
-
-def _path(given: Path | None) -> str | None:
-    return None if given is None else str(given)
+    show_notes(report.notes)
+    print(f"{report.root}   ({report.frames} pictures)")
+    if report.views:
+        print(summary(report.views))
 
 
 def _numbers(text: str | None, option: str) -> list[float] | None:

@@ -34,6 +34,6 @@ EXAMPLES = {
 }
 
 
-def examples_of(command: str) -> str:
-    """The end of the command's help."""
-    return "\n\n".join(("For example:", *EXAMPLES[command]))
+def examples_of(command: str) -> str | None:
+    """The end of the command's help; None for a command without examples."""
+    return "\n\n".join(("For example:", *EXAMPLES[command])) if command in EXAMPLES else None

@@ -1,11 +1,8 @@
 """The command line. Heavy things are imported inside the commands: `--help` loads neither bpy nor pxr."""
 
-import json
 import signal
 import sys
 import traceback
-from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -13,16 +10,17 @@ import typer
 import spin_usd
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
+from spin_usd.cli.check import check
 from spin_usd.cli.command import Command, Group
-from spin_usd.cli.counted import counted
+from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
+from spin_usd.cli.doctor import doctor
 from spin_usd.cli.examples import examples_of
 from spin_usd.cli.measure import measure
-from spin_usd.cli.options import Json, NoCache, Prune, Replace, Verify, Workers
 from spin_usd.cli.plan import plan
-from spin_usd.cli.progress import shown
-from spin_usd.cli.request import show_doubts, with_request
-from spin_usd.errors import DONE, FINDINGS, INTERNAL, SpinError
+from spin_usd.cli.render import render
+from spin_usd.cli.reproduce import reproduce
+from spin_usd.errors import DONE, INTERNAL, SpinError
 
 INTERRUPTED = 130
 
@@ -57,165 +55,9 @@ def common(
     context.obj = {"quiet": quiet}
 
 
-@app.command(cls=Command)
-def demo(
-    context: typer.Context,
-    out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
-    workers: Workers = None,
-) -> None:
-    """Author the example stage, render and label it, and say where to look."""
-    from spin_usd.dataset.demo import run_demo
-
-    with shown(context.obj["quiet"]) as progress:
-        made = run_demo(out, progress=progress, workers=workers)
-    print(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
-    print(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
-    print(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
-    _warn_of_faults(made.report, made.dataset)
-    _exit_if_failed(made.report.failed)
-
-
-app.command(cls=Command, epilog=examples_of("author"))(author)
-
-
-app.command(cls=Command, epilog=examples_of("augment"))(augment)
-
-
-app.command(cls=Command, epilog=examples_of("plan"))(plan)
-
-
-app.command(cls=Command, epilog=examples_of("measure"))(measure)
-
-
-@app.command(cls=Command, epilog=examples_of("render"))
-@with_request
-def render(
-    context: typer.Context,
-    *,
-    out: Annotated[Path, typer.Option(help="The dataset's folder. Run again, it resumes.")],
-    request: Any,
-    workers: Workers = None,
-    no_cache: NoCache = False,
-    prune: Prune = False,
-    replace: Replace = False,
-    verify: Verify = False,
-    as_json: Json = False,
-) -> None:
-    """Render and label a stage into a dataset."""
-    from spin_usd.dataset.render import render as rendering
-
-    with shown(context.obj["quiet"]) as progress:
-        report = rendering.render(
-            request,
-            out,
-            workers=workers,
-            keep_cache=not no_cache,
-            prune=prune,
-            replace=replace,
-            verify=verify,
-            progress=progress,
-        )
-    show_doubts(report.doubts)
-    if as_json:
-        print(json.dumps(asdict(report)))
-    else:
-        removed = f", {report.pruned} removed" if prune or report.pruned else ""
-        made = (
-            f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
-        )
-        passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
-        print(f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)")
-        _warn_of_faults(report, out)
-    _exit_if_failed(report.failed)
-
-
-@app.command(cls=Command, epilog=examples_of("check"))
-def check(
-    context: typer.Context,
-    path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
-    as_json: Json = False,
-) -> None:
-    """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
-    from spin_usd.dataset.check.check import check as find
-    from spin_usd.scene.derived.view_text import summary
-
-    with shown(context.obj["quiet"]) as progress:
-        checked = find(path, progress=progress)
-    kind, findings, views = checked.kind, checked.findings, checked.views
-    errors = [finding for finding in findings if finding.severity == "error"]
-    if as_json:
-        shows = {"views": views.as_json()} if views else {}
-        print(json.dumps({"kind": kind, "findings": [asdict(finding) for finding in findings], **shows}))
-    else:
-        if views:
-            print(summary(views))
-        for finding in findings:
-            print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
-        warnings = counted(len(findings) - len(errors), "warning")
-        print(f"{kind} {path}: {counted(len(errors), 'error')}, {warnings}")
-    if errors:
-        raise typer.Exit(FINDINGS)
-
-
-app.command(cls=Command, epilog=examples_of("diff"))(diff)
-
-
-@app.command(cls=Command, epilog=examples_of("reproduce"))
-def reproduce(
-    dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
-    frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],
-    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
-    as_json: Json = False,
-) -> None:
-    """Make one picture again from its provenance and compare it with the one there."""
-    from spin_usd.dataset.reproduce.reproduce import reproduce as again
-
-    compared, versions = again(dataset, frame, variant=variant)
-    if as_json:
-        print(json.dumps({"files": [{**asdict(c), "same": c.same} for c in compared], "versions": versions}))
-    else:
-        for c in compared:
-            print(f"{'same     ' if c.same else 'DIFFERENT'}  {c.path}")
-        for name, (recorded, now) in versions.items():
-            print(f"note: {name} was {recorded or 'absent'}, is {now or 'absent'}", file=sys.stderr)
-    if not all(c.same for c in compared):
-        raise typer.Exit(FINDINGS)
-
-
-@app.command(cls=Command)
-def doctor(
-    folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
-    as_json: Json = False,
-) -> None:
-    """What this machine has and lacks, each line with its remedy."""
-    from spin_usd.dataset.doctor import examine
-
-    lines = []
-    for line in examine(folder):
-        lines.append(line)
-        if not as_json:
-            print(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}", flush=True)
-            if line.remedy:
-                print(f"    {'':26} -> {line.remedy}")
-    if as_json:
-        print(json.dumps([asdict(line) for line in lines]))
-    if not all(line.well for line in lines):
-        raise typer.Exit(FINDINGS)
-
-
-def _warn_of_faults(report: Any, dataset: Path) -> None:
-    """Say on standard error how many pictures show little, where any does."""
-    from spin_usd.dataset.picture.brightness import counted_faults
-
-    if text := counted_faults(report.faults, report.made + report.reused):
-        print(f"warning: {text}; spin-usd check {dataset} names them", file=sys.stderr)
-
-
-def _exit_if_failed(failed: list[tuple[str, str]]) -> None:
-    for name, reason in failed:
-        print(f"failed: {name}: {reason}", file=sys.stderr)
-    if failed:
-        raise typer.Exit(FINDINGS)
+COMMANDS = (demo, author, augment, plan, measure, render, check, diff, reproduce, doctor)
+for command in COMMANDS:
+    app.command(cls=Command, epilog=examples_of(command.__name__))(command)
 
 
 def run() -> NoReturn:

@@ -7,8 +7,10 @@ from typing import Annotated
 
 import typer
 
+import spin_usd
 from spin_usd.cli.options import Frames, Json, Stage
-from spin_usd.cli.progress import shown
+from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.progress import shown
 from spin_usd.errors import FINDINGS
 
 
@@ -38,31 +40,27 @@ def measure(
     Another stage or variant takes another --out.
     """
     from spin_usd.accuracy.report import in_short
-    from spin_usd.dataset.measure.campaign import MeasureRequest
-    from spin_usd.dataset.measure.measure import measure as measured
     from spin_usd.dataset.store.measurement_file import folder_of
 
-    request = MeasureRequest(
-        stage=stage,
-        frames=frames,
-        count=count,
-        variant=variant,
-        seeds=seeds,
-        most_samples=most_samples,
-        reference_share=reference_share,
-        reference_samples=reference_samples,
-    )
-    folder = out or folder_of(stage)
-
-    def show_note(note: str) -> None:
-        print(f"note: {note}", file=sys.stderr)
-
     with shown(context.obj["quiet"]) as progress:
-        found = measured(request, folder, workers=workers, progress=progress, on_note=show_note)
+        found = spin_usd.measure(
+            stage,
+            out=out,
+            frames=frames,
+            count=count,
+            variant=variant,
+            seeds=seeds,
+            most_samples=most_samples,
+            reference_share=reference_share,
+            reference_samples=reference_samples,
+            workers=workers,
+            on_progress=progress,
+            on_note=lambda note: show_notes([note]),
+        )
     if as_json:
         print(json.dumps(found.as_json()))
     else:
-        print(f"{in_short(found)}\n{folder}   (measure.json, measure.md, measure.svg)")
+        print(f"{in_short(found)}\n{out or folder_of(stage)}   (measure.json, measure.md, measure.svg)")
     for failure in found.failures:
         print(f"failed: {failure.frame}: {failure.what}: {failure.reason}", file=sys.stderr)
     if found.failures:

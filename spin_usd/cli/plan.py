@@ -1,98 +1,113 @@
-"""`spin-usd plan`: the matrix of what a render would make, and about what that costs."""
+"""`spin-usd plan`: a table of what a render would make, and about what that costs."""
 
 import json
-from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spin_usd.cli.options import Json
-from spin_usd.cli.progress import shown
-from spin_usd.cli.request import show_doubts, with_request
+import spin_usd
+from spin_usd.cli import options
+from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.progress import shown
 
 if TYPE_CHECKING:
-    from spin_usd.dataset.plan.make_plan import Plan
+    from spin_usd.api.plan_report import PlanReport
     from spin_usd.dataset.plan.variant_table import Matrix, Row
 
 NAMED = 6  # variants at the most that are told by name
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 
-@with_request
 def plan(
     context: typer.Context,
     *,
+    stage: options.Stage,
     out: Annotated[Path | None, typer.Option(help="A dataset: plan what is missing of it.")] = None,
-    request: Any,
+    frames: options.Frames = None,
+    variants: options.Variants = "",
+    samples: options.Samples = None,
+    effort: options.EffortText = None,
+    quality: options.Quality = None,
+    error: options.Error = None,
+    measured: options.MeasuredIn = None,
+    seed: options.Seed = None,
+    labels: options.Labels = "default",
+    labels_only: options.LabelsOnly = False,
+    renderer: options.RendererName = None,
+    radiance: options.RadianceOption = False,
+    image_format: options.ImageFormat = "png",
     explain: Annotated[
         bool, typer.Option("--explain", help="What is left out because no picture needs it, and why.")
     ] = False,
-    as_json: Json = False,
+    as_json: options.Json = False,
 ) -> None:
     """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
-    from spin_usd.dataset.plan.effort_choice import doubts
-    from spin_usd.dataset.plan.measured_cost import measured_beside
-    from spin_usd.dataset.plan.variant_table import matrix
-    from spin_usd.dataset.process.processors import usable_cpus
-    from spin_usd.dataset.render import render as rendering
-    from spin_usd.dataset.render import same_stage
-    from spin_usd.dataset.render.orphans import foreign_pictures, in_words
-    from spin_usd.dataset.store.dataset_folder import Store
-    from spin_usd.scene.derived.view_text import sentences, summary
-
     with shown(context.obj["quiet"]) as progress:
-        found = rendering.plan(request, progress=progress, explain=explain)
-    method = rendering.method_of(request, found)
-    renders, damage = measured_beside(request.stage, found, method)
-    cost = matrix(found, method, request.image_suffix, out, renders)
-    foreign = foreign_pictures(Store(root=out.absolute()), found) if out else []
-    other = same_stage.other_origin(Store(root=out.absolute()), found) if out else ()
-    workers = rendering.default_workers()
-    seconds = cost.seconds(workers, len(usable_cpus()))
-    remarks = sentences(found.views) if found.views else []
-    notes = [*doubts(request.chosen, found.stages), *damage, *found.notes, *remarks]
-    show_doubts(notes)
-    if as_json:
-        hashes = {name: stage["hash"] for name, stage in found.stages.items()}
-        wall = {"workers": workers, "wall_seconds": seconds, "foreign": len(foreign), "other_stage": other}
-        chosen = request.chosen.as_json(found.stages) if request.chosen else None
-        effort = {"renderer": request.renderer, "effort": asdict(request.effort), "chosen": chosen, "notes": notes}
-        views = {"views": found.views.as_json()} if found.views else {}
-        left_out = {"left_out": [asdict(each) for each in found.spared]} if explain else {}
-        print(
-            json.dumps(
-                {**cost.as_json(), **wall, **effort, "variants": found.variants, "hashes": hashes, **views, **left_out}
-            )
+        report = spin_usd.plan(
+            stage,
+            out=out,
+            frames=frames,
+            variants=variants,
+            samples=samples,
+            effort=effort,
+            quality=quality,
+            error=error,
+            measured=measured,
+            seed=seed,
+            labels=labels,
+            labels_only=labels_only,
+            renderer=renderer,
+            radiance=radiance,
+            image_format=image_format,
+            explain=explain,
+            on_progress=progress,
         )
+    show_notes(report.notes)
+    if as_json:
+        print(json.dumps(report.as_json()))
         return
-    print(table(cost))
-    if found.views:
-        print(summary(found.views))
-    if request.chosen:
-        print(request.chosen.reason)
+    print(table(report.cost))
+    _print_views(report)
     if out:
-        print(f"already made: {cost.finished} pictures")
-    if other:
-        print(f"note: {out} {same_stage.in_words(other)}; a render needs --replace, or another folder")
-    if foreign:
-        print(f"note: {out} {in_words(foreign)}; a render needs --prune, which removes them, or another folder")
-    total = cost.total
-    print(f"about {_duration(seconds)} with {workers} workers, {_size(total.bytes)} on disk")
+        _print_dataset(report, out)
+    total = report.cost.total
+    print(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(total.bytes)} on disk")
     if explain:
-        print(explanation(found))
+        print(explanation(report))
 
 
-def explanation(found: "Plan") -> str:
+def _print_views(report: "PlanReport") -> None:
+    """Print what the pictures show, and why they are rendered with the effort that was chosen."""
+    from spin_usd.scene.derived.view_text import summary
+
+    if report.views:
+        print(summary(report.views))
+    if report.chosen:
+        print(report.chosen.reason)
+
+
+def _print_dataset(report: "PlanReport", out: Path) -> None:
+    """Print what the dataset in the folder `out` has already, and what a render would refuse."""
+    from spin_usd.dataset.render import orphans, same_stage
+
+    print(f"already made: {report.cost.finished} pictures")
+    if report.other_stage:
+        differs = same_stage.in_words(report.other_stage)
+        print(f"note: {out} {differs}; a render needs --replace, or another folder")
+    if report.orphans:
+        holds = orphans.in_words(report.orphans)
+        print(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
+
+
+def explanation(report: "PlanReport") -> str:
     """What is left out, why, how surely nothing changes, and of which pictures."""
     from spin_usd.dataset.plan.skipped_work import KEPT
 
-    planned = Counter(picture.variant for picture in found.pictures)
     lines = [
-        f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, planned)})"
-        for each in found.spared
+        f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, report.pictures)})"
+        for each in report.skipped or ()
     ]
     return "\n".join(("left out, because the pictures do not need it:", *lines, KEPT))
 

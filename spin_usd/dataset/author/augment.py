@@ -1,11 +1,12 @@
 """`spin-usd augment`: a specification's augmentations as variants of a stage."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.author.draw_samples import Pictures, drawn, samples_for
+from spin_usd.dataset.author.reports import AugmentReport
 from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.tree import strange
@@ -21,18 +22,6 @@ from spin_usd.stage.augment.parameters import BACKGROUND
 from spin_usd.stage.augment.replace_files import FOLDER, set_name
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.augment.write_augmentations import Augmentation, Source, open_selected, write_augmentations
-
-
-@dataclass(frozen=True, kw_only=True)
-class AugmentReport:
-    """root: the root layer's path · augmentations: their names · spec: the specification's."""
-
-    root: str
-    augmentations: tuple[str, ...]
-    spec: str
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
 
 
 def spec_path(given: str) -> Path:

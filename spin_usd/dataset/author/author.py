@@ -1,7 +1,7 @@
 """`spin-usd author`: pose list or example + model + camera -> a layered stage."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,6 +14,7 @@ from spin_usd.dataset.author.example import open_example
 from spin_usd.dataset.author.example_pictures import Shot, draw_light, draw_poses, shots
 from spin_usd.dataset.author.far_keypoints import notes_on_far_keypoints
 from spin_usd.dataset.author.plausible_target import ModelUnit, refuse_implausible, refuse_size
+from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.size import check_written
 from spin_usd.dataset.author.views import Look, look_at
 from spin_usd.dataset.store.new_folder import new_folder
@@ -25,7 +26,6 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 from spin_usd.resources import bundled
 from spin_usd.scene.derived.view_text import sentences
-from spin_usd.scene.derived.views import Views
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.augment.sampled_layer import write_sampled
@@ -44,23 +44,6 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 OUTPUTS = {"image": "color3f"} | {name: LABELS[name].usd_type for name in DEFAULT_LABELS}
 """The files of a picture that an authored stage lists, each with the USD type of its pixels."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class AuthorReport:
-    """root is the root layer's path · views: what the pictures show, None where a render will refuse the stage · notes
-    are sentences on what a user should know."""
-
-    root: str
-    frames: int
-    target: str
-    meshes: int
-    camera: str
-    views: Views | None
-    notes: tuple[str, ...]
-
-    def as_json(self) -> dict[str, Any]:
-        return asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,10 @@
 """One picture made again from its provenance, and compared."""
 
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.store.dataset_folder import Store
@@ -26,9 +28,26 @@ class Comparison:
         return self.recorded == self.found == self.again
 
 
-def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> tuple[list[Comparison], dict[str, list[str]]]:
-    """Make the picture again in a child process; returns a comparison per file, and what was made with other versions
-    (name: [recorded, now])."""
+@dataclass(frozen=True, kw_only=True)
+class Reproduction:
+    """A picture made again. files: a comparison of each · versions: the libraries that are another version now, by
+    name, with the recorded version and today's, "" where there is none."""
+
+    files: tuple[Comparison, ...]
+    versions: Mapping[str, tuple[str, str]]
+
+    @property
+    def same(self) -> bool:
+        """Whether every file came out with the same bytes."""
+        return all(file.same for file in self.files)
+
+    def as_json(self) -> dict[str, Any]:
+        files = [{**asdict(file), "same": file.same} for file in self.files]
+        return {"files": files, "versions": self.versions}
+
+
+def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduction:
+    """Make the picture again in a child process. Raises InputError where the dataset has no such picture."""
     store = Store(root=dataset.absolute())
     store.refuse_strange()
     path = store.record(variant, frame)
@@ -39,4 +58,7 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> tuple[lis
     record = read_json(path, "record-1")
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder, Child(scratch=Path(folder)) as child:
         answer = child.call("reproduce", dataset=str(store.root), record=record, folder=folder)
-    return [Comparison(**comparison) for comparison in answer["files"]], answer["versions"]
+    return Reproduction(
+        files=tuple(Comparison(**comparison) for comparison in answer["files"]),
+        versions={name: (recorded, now) for name, (recorded, now) in answer["versions"].items()},
+    )

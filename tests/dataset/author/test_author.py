@@ -14,7 +14,8 @@ import pytest
 import trimesh
 from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 
-from spin_usd.dataset.author.author import AuthorReport, author_stage
+from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError, OutputError, SpinError
 from spin_usd.stage.check.check_stage import check_stage

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from spin_usd.dataset.author.author import AuthorReport, author_stage
+from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.size import check_written
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target.from_usd import describe

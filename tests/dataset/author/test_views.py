@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 import trimesh
 
-from spin_usd.dataset.author.author import AuthorReport, author_example, author_stage
+from spin_usd.dataset.author.author import author_example, author_stage
+from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.views import ViewKind
 from spin_usd.scene.finding import ERROR, WARNING, Finding

@@ -9,7 +9,7 @@ import pytest
 
 from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
-from spin_usd.cli.effort import setting_of
+from spin_usd.api.effort import setting_of
 from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json

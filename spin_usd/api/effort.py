@@ -1,15 +1,14 @@
 """How hard to try, of the ways in which it can be said."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from spin_usd.accuracy.measurement import Configuration
+from spin_usd.dataset.plan import effort_choice
+from spin_usd.dataset.plan.effort_choice import Chosen
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
+from spin_usd.dataset.store.measurement_file import measurement_file
 from spin_usd.errors import InputError
-
-if TYPE_CHECKING:
-    from spin_usd.accuracy.measurement import Configuration
-    from spin_usd.dataset.plan.effort_choice import Chosen
-    from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import Effort, parse_effort
 
 
 def setting_of(
@@ -21,14 +20,9 @@ def setting_of(
     effort: str | None,
     quality: str | None,
     error: str | None,
-) -> tuple["Configuration", "Chosen | None"]:
+) -> tuple[Configuration, Chosen | None]:
     """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
     do not go together."""
-    from spin_usd.accuracy.measurement import Configuration
-    from spin_usd.dataset.plan import effort_choice as choosing
-    from spin_usd.dataset.store.measurement_file import measurement_file
-    from spin_usd.scene.effort import Effort, parse_effort
-
     ways = {"--samples": samples, "--effort": effort, "--quality": quality, "--error": error}
     given = [name for name, value in ways.items() if value is not None]
     if len(given) > 1:
@@ -37,13 +31,13 @@ def setting_of(
         raise InputError("--measured is given without --error", do="give --error too")
     renderer = renderer or DEFAULT_RENDERER
     if error is not None:
-        return choosing.by_error(error, measurement_file(stage, measured), renderer=renderer)
+        return effort_choice.by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
     tried = Effort() if samples is None else Effort(samples=samples)
     if effort is not None:
         tried = parse_effort(_said(effort))
     if quality is not None:
-        tried, chosen = choosing.by_quality(quality, stage, renderer=renderer)
+        tried, chosen = effort_choice.by_quality(quality, stage, renderer=renderer)
         _refuse_unheeded(quality, tried, renderer)
     return Configuration(renderer=renderer, effort=tried), chosen
 
@@ -54,7 +48,7 @@ def _said(effort: str) -> str:
     return effort
 
 
-def _refuse_unheeded(quality: str, effort: "Effort", renderer: str) -> None:
+def _refuse_unheeded(quality: str, effort: Effort, renderer: str) -> None:
     if unused := set(effort.unusual) - renderer_entry(renderer).effort:
         found = f"--quality {quality} needs {DEFAULT_RENDERER}: {renderer} has no {' and no '.join(sorted(unused))}"
         raise InputError(found, do=f"drop --renderer {renderer}, or give --samples N")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from spin_usd.cli.progress import shown
+from spin_usd.cli.output.progress import shown
 
 
 def test_a_line_says_what_it_counts_and_none_is_said_twice(capsys: pytest.CaptureFixture[str]) -> None:

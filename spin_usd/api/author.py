@@ -1,0 +1,112 @@
+"""A stage from a pose list, a model and a camera, or from an example."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.author.reports import AuthorReport
+from spin_usd.dataset.process.child import Child
+from spin_usd.errors import InputError
+
+
+def author(
+    *,
+    out: str | Path,
+    poses: str | Path | None = None,
+    example: str | Path | None = None,
+    count: int | None = None,
+    target: str | Path | None = None,
+    camera: str | Path | None = None,
+    units_per_metre: float | None = None,
+    prim: str | None = None,
+    frames: str | None = None,
+    seed: int = 0,
+    preset: str | Path | None = None,
+    lights: str | Path | None = None,
+    environment: str | Path | None = None,
+    augment: str | Path | None = None,
+    keypoints: str | Path | None = None,
+    parts: str | Path | None = None,
+    channels: str | None = None,
+    sun_direction: Sequence[float] | None = None,
+    sun_from_target: Sequence[float] | None = None,
+    any_size: bool = False,
+) -> AuthorReport:
+    """Make the layered stage `out`/dataset.usda, in a new folder.
+
+    Args:
+        out: the folder to make.
+        poses: a pose list, SPEED+, SPEED, SHIRT or SPIN JSON; then `target` and `camera` are needed too.
+        example: instead of it the name of an example, or a TOML file, which samples poses and light from the seed.
+        count: how many pictures of the example; all if not given.
+        target: a target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.
+        camera: a camera's name, a SPEED+ camera.json, or a camera layer.
+        units_per_metre: the model's units in a metre, 100 for centimetres.
+        prim: the path of the prim of a USD target that is taken; "/" for all root prims.
+        frames: some of the pictures, "A:B:STEP" as Python slices.
+        seed: the dataset's seed.
+        preset: a preset's name, or a preset layer.
+        lights: a name, or a lights layer.
+        environment: a name, or an environment layer.
+        augment: the name of a specification of augmentations to write over the stage, or a TOML file.
+        keypoints: a file of named points, JSON, CSV or TOML; metres, body axes.
+        parts: a file of patterns of material and prim names, with part and class; JSON, CSV or TOML.
+        channels: "rgb" or "mono", instead of the camera's own.
+        sun_direction: x, y, z of a vector to the Sun in camera axes (x right, y down, z forward); -z is behind.
+        sun_from_target: the same in the target's body axes; the Sun turns with the target.
+        any_size: take a model of any size, even one with the camera inside it.
+
+    Raises InputError for what cannot be accepted, StageError and UnsupportedError for a USD target, and OutputError;
+    then `out` is not there.
+    """
+    choices: dict[str, Any] = {
+        "target": _text(target),
+        "camera": _text(camera),
+        "out": str(out),
+        "units_per_metre": units_per_metre,
+        "prim": prim,
+        "frames": frames,
+        "seed": seed,
+        "preset": _text(preset),
+        "lights": _text(lights),
+        "environment": _text(environment),
+        "augment": _text(augment),
+        "additions": {
+            "keypoints": _text(keypoints),
+            "parts": _text(parts),
+            "channels": channels,
+            "sun_direction": _numbers(sun_direction),
+            "sun_from_target": _numbers(sun_from_target),
+        },
+        "any_size": any_size,
+    }
+    call, source = _source(_text(poses), _text(example), count, choices)
+    with Child() as child:
+        return AuthorReport.from_json(child.call(call, **source, **choices))
+
+
+def _source(
+    poses: str | None, example: str | None, count: int | None, choices: Mapping[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """The child's call, and its arguments that say where the pictures come from. Raises InputError."""
+    if poses is None and example is None:
+        do = "give a pose list with --poses, or let the sampler draw poses with --example"
+        raise InputError("neither --poses nor --example is given", do=do)
+    if poses is not None and example is not None:
+        raise InputError("--poses and --example are given together", do="give one of them")
+    if example is not None:
+        return "author_example", {"example": example, "count": count}
+    if count is not None:
+        raise InputError("--count is given without --example", do="choose poses with --frames")
+    for name in ("target", "camera"):
+        if choices[name] is None:
+            raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
+    return "author", {"poses": poses}
+
+
+def _text(given: str | Path | None) -> str | None:
+    return None if given is None else str(given)
+
+
+def _numbers(given: Sequence[float] | None) -> list[float] | None:
+    return None if given is None else [float(number) for number in given]

@@ -1,0 +1,95 @@
+"""What plan reports."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.plan.effort_choice import Chosen, doubts
+from spin_usd.dataset.plan.make_plan import Plan
+from spin_usd.dataset.plan.measured_cost import measured_beside
+from spin_usd.dataset.plan.skipped_work import Spared
+from spin_usd.dataset.plan.variant_table import Matrix, matrix
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.render.orphans import foreign_pictures
+from spin_usd.dataset.render.render import RenderRequest, default_workers, method_of
+from spin_usd.dataset.render.same_stage import other_origin
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.scene.derived.view_text import sentences
+from spin_usd.scene.derived.views import Views
+from spin_usd.scene.effort import Effort
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanReport:
+    """What a render would make, and about what that costs.
+
+    cost: a row for each variant, and their total · pictures: how many are planned of each variant · workers: processes
+    that a render would start · seconds: about the wall-clock time with them · renderer, effort: how the pictures are
+    made · chosen: why with that effort, None where it was given · stages: by variant, what a record says of the stage ·
+    views: what the pictures show, where that is known · notes: sentences on what a user should know · skipped: the work
+    that no picture needs, None where it was not asked for · orphans: records in the dataset of pictures that the stage
+    does not have · other_stage: what the dataset's pictures were made from otherwise than this stage is.
+    """
+
+    cost: Matrix
+    pictures: Mapping[str, int]
+    workers: int
+    seconds: float
+    renderer: str
+    effort: Effort
+    chosen: Chosen | None
+    stages: Mapping[str, Mapping[str, Any]]
+    views: Views | None
+    notes: tuple[str, ...]
+    skipped: tuple[Spared, ...] | None
+    orphans: tuple[Path, ...]
+    other_stage: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        report = {
+            **self.cost.as_json(),
+            "workers": self.workers,
+            "wall_seconds": self.seconds,
+            "foreign": len(self.orphans),
+            "other_stage": self.other_stage,
+            "renderer": self.renderer,
+            "effort": asdict(self.effort),
+            "chosen": self.chosen.as_json(self.stages) if self.chosen else None,
+            "notes": self.notes,
+            "variants": tuple(self.pictures),
+            "hashes": {name: stage["hash"] for name, stage in self.stages.items()},
+        }
+        if self.views:
+            report["views"] = self.views.as_json()
+        if self.skipped is not None:
+            report["left_out"] = [asdict(each) for each in self.skipped]
+        return report
+
+
+def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:
+    """The report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the plan
+    knows the skipped work."""
+    method = method_of(request, plan)
+    renders, damage = measured_beside(request.stage, plan, method)
+    cost = matrix(plan, method, request.image_suffix, dataset, renders)
+    store = Store(root=dataset) if dataset else None
+    counts = Counter(picture.variant for picture in plan.pictures)
+    workers = default_workers()
+    remarks = sentences(plan.views) if plan.views else []
+    return PlanReport(
+        cost=cost,
+        pictures={variant: counts[variant] for variant in plan.variants},
+        workers=workers,
+        seconds=cost.seconds(workers, len(usable_cpus())),
+        renderer=request.renderer,
+        effort=request.effort,
+        chosen=request.chosen,
+        stages=plan.stages,
+        views=plan.views,
+        notes=(*doubts(request.chosen, plan.stages), *damage, *plan.notes, *remarks),
+        skipped=plan.spared if explained else None,
+        orphans=tuple(foreign_pictures(store, plan)) if store else (),
+        other_stage=other_origin(store, plan) if store else (),
+    )

@@ -1,0 +1,89 @@
+"""A stage rendered and labelled."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from spin_usd.api.request import render_request
+from spin_usd.dataset.render import render as rendering
+from spin_usd.progress import Progress, ignore
+
+
+def render(
+    stage: str | Path,
+    *,
+    out: str | Path,
+    frames: str | None = None,
+    variants: str | Sequence[str] = (),
+    samples: int | None = None,
+    effort: str | None = None,
+    quality: str | None = None,
+    error: str | float | None = None,
+    measured: str | Path | None = None,
+    seed: int | None = None,
+    labels: str | Sequence[str] = "default",
+    labels_only: bool = False,
+    renderer: str | None = None,
+    radiance: bool = False,
+    image_format: str = "png",
+    workers: int | None = None,
+    no_cache: bool = False,
+    prune: bool = False,
+    replace: bool = False,
+    verify: bool = False,
+    on_progress: Progress = ignore,
+) -> rendering.RenderReport:
+    """Render and label a stage into a dataset. Run again, it makes what is missing.
+
+    Pictures that fail do not raise: the report's `failed` has their names and reasons.
+
+    Args:
+        stage: a stage's root layer, or the folder of its dataset.usda.
+        out: the dataset's folder.
+        frames: some of the pictures, "A:B:STEP" as Python slices.
+        variants: names, or patterns such as "noisy_*", or "all"; the stage's own selection if not given.
+        samples: light samples per pixel; 16 if nothing is said of effort.
+        effort: all that a picture may cost, such as "samples=16,denoiser=fast".
+        quality: "preview", "draft", "standard" or "reference".
+        error: the cheapest effort measured within this relative error, or within "auto".
+        measured: a measurement for that, instead of the one beside the stage.
+        seed: instead of the stage's own.
+        labels: names, "default", "all" or "none".
+        labels_only: write no image.
+        renderer: "blender" or "raycast"; blender if nothing is said.
+        radiance: write linear radiance too.
+        image_format: "png" or "jpg".
+        workers: worker processes; as many as fit if not given.
+        no_cache: keep no renders for later runs; changes no byte of a picture.
+        prune: remove the dataset's pictures that the stage does not have.
+        replace: remove all pictures of another stage first.
+        verify: read what is there before it is used again, and make damaged pictures anew.
+        on_progress: called with what is counted, how many are done and how many there are.
+
+    Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
+    """
+    request = render_request(
+        stage,
+        frames=frames,
+        variants=variants,
+        samples=samples,
+        effort=effort,
+        quality=quality,
+        error=error,
+        measured=measured,
+        seed=seed,
+        labels=labels,
+        labels_only=labels_only,
+        renderer=renderer,
+        radiance=radiance,
+        image_format=image_format,
+    )
+    return rendering.render(
+        request,
+        Path(out),
+        workers=workers,
+        keep_cache=not no_cache,
+        prune=prune,
+        replace=replace,
+        verify=verify,
+        progress=on_progress,
+    )

@@ -1,0 +1,81 @@
+"""What plan and render are asked to make."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from spin_usd.api.effort import setting_of
+from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.store.stage_path import root_layer
+from spin_usd.errors import InputError
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+
+
+def render_request(
+    stage: str | Path,
+    *,
+    frames: str | None,
+    variants: str | Sequence[str],
+    samples: int | None,
+    effort: str | None,
+    quality: str | None,
+    error: str | float | None,
+    measured: str | Path | None,
+    seed: int | None,
+    labels: str | Sequence[str],
+    labels_only: bool,
+    renderer: str | None,
+    radiance: bool,
+    image_format: str,
+) -> RenderRequest:
+    """The request for pictures of `stage`. Raises InputError for what does not go together or is not there."""
+    root = root_layer(Path(stage))
+    if labels_only and not radiance:
+        _refuse_unlit(quality, error)
+    setting, chosen = setting_of(
+        root,
+        renderer=renderer,
+        measured=_measured_path(measured),
+        samples=samples,
+        effort=effort,
+        quality=quality,
+        error=None if error is None else str(error),
+    )
+    return RenderRequest(
+        stage=root,
+        frames=frames,
+        variants=_names(variants),
+        effort=setting.effort,
+        chosen=chosen,
+        seed=seed,
+        renderer=setting.renderer,
+        labels=_label_names(labels),
+        image=not labels_only,
+        radiance=radiance,
+        image_suffix=f".{image_format}",
+    )
+
+
+def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """The labels that are named; "default", "all" and "none" may stand among the names."""
+    groups = {"default": DEFAULT_LABELS, "all": tuple(LABELS), "none": ()}
+    return tuple(label for name in _names(given) for label in groups.get(name, (name,)))
+
+
+def _refuse_unlit(quality: str | None, error: str | float | None) -> None:
+    for name, value in {"--quality": quality, "--error": error}.items():
+        if value is not None:
+            raise InputError(f"{name} is given with --labels-only, which renders no light", do="drop one of them")
+
+
+def _measured_path(given: str | Path | None) -> Path | None:
+    if given is None:
+        return None
+    if not str(given):
+        raise InputError("--measured is empty", do="give a folder or its measure.json")
+    return Path(given)
+
+
+def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Names, from a list of them or from text with commas between."""
+    names = given.split(",") if isinstance(given, str) else given
+    return tuple(name.strip() for name in names if name.strip())

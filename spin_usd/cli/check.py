@@ -1,0 +1,40 @@
+"""`spin-usd check`."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.cli.options import Json
+from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.progress import shown
+from spin_usd.errors import FINDINGS
+
+
+def check(
+    context: typer.Context,
+    path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
+    as_json: Json = False,
+) -> None:
+    """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
+    from spin_usd.scene.derived.view_text import summary
+
+    with shown(context.obj["quiet"]) as progress:
+        checked = spin_usd.check(path, on_progress=progress)
+    findings, views = checked.findings, checked.views
+    errors = [finding for finding in findings if finding.severity == "error"]
+    if as_json:
+        shows = {"views": views.as_json()} if views else {}
+        print(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **shows}))
+    else:
+        if views:
+            print(summary(views))
+        for finding in findings:
+            print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
+        warnings = counted(len(findings) - len(errors), "warning")
+        print(f"{checked.kind} {path}: {counted(len(errors), 'error')}, {warnings}")
+    if errors:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,27 @@
+"""`spin-usd demo`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.cli.options import Workers
+from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
+from spin_usd.cli.output.progress import shown
+
+
+def demo(
+    context: typer.Context,
+    out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
+    workers: Workers = None,
+) -> None:
+    """Author the example stage, render and label it, and say where to look."""
+    from spin_usd.dataset.demo import run_demo
+
+    with shown(context.obj["quiet"]) as progress:
+        made = run_demo(out, progress=progress, workers=workers)
+    print(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
+    print(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
+    print(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    warn_of_faults(made.report, made.dataset)
+    exit_if_failed(made.report)

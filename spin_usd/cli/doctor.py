@@ -1,0 +1,31 @@
+"""`spin-usd doctor`."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.cli.options import Json
+from spin_usd.errors import FINDINGS
+
+
+def doctor(
+    folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
+    as_json: Json = False,
+) -> None:
+    """What this machine has and lacks, each line with its remedy."""
+    from spin_usd.dataset.doctor import examine
+
+    lines = []
+    for line in examine(folder):
+        lines.append(line)
+        if not as_json:
+            print(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}", flush=True)
+            if line.remedy:
+                print(f"    {'':26} -> {line.remedy}")
+    if as_json:
+        print(json.dumps([asdict(line) for line in lines]))
+    if not all(line.well for line in lines):
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,28 @@
+"""What a command that renders says at its end of pictures that show little or failed."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from spin_usd.errors import FINDINGS
+
+if TYPE_CHECKING:
+    from spin_usd.dataset.render.render import RenderReport
+
+
+def warn_of_faults(report: "RenderReport", dataset: Path) -> None:
+    """Say on standard error how many pictures show little, where any does."""
+    from spin_usd.dataset.picture.brightness import counted_faults
+
+    if text := counted_faults(report.faults, report.made + report.reused):
+        print(f"warning: {text}; spin-usd check {dataset} names them", file=sys.stderr)
+
+
+def exit_if_failed(report: "RenderReport") -> None:
+    """Name the pictures that failed on standard error, and end the command where there are any."""
+    for name, reason in report.failed:
+        print(f"failed: {name}: {reason}", file=sys.stderr)
+    if report.failed:
+        raise typer.Exit(FINDINGS)

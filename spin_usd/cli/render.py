@@ -1,0 +1,85 @@
+"""`spin-usd render`."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.cli import options
+from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
+from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.progress import shown
+
+if TYPE_CHECKING:
+    from spin_usd.dataset.render.render import RenderReport
+
+
+def render(
+    context: typer.Context,
+    *,
+    stage: options.Stage,
+    out: Annotated[Path, typer.Option(help="The dataset's folder. Run again, it resumes.")],
+    frames: options.Frames = None,
+    variants: options.Variants = "",
+    samples: options.Samples = None,
+    effort: options.EffortText = None,
+    quality: options.Quality = None,
+    error: options.Error = None,
+    measured: options.MeasuredIn = None,
+    seed: options.Seed = None,
+    labels: options.Labels = "default",
+    labels_only: options.LabelsOnly = False,
+    renderer: options.RendererName = None,
+    radiance: options.RadianceOption = False,
+    image_format: options.ImageFormat = "png",
+    workers: options.Workers = None,
+    no_cache: options.NoCache = False,
+    prune: options.Prune = False,
+    replace: options.Replace = False,
+    verify: options.Verify = False,
+    as_json: options.Json = False,
+) -> None:
+    """Render and label a stage into a dataset."""
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.render(
+            stage,
+            out=out,
+            frames=frames,
+            variants=variants,
+            samples=samples,
+            effort=effort,
+            quality=quality,
+            error=error,
+            measured=measured,
+            seed=seed,
+            labels=labels,
+            labels_only=labels_only,
+            renderer=renderer,
+            radiance=radiance,
+            image_format=image_format,
+            workers=workers,
+            no_cache=no_cache,
+            prune=prune,
+            replace=replace,
+            verify=verify,
+            on_progress=progress,
+        )
+    show_notes(report.doubts)
+    if as_json:
+        print(json.dumps(asdict(report)))
+    else:
+        print(_sentence(report, out, prune))
+        warn_of_faults(report, out)
+    exit_if_failed(report)
+
+
+def _sentence(report: "RenderReport", out: Path, prune: bool) -> str:
+    """What was made and what was there, in one line."""
+    removed = f", {report.pruned} removed" if prune or report.pruned else ""
+    made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
+    passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
+    return f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)"

@@ -1,0 +1,31 @@
+"""`spin-usd reproduce`."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.cli.options import Json
+from spin_usd.cli.output.notes import show_notes
+from spin_usd.errors import FINDINGS
+
+
+def reproduce(
+    dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
+    frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],
+    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
+    as_json: Json = False,
+) -> None:
+    """Make one picture again from its provenance and compare it with the one there."""
+    made = spin_usd.reproduce(dataset, frame, variant=variant)
+    if as_json:
+        print(json.dumps(made.as_json()))
+    else:
+        for file in made.files:
+            print(f"{'same     ' if file.same else 'DIFFERENT'}  {file.path}")
+        changed = made.versions.items()
+        show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
+    if not made.same:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,52 @@
+"""What author and augment made, as they report it from the child process to the caller."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from spin_usd.scene.derived.views import Views
+
+
+@dataclass(frozen=True, kw_only=True)
+class AuthorReport:
+    """A stage that author wrote.
+
+    root: its root layer's path · frames: how many pictures it has · target: the target's name · meshes: how many it has
+    · camera: the camera's file · views: what the pictures show, None where a render will refuse the stage · notes:
+    sentences on what a user should know.
+    """
+
+    root: str
+    frames: int
+    target: str
+    meshes: int
+    camera: str
+    views: Views | None
+    notes: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> "AuthorReport":
+        views = Views.from_json(fields["views"]) if fields["views"] else None
+        return cls(**{**fields, "views": views, "notes": tuple(fields["notes"])})
+
+
+@dataclass(frozen=True, kw_only=True)
+class AugmentReport:
+    """Augmentations that augment wrote.
+
+    root: the path of the root layer that has them · augmentations: their names · spec: the specification's name.
+    """
+
+    root: str
+    augmentations: tuple[str, ...]
+    spec: str
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> "AugmentReport":
+        return cls(**{**fields, "augmentations": tuple(fields["augmentations"])})
