@@ -8,7 +8,7 @@ from typing import Any
 from spin_usd.accuracy.measurement import FORMULAS, Measurement
 from spin_usd.accuracy.sweep import STEP
 from spin_usd.arrays import digest
-from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
+from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S
@@ -17,7 +17,7 @@ from spin_usd.progress import Progress
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
 from spin_usd.scene.model import NOMINAL
 
-BLENDER, RAYCAST = Kind(renderer="blender"), Kind(renderer="raycast")
+BLENDER, RAYCAST = ProcessKind(renderer="blender"), ProcessKind(renderer="raycast")
 OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
 SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
@@ -95,7 +95,7 @@ class Tally:
 class Series:
     """Renders of a picture that differ in their seeds alone: made by a process of that kind, and kept by key."""
 
-    kind: Kind
+    kind: ProcessKind
     effort: Effort
     seeds: tuple[int, ...]
     keys: tuple[str, ...]
@@ -104,7 +104,7 @@ class Series:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Campaign:
     """request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software ·
-    machine: what it is measured on · pool(count): so many processes."""
+    machine: what it is measured on · processes(count): so many processes."""
 
     request: MeasureRequest
     runs: Runs
@@ -113,7 +113,7 @@ class Campaign:
     versions: Mapping[str, str]
     machine: Mapping[str, str | int]
     tally: Tally
-    pool: Callable[[int], Pool]
+    processes: Callable[[int], Processes]
 
     def measurement(self, **found: Any) -> Measurement:
         """With what was `found`, by the names of Measurement."""
@@ -138,22 +138,24 @@ class Campaign:
         """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""
         return tuple(int(digest(["measure", self.seed, purpose, n])[:8], 16) & 0x7FFFFFFF for n in numbers)
 
-    def series(self, picture: PlannedPicture, kind: Kind, effort: Effort, seeds: Sequence[int]) -> Series:
+    def series(self, picture: PlannedPicture, kind: ProcessKind, effort: Effort, seeds: Sequence[int]) -> Series:
         """Of the picture, with these seeds."""
         how = [picture.radiance, asdict(kind), asdict(effort)]
         keys = tuple(self.key(*how, seed) for seed in seeds)
         return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
 
-    def asked(self, pool: Pool, picture: PlannedPicture, kind: Kind, what: str, **arguments: Any) -> Answer:
+    def asked(
+        self, processes: Processes, picture: PlannedPicture, kind: ProcessKind, what: str, **arguments: Any
+    ) -> JobResult:
         """What came of asking a process of that kind about the picture."""
-        return pool.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
+        return processes.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
 
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
         """Tell the tally of renders to come."""
         for series in wanted:
             self.tally.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
 
-    def make(self, pool: Pool, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
+    def make(self, processes: Processes, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
         """Render what is missing of the series; of each why it failed, None where all of it is there."""
         self.expect(picture, wanted)
         jobs = {}
@@ -163,7 +165,7 @@ class Campaign:
             if missing:
                 how = {"effort": asdict(series.effort), "seeds": missing}
                 jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
-        answers = pool.run(list(jobs.values()), told=lambda key: self.tally.did([key]))
+        answers = processes.run(list(jobs.values()), on_made=lambda key: self.tally.did([key]))
         for number in jobs:
             self.tally.did(wanted[number].keys)  # what failed is not waited for
         failed = {number: answer.failed for number, answer in zip(jobs, answers, strict=True)}

@@ -8,7 +8,7 @@ from typing import Any
 from spin_usd.accuracy.measurement import Execution, Failure
 from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import Campaign, weight
-from spin_usd.dataset.measure.pool import Job, Kind
+from spin_usd.dataset.measure.processes import Job, ProcessKind
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.processors import usable_cpus
 
@@ -78,12 +78,12 @@ class ExecutionTask:
 
     def _run(self, way: Way) -> dict[str, Any]:
         """Seconds of wall clock, and each render's digest; or why it failed."""
-        kind = Kind(renderer="blender", crop=way.crop)
+        kind = ProcessKind(renderer="blender", crop=way.crop)
         jobs = [Job(kind=kind, what="render_digest", arguments=each) for each in self._renders]
-        with self._campaign.pool(way.processes) as pool:
-            pool.run(jobs[-1:] * way.processes)  # opens each
+        with self._campaign.processes(way.processes) as processes:
+            processes.run(jobs[-1:] * way.processes)  # opens each
             began = time.perf_counter()
-            answers = pool.run(jobs)
+            answers = processes.run(jobs)
             wall_s = time.perf_counter() - began
         failed = [answer.failed for answer in answers if answer.failed is not None]
         return {"failed": failed[0]} if failed else {"wall_s": wall_s, "digests": [each.result for each in answers]}

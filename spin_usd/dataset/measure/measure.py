@@ -14,7 +14,7 @@ from spin_usd.accuracy.sweep import representative
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.picture_task import PictureTask
-from spin_usd.dataset.measure.pool import Kind, Pool
+from spin_usd.dataset.measure.processes import Processes, ProcessKind
 from spin_usd.dataset.measure.renders import SUBJECT, Runs, is_run, run_name
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
@@ -80,7 +80,7 @@ def measure(
             versions=library_versions() | {name: version(name) for name in DECISIVE},
             machine=machine(),
             tally=Tally(progress),
-            pool=lambda count: Pool(count, partial(starter, count), hang_s=request.hang_s),
+            processes=lambda count: Processes(count, partial(starter, count), hang_s=request.hang_s),
         )
         measurement, keys = _measured(campaign, pictures, workers)
         _write(folder / FILE, measurement, lease.work)
@@ -94,8 +94,8 @@ def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) 
     smallest = min(pictures, key=lambda each: each.region_pixels)
     tasks = [PictureTask(campaign, each, savings=each is smallest) for each in pictures]
     execution = ExecutionTask(campaign, pictures)
-    with campaign.pool(workers) as pool:
-        parts = [task.measured(pool) for task in tasks]
+    with campaign.processes(workers) as processes:
+        parts = [task.measured(processes) for task in tasks]
     failures = [failure for part in parts for failure in part.failures]
     if not any(part.frames for part in parts):
         why = f"no picture could be measured: {failures[-1].what}: {failures[-1].reason}"
@@ -162,7 +162,7 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
     return [plan.pictures[place] for place in chosen]
 
 
-def _started(plan: Plan, runs: Runs, lease: Lease, count: int, number: int, kind: Kind) -> Child:
+def _started(plan: Plan, runs: Runs, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
     """A process of that kind, the `number`th of `count`."""
     child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
     child.send(

@@ -8,7 +8,7 @@ from typing import Any
 from spin_usd.accuracy.measurement import Configuration, Failure, Figures, LabelFigures, MeasuredPicture, Measurement
 from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import BLENDER, PART, RAYCAST, Campaign, Series
-from spin_usd.dataset.measure.pool import Kind, Pool
+from spin_usd.dataset.measure.processes import Processes, ProcessKind
 from spin_usd.dataset.measure.savings import SavingsTask
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.measurement_file import read_measurement
@@ -43,14 +43,14 @@ class PictureTask:
         )
         campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
 
-    def measured(self, pool: Pool) -> Measurement:
+    def measured(self, processes: Processes) -> Measurement:
         """All of it. A picture whose reference failed is not among the frames, a setting that failed not among the
         figures; the failures say why, and what was made is kept for the next run."""
         runs = self._campaign.runs
         try:
             found = read_measurement(runs.result(self.key))
         except InputError:
-            found = self._made(pool)
+            found = self._made(processes)
             if not found.failures:
                 runs.write_result(self.key, found.as_json())
         if not found.failures:
@@ -66,46 +66,46 @@ class PictureTask:
         saved = self._savings.keys if self._savings else ()
         return {self.key, *saved, *(key for each in series for key in each.keys)}
 
-    def _made(self, pool: Pool) -> Measurement:
-        by_kind: dict[Kind, dict[Configuration, Series]] = {BLENDER: {}, RAYCAST: {}}
+    def _made(self, processes: Processes) -> Measurement:
+        by_kind: dict[ProcessKind, dict[Configuration, Series]] = {BLENDER: {}, RAYCAST: {}}
         for setting, series in self._settings.items():
             by_kind[series.kind][setting] = series
-        made = self._rendered(pool, by_kind[BLENDER])
-        labels = self._asked(pool, BLENDER, "labels", against=RAYCAST.renderer)
+        made = self._rendered(processes, by_kind[BLENDER])
+        labels = self._asked(processes, BLENDER, "labels", against=RAYCAST.renderer)
         saved = self._savings
         if saved:
-            saved.render(pool)
-        made |= self._rendered(pool, by_kind[RAYCAST])
-        reference, capped = self._reference(pool, [each.keys for each in made.values()])
-        frames, figures = self._figures(pool, made, reference, capped=capped) if reference else ((), ())
+            saved.render(processes)
+        made |= self._rendered(processes, by_kind[RAYCAST])
+        reference, capped = self._reference(processes, [each.keys for each in made.values()])
+        frames, figures = self._figures(processes, made, reference, capped=capped) if reference else ((), ())
         return self._campaign.measurement(
             frames=frames,
             figures=figures,
             labels=(LabelFigures(**labels),) if labels else (),
-            savings=saved.savings(pool, reference) if frames and saved else (),
+            savings=saved.savings(processes, reference) if frames and saved else (),
             failures=(*self._failures, *(saved.failures if saved else ())),
         )
 
-    def _rendered(self, pool: Pool, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
+    def _rendered(self, processes: Processes, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
         """Those of which all renders are there."""
-        reasons = self._campaign.make(pool, self._picture, list(wanted.values()))
+        reasons = self._campaign.make(processes, self._picture, list(wanted.values()))
         failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
         for setting, why in failed.items():
             self._fail(setting.text, why)
         return {setting: series for setting, series in wanted.items() if setting not in failed}
 
-    def _reference(self, pool: Pool, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
+    def _reference(self, processes: Processes, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
         """Keys of the parts of a reference that is good enough for the settings with these runs, and whether it ended
         before it was; no keys where it failed."""
         count = FIRST_PARTS if runs else 0
         while count:
             parts = self._parts(count)
             keys = [key for part in parts for key in part.keys]
-            failed = [why for why in self._campaign.make(pool, self._picture, parts) if why is not None]
+            failed = [why for why in self._campaign.make(processes, self._picture, parts) if why is not None]
             if failed:
                 self._fail("reference", failed[0])
                 break
-            errors = self._asked(pool, RAYCAST, "errors", reference=keys, runs=runs)
+            errors = self._asked(processes, RAYCAST, "errors", reference=keys, runs=runs)
             if errors is None:
                 break
             wanted = self._campaign.request.reference_share * min(errors["settings"])
@@ -116,10 +116,10 @@ class PictureTask:
         return [], False
 
     def _figures(
-        self, pool: Pool, made: Mapping[Configuration, Series], reference: Sequence[str], *, capped: bool
+        self, processes: Processes, made: Mapping[Configuration, Series], reference: Sequence[str], *, capped: bool
     ) -> tuple[tuple[MeasuredPicture, ...], tuple[Figures, ...]]:
         answer = self._asked(
-            pool,
+            processes,
             RAYCAST,
             "figures",
             seed=self._campaign.seed,
@@ -138,9 +138,9 @@ class PictureTask:
             tuple(Figures(**{**each, "setting": setting}) for setting, each in figures),
         )
 
-    def _asked(self, pool: Pool, kind: Kind, what: str, **arguments: Any) -> Any:
+    def _asked(self, processes: Processes, kind: ProcessKind, what: str, **arguments: Any) -> Any:
         """What a process of that kind answers; None where it failed."""
-        answer = self._campaign.asked(pool, self._picture, kind, what, **arguments)
+        answer = self._campaign.asked(processes, self._picture, kind, what, **arguments)
         if answer.failed is not None:
             self._fail(what, answer.failed)
         return answer.result
@@ -149,7 +149,7 @@ class PictureTask:
         self._failures.append(Failure(frame=self._picture.frame, what=what, reason=why))
 
     def _series(self, setting: Configuration) -> Series:
-        kind, numbers = Kind(renderer=setting.renderer), range(self._campaign.request.seeds)
+        kind, numbers = ProcessKind(renderer=setting.renderer), range(self._campaign.request.seeds)
         return self._campaign.series(self._picture, kind, setting.effort, self._campaign.seeds("setting", numbers))
 
     def _parts(self, count: int) -> list[Series]:

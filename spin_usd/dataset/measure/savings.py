@@ -6,7 +6,7 @@ from dataclasses import asdict
 from spin_usd.accuracy.measurement import Failure, Saving
 from spin_usd.accuracy.sweep import base_effort
 from spin_usd.dataset.measure.campaign import BLENDER, RAYCAST, Campaign, weight
-from spin_usd.dataset.measure.pool import Job, Pool
+from spin_usd.dataset.measure.processes import Job, Processes
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 
 EVERYTHING = "everything"  # all of the work at once
@@ -28,10 +28,10 @@ class SavingsTask:
         """Of what was rendered for it."""
         return {key for runs in self._runs.values() for keys in runs.values() for key in keys}
 
-    def render(self, pool: Pool) -> None:
+    def render(self, processes: Processes) -> None:
         """The picture with and without each work that is left out of it, and all of that."""
         campaign, effort = self._campaign, asdict(self._effort)
-        found = campaign.asked(pool, self._picture, BLENDER, "skipped_work", effort=effort)
+        found = campaign.asked(processes, self._picture, BLENDER, "skipped_work", effort=effort)
         if found.failed is not None:
             self._fail("what is left out", found.failed)
         works = _works(found.result or [])
@@ -51,15 +51,17 @@ class SavingsTask:
             )
             for what in missing
         ]
-        for what, answer in zip(missing, pool.run(jobs, told=lambda key: campaign.tally.did([key])), strict=True):
+        for what, answer in zip(
+            missing, processes.run(jobs, on_made=lambda key: campaign.tally.did([key])), strict=True
+        ):
             if answer.failed is not None:
                 self._fail(f"with {what}", answer.failed)
                 campaign.tally.did(key for keys in self._runs.pop(what).values() for key in keys)
 
-    def savings(self, pool: Pool, reference: Sequence[str]) -> tuple[Saving, ...]:
+    def savings(self, processes: Processes, reference: Sequence[str]) -> tuple[Saving, ...]:
         """By the weights of the reference, given by its parts' keys."""
         how = {"reference": reference, "runs": self._runs}
-        found = self._campaign.asked(pool, self._picture, RAYCAST, "savings", **how)
+        found = self._campaign.asked(processes, self._picture, RAYCAST, "savings", **how)
         if found.failed is not None:
             self._fail("savings", found.failed)
         return tuple(Saving(**each) for each in found.result or [])

@@ -1,8 +1,6 @@
 """The supervising side of a plan: the stage is read in child processes, which share out the pictures."""
 
-import selectors
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +8,7 @@ from typing import Any
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import Spared, spared
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.keys import KEYS, RenderSettings
@@ -80,8 +79,9 @@ def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan
 
 
 def _plan(question: Question, processes: int, progress: Progress) -> Plan:
-    with ExitStack() as stack:
-        first = stack.enter_context(Child(memory=stage_memory()))
+    with Pool[int](hang_s=STAGE_PATIENCE_S) as pool:
+        first = Child(memory=stage_memory())
+        pool.add(0, first)
         opened = first.call(
             "open_plan",
             stage=str(question.stage.absolute()),
@@ -94,9 +94,11 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
         chosen, variants = range(*opened["chosen"]), opened["variants"]
         count = sharing(len(chosen) * len(variants), processes)
-        children = [first, *(stack.enter_context(Child(memory=stage_memory())) for _ in range(count - 1))]
-        for number, child in enumerate(children):
-            child.send(
+        for number in range(1, count):
+            pool.add(number, Child(memory=stage_memory()))
+        for number in range(count):
+            pool.send(
+                number,
                 "plan_pictures",
                 root=opened["root"],
                 variants=variants,
@@ -106,7 +108,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 provenance=variants[number::count],
                 explain=question.explain,
             )
-        answers = _answers(children, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
+        answers = _answers(pool, count, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
     parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
     return Plan(
         root=Path(opened["root"]),
@@ -136,31 +138,21 @@ def sharing(pictures: int, processes: int) -> int:
     return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
 
 
-def _answers(children: list[Child], progress: Callable[[int], None]) -> list[Any]:
-    """What each child answers, in their order. Where one fails all are ended."""
+def _answers(pool: Pool[int], count: int, progress: Callable[[int], None]) -> list[Any]:
+    """Return what each child answers, in their order. Raises what one of them fails with."""
     answers: dict[int, Any] = {}
-    done = dict.fromkeys(range(len(children)), 0)
-    try:
-        with selectors.DefaultSelector() as selector:
-            for number, child in enumerate(children):
-                selector.register(child, selectors.EVENT_READ, number)
-            while selector.get_map():
-                ready = selector.select(timeout=STAGE_PATIENCE_S)
-                if not ready:
-                    raise ChildDiedError(f"the worker processes gave no answer within {STAGE_PATIENCE_S:g} s")
-                for key, _ in ready:
-                    for answer in children[key.data].received():
-                        if "progress" in answer:
-                            _, done[key.data], _ = answer["progress"]
-                        else:
-                            answers[key.data] = answer["result"]
-                            selector.unregister(key.fileobj)
-                progress(sum(done.values()))
-    except BaseException:
-        for child in children:
-            child.kill()
-        raise
-    return [answers[number] for number in range(len(children))]
+    done = dict.fromkeys(range(count), 0)
+    while len(answers) < count:
+        for event in pool.wait():
+            match event:
+                case Reported(key=number, message=[_, planned, _]):
+                    done[number] = planned
+                    progress(sum(done.values()))
+                case Answered(key=number, result=result):
+                    answers[number] = result
+                case Failed(key=number, reason=reason) if number not in answers:
+                    raise reason
+    return [answers[number] for number in range(count)]
 
 
 def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:

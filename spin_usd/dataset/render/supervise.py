@@ -1,23 +1,21 @@
 """Feeds workers picture by picture, outlives their crashes, and bounds their memory."""
 
-import selectors
-import time
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError
+from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
-from spin_usd.errors import OutputError, RenderError, SpinError
+from spin_usd.errors import OutputError, RenderError
 
 TRIES = 2  # a picture whose worker died is tried once more: the next worker may have more luck
 STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first picture is not a picture's fault
 
 
 class Listener(Protocol):
-    """Told of each worker that is ready for its first picture, and of each picture as it ends."""
+    """Is called when a worker is ready for its first picture, and when a picture ends."""
 
     def ready(self) -> None: ...
 
@@ -27,15 +25,12 @@ class Listener(Protocol):
 
 
 @dataclass(kw_only=True, eq=False)
-class Slot:
-    """One worker's place: its child process now, and what that is doing: a task, or waiting for one, else starting."""
+class WorkerSlot:
+    """The place of one worker after another: what it is at, and how many were started since the last picture."""
 
     number: int
-    child: Child
     task: RenderTask | None = None
-    waiting: bool = False
-    starts: int = 1
-    since: float = field(default_factory=time.monotonic)
+    starts: int = 0
 
 
 def supervise(
@@ -53,101 +48,84 @@ def supervise(
     is replaced after its picture. Raises OutputError when results cannot be written, RenderError when no worker starts.
     """
     queue = TaskQueue(tasks)
-    with selectors.DefaultSelector() as selector:
-        slots = []
-        try:
-            for number in range(min(workers, len(queue))):
-                slots.append(Slot(number=number, child=start(number)))
-                selector.register(slots[-1].child, selectors.EVENT_READ, slots[-1])
-            while selector.get_map():
-                for key, _ in selector.select(timeout=1.0):
-                    _advance(key.data, queue, selector, start, listener, memory_limit)
-                for slot in slots:
-                    if slot.waiting:
-                        _occupy(slot, queue, selector)
-                    elif time.monotonic() - slot.since > hang_s and slot.child.process.poll() is None:
-                        slot.child.process.kill()
-        finally:
-            for slot in slots:
-                slot.child.kill()
+    with Pool[WorkerSlot](hang_s=hang_s) as pool:
+        supervisor = _Supervisor(queue, pool, start, listener, memory_limit)
+        for number in range(min(workers, len(queue))):
+            supervisor.open(WorkerSlot(number=number))
+        while len(pool):
+            for event in pool.wait():
+                supervisor.advance(event)
+            for slot in pool.idle():
+                supervisor.occupy(slot)
 
 
-def _advance(
-    slot: Slot,
-    queue: TaskQueue,
-    selector: selectors.BaseSelector,
-    start: Callable[[int], Child],
-    listener: Listener,
-    memory_limit: int,
-) -> None:
-    """Take one slot's answer and tell of it; the slot then waits for its next picture, or for a new child."""
-    task, slot.task, slot.waiting = slot.task, None, False
-    memory = 0
-    try:
-        answer = slot.child.receive()
+class _Supervisor:
+    """Decides what each worker does next."""
+
+    def __init__(
+        self,
+        queue: TaskQueue,
+        pool: Pool[WorkerSlot],
+        start: Callable[[int], Child],
+        listener: Listener,
+        memory_limit: int,
+    ) -> None:
+        self._queue, self._pool, self._start = queue, pool, start
+        self._listener, self._memory_limit = listener, memory_limit
+
+    def open(self, slot: WorkerSlot) -> None:
+        """Start a worker in the slot."""
+        slot.starts += 1
+        self._pool.add(slot, self._start(slot.number), at_work=True)
+
+    def occupy(self, slot: WorkerSlot) -> None:
+        """Give an idle worker the next picture that it can make now, if there is one; end it when there are no more."""
+        if not self._queue:
+            self._pool.close(slot)
+        elif task := self._queue.take():
+            slot.task = task
+            picture, kinds = task.picture, task.kinds
+            place = {"variant": picture.variant, "index": picture.index}
+            self._pool.send(slot, "picture", **place, kinds=kinds, keep_render=task.keep_render)
+
+    def advance(self, event: Reported[WorkerSlot] | Answered[WorkerSlot] | Failed[WorkerSlot]) -> None:
+        """Take what came of the slot's worker or picture."""
+        slot = event.key
+        match event:
+            case Answered(result=result):
+                self._answered(slot, result)
+            case Failed(reason=ChildDiedError() as died):
+                self._died(slot, died)
+            case Failed(reason=reason):
+                task, slot.task = slot.task, None
+                if task is None or isinstance(reason, OutputError):
+                    raise reason
+                self._queue.give_up(task)
+                self._listener.failed(task.picture, str(reason))
+
+    def _answered(self, slot: WorkerSlot, result: Any) -> None:
+        task, slot.task = slot.task, None
         if task is None:
-            listener.ready()
-        else:
-            memory = answer["result"]["memory"]
-            slot.starts = 0
-            queue.finish(task)
-            listener.done(task.picture, answer["result"])
-    except ChildDiedError as died:
-        _after_death(slot, task, queue, died, listener)
-        if queue:
-            _replace(slot, selector, start)
-        else:
-            _retire(slot, selector)
-        return
-    except OutputError:
-        raise
-    except (SpinError, ChildInternalError) as reason:
+            self._listener.ready()
+            return
+        slot.starts = 0
+        self._queue.finish(task)
+        self._listener.done(task.picture, result)
+        if self._queue and result["memory"] > self._memory_limit:
+            self._pool.kill(slot)
+            self.open(slot)
+
+    def _died(self, slot: WorkerSlot, died: ChildDiedError) -> None:
+        """Try the slot's picture again, unless it was tried often enough, and replace the worker if there is work."""
+        task, slot.task = slot.task, None
         if task is None:
-            raise
-        queue.give_up(task)
-        listener.failed(task.picture, str(reason))
-    if queue and memory > memory_limit:
-        _replace(slot, selector, start)
-    else:
-        slot.waiting = True
-
-
-def _occupy(slot: Slot, queue: TaskQueue, selector: selectors.BaseSelector) -> None:
-    """Give a waiting slot the next picture that it can make now, if there is one; end it when there are no more."""
-    if not queue:
-        _retire(slot, selector)
-    elif task := queue.take():
-        slot.task, slot.since, slot.waiting = task, time.monotonic(), False
-        picture, kinds = task.picture, task.kinds
-        with suppress(ChildDiedError):  # its end is readable too, and is dealt with there
-            slot.child.send(
-                "picture", variant=picture.variant, index=picture.index, kinds=kinds, keep_render=task.keep_render
-            )
-
-
-def _after_death(
-    slot: Slot, task: RenderTask | None, queue: TaskQueue, died: ChildDiedError, listener: Listener
-) -> None:
-    if task is None:
-        if slot.starts >= STARTS_PER_SLOT:
-            raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died
-    elif task.tries + 1 >= TRIES:
-        queue.give_up(task)
-        listener.failed(task.picture, f"{died.found}, {TRIES} times")
-    else:
-        task.tries += 1
-        queue.put_back(task)
-
-
-def _retire(slot: Slot, selector: selectors.BaseSelector) -> None:
-    slot.waiting = False
-    selector.unregister(slot.child)
-    slot.child.close()
-
-
-def _replace(slot: Slot, selector: selectors.BaseSelector, start: Callable[[int], Child]) -> None:
-    selector.unregister(slot.child)
-    slot.child.kill()
-    slot.child, slot.since = start(slot.number), time.monotonic()
-    slot.starts += 1
-    selector.register(slot.child, selectors.EVENT_READ, slot)
+            if slot.starts >= STARTS_PER_SLOT:
+                raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died
+        elif task.tries + 1 >= TRIES:
+            self._queue.give_up(task)
+            self._listener.failed(task.picture, f"{died.found}, {TRIES} times")
+        else:
+            task.tries += 1
+            self._queue.put_back(task)
+        if self._queue:
+            self.open(slot)

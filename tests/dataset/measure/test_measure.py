@@ -17,7 +17,7 @@ from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.measure import measure
 from spin_usd.dataset.measure.picture_task import PictureTask
-from spin_usd.dataset.measure.pool import Answer, Job, Kind, Pool
+from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import Runs
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
@@ -28,7 +28,7 @@ from spin_usd.errors import InputError, StageError
 from spin_usd.scene.effort import QUALITIES, Effort
 from tests.conftest import REPOSITORY, speedplus_camera
 
-RAYCAST = Kind(renderer="raycast")
+RAYCAST = ProcessKind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes
 PATIENCE_S = 120.0  # for twelve small renders
 OPTIONS = ("--frames", "0:1", "--most-samples", 4, "--seeds", 2)
@@ -175,7 +175,7 @@ def campaign(tmp_path, told=lambda *_: None, **fields):
         "versions": {"bpy": "5.2.3"},
         "machine": {"cores": 2},
         "tally": Tally(told),
-        "pool": None,
+        "processes": None,
     }
     return Campaign(**{**usual, **fields})
 
@@ -195,8 +195,8 @@ def test_a_render_is_known_by_all_that_decides_it(tmp_path) -> None:
 
     others = [
         keys(planned(radiance="other")),
-        keys(kind=Kind(renderer="blender")),
-        keys(kind=Kind(renderer="raycast", crop=False)),
+        keys(kind=ProcessKind(renderer="blender")),
+        keys(kind=ProcessKind(renderer="raycast", crop=False)),
         keys(effort=Effort(samples=17)),
         keys(seeds=(3, 4)),
         keys(versions={"bpy": "5.2.4"}),
@@ -229,23 +229,23 @@ def test_figures_are_of_a_picture_in_its_place(tmp_path) -> None:
 
 
 class Answering:
-    """A pool in which all that is asked is answered with these, by what is asked."""
+    """A processes in which all that is asked is answered with these, by what is asked."""
 
     def __init__(self, **answers) -> None:
         self.answers, self.jobs = answers, []
 
-    def run(self, jobs, told=None):
+    def run(self, jobs, on_made=None):
         self.jobs += jobs
-        return [self.answers.get(job.what, Answer()) for job in jobs]
+        return [self.answers.get(job.what, JobResult()) for job in jobs]
 
 
 def test_a_picture_that_has_no_figures_is_a_failure_and_no_frame(tmp_path) -> None:
     """The rest of the measurement goes on."""
-    errors = Answer(result={"reference": 0.0, "settings": [0.0]})
+    errors = JobResult(result={"reference": 0.0, "settings": [0.0]})
     fields = {"cpu_s": 1, "cpu_s_with": 2, "ratio_least": 2, "ratio_most": 2, "difference": 0, "noise": 0}
-    savings = Answer(result=[{"frame": "f", "what": "x", **fields}])
-    pool = Answering(errors=errors, figures=Answer(failed="it is too small"), savings=savings)
-    found = PictureTask(campaign(tmp_path), planned(), savings=True).measured(pool)
+    savings = JobResult(result=[{"frame": "f", "what": "x", **fields}])
+    processes = Answering(errors=errors, figures=JobResult(failed="it is too small"), savings=savings)
+    found = PictureTask(campaign(tmp_path), planned(), savings=True).measured(processes)
     assert [(each.frame, each.what, each.reason) for each in found.failures] == [("f", "figures", "it is too small")]
     assert (found.frames, found.figures, found.savings) == ((), (), ())
 
@@ -260,11 +260,11 @@ def test_seeds_are_neither_those_of_pictures_nor_of_the_reference(tmp_path) -> N
 def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> None:
     """In pairs, each in a job of its own; and where one is left out, all of it is that."""
     for names, wanted in ((["world", "volumes"], ["world", "volumes", EVERYTHING]), (["world"], ["world"]), ([], [])):
-        pool, shared = Answering(skipped_work=Answer(result=names)), campaign(tmp_path)
+        processes, shared = Answering(skipped_work=JobResult(result=names)), campaign(tmp_path)
         saving = SavingsTask(shared, planned())
-        saving.render(pool)
+        saving.render(processes)
         assert len(saving.keys) == 2 * shared.request.seeds * len(wanted)
-        made = [job.arguments for job in pool.jobs if job.what == "make_pairs"]
+        made = [job.arguments for job in processes.jobs if job.what == "make_pairs"]
         assert [each["work"] for each in made] == [[what] if what != EVERYTHING else names for what in wanted]
 
 
@@ -363,8 +363,8 @@ def test_a_crash_ends_one_job(opened) -> None:
     digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
     dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
     wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
-    with Pool(1, partial(opened, Dying)) as pool:
-        first, crashed, refused, last = pool.run([digest, dies, wrong, digest])
+    with Processes(1, partial(opened, Dying)) as processes:
+        first, crashed, refused, last = processes.run([digest, dies, wrong, digest])
     assert first.failed is None
     assert first.result == last.result
     assert "SIGKILL" in crashed.failed
@@ -376,11 +376,11 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
     digest = {"index": 0, "effort": {"samples": 1}, "seed": 5}
     job = Job(kind=RAYCAST, what="render_digest", arguments=digest)
     endless = Job(kind=RAYCAST, what="render_digest", arguments=digest | {"effort": {"samples": 10**6}})
-    with Pool(1, partial(opened, Child)) as pool:
-        assert pool.run([job])[0].failed is None
-        pool.hang_s = 0.2
-        (answer,) = pool.run([endless])
-    assert "SIGKILL" in answer.failed
+    with Processes(1, partial(opened, Child)) as processes:
+        assert processes.run([job])[0].failed is None
+        processes.pool.hang_s = 0.2
+        (answer,) = processes.run([endless])
+    assert "gave no answer within 0.2 s" in answer.failed
 
 
 def test_the_patience_grows_with_the_samples(tmp_path) -> None:
@@ -391,8 +391,11 @@ def test_the_patience_grows_with_the_samples(tmp_path) -> None:
 
 def test_where_no_process_opens_it_is_said(opened) -> None:
     job = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
-    with Pool(1, partial(opened, Child, variant="nothing")) as pool, pytest.raises(StageError, match="nothing"):
-        pool.run([job])
+    with (
+        Processes(1, partial(opened, Child, variant="nothing")) as processes,
+        pytest.raises(StageError, match="nothing"),
+    ):
+        processes.run([job])
 
 
 def test_several_processes_share_the_jobs(opened) -> None:
@@ -400,8 +403,8 @@ def test_several_processes_share_the_jobs(opened) -> None:
         Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": seed})
         for seed in (5, 6, 5)
     ]
-    with Pool(2, partial(opened, Child)) as pool:
-        answers = pool.run(jobs)
+    with Processes(2, partial(opened, Child)) as processes:
+        answers = processes.run(jobs)
     assert [each.failed for each in answers] == [None, None, None]
     assert answers[0].result == answers[2].result
 

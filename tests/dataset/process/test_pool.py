@@ -1,0 +1,74 @@
+"""A pool of real children: their answers, their deaths and their hangs."""
+
+import pytest
+
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.pool import Answered, Failed, Pool
+
+
+@pytest.fixture
+def pool():
+    with Pool() as pool:
+        yield pool
+
+
+def events(pool, count):
+    found = []
+    while len(found) < count:
+        found += pool.wait()
+    return found
+
+
+def test_each_answer_is_known_by_its_child(pool) -> None:
+    for key in ("one", "two"):
+        pool.add(key, Child())
+        pool.send(key, "try_renderer", name="raycast")
+    assert pool.idle() == []
+    answers = events(pool, 2)
+    assert {event.key for event in answers} == {"one", "two"}
+    assert all(isinstance(event, Answered) and "embreex" in event.result for event in answers)
+    assert pool.idle() == ["one", "two"]
+
+
+def test_a_child_that_fails_stays_and_one_that_dies_goes(pool) -> None:
+    child = Child()
+    pool.add("one", child)
+    pool.send("one", "try_renderer", name="povray")
+    (failed,) = events(pool, 1)
+    assert isinstance(failed, Failed)
+    assert "povray" in str(failed.reason)
+    assert "one" in pool
+    child.process.kill()
+    (died,) = events(pool, 1)
+    assert isinstance(died.reason, ChildDiedError)
+    assert "SIGKILL" in died.reason.found
+    assert len(pool) == 0
+
+
+def test_what_is_sent_to_a_dead_child_is_answered_by_its_death(pool) -> None:
+    child = Child()
+    pool.add("one", child)
+    child.process.kill()
+    child.process.wait()
+    pool.send("one", "try_renderer", name="raycast")
+    (died,) = events(pool, 1)
+    assert isinstance(died.reason, ChildDiedError)
+
+
+def test_only_a_child_at_work_can_hang(pool) -> None:
+    pool.hang_s = 0.1
+    working, waiting = Child(), Child()
+    pool.add("working", working, at_work=True)
+    pool.add("waiting", waiting)
+    (hung,) = events(pool, 1)
+    assert hung.key == "working"
+    assert "no answer within 0.1 s" in hung.reason.found
+    assert working.process.poll() is not None
+    assert pool.idle() == ["waiting"]
+
+
+def test_children_end_with_their_pool() -> None:
+    child = Child()
+    with Pool() as pool:
+        pool.add("one", child, at_work=True)
+    assert child.process.poll() is not None
