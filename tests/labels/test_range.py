@@ -39,7 +39,7 @@ def opencv_rays(camera, rows, columns):
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
-def test_range_is_depth_over_the_cosine_to_the_axis(labelled):
+def test_range_is_depth_over_the_cosine_to_the_axis(labelled) -> None:
     made, labels = labelled
     seen = np.nonzero(labels["depth"])
     cosine = opencv_rays(made.camera, *seen)[:, 2]
@@ -47,7 +47,7 @@ def test_range_is_depth_over_the_cosine_to_the_axis(labelled):
     np.testing.assert_allclose(labels["range"][seen] * cosine, labels["depth"][seen], rtol=2 * FLOAT32 + NEWTON)
 
 
-def test_range_is_how_far_a_ray_travels(labelled):
+def test_range_is_how_far_a_ray_travels(labelled) -> None:
     """A ray that Embree casts along OpenCV's direction, from the camera to the first triangle's plane."""
     made, labels = labelled
     rows, columns = np.nonzero(labels["range"])
@@ -66,13 +66,13 @@ def picture(made, labels, **changed):
     return LabelledPicture(camera=made.camera, T_cam_body=made.T_cam_body, parts=60, arrays=kept)
 
 
-def test_every_label_agrees_with_the_others(labelled):
+def test_every_label_agrees_with_the_others(labelled) -> None:
     made, labels = labelled
     assert [fault for label in LABELS.values() for fault in label.faults(picture(made, labels))] == []
 
 
 @pytest.mark.parametrize("against", ["depth", "dense_pose"])
-def test_a_range_that_is_off_is_found(labelled, against):
+def test_a_range_that_is_off_is_found(labelled, against) -> None:
     made, labels = labelled
     others = {name: None for name in ("depth", "dense_pose") if name != against}
     off = labels["range"] * np.float32(1 + 5e-6)
@@ -81,12 +81,12 @@ def test_a_range_that_is_off_is_found(labelled, against):
     assert fault.message.startswith(f"range and {against.replace('_', ' ')} differ by 5.")
 
 
-def test_a_range_that_is_planar_depth_is_found(labelled):
+def test_a_range_that_is_planar_depth_is_found(labelled) -> None:
     made, labels = labelled
     assert {fault.code for fault in faults(picture(made, labels, range=labels["depth"]))} == {"range"}
 
 
-def test_a_range_of_other_pixels_is_found(labelled):
+def test_a_range_of_other_pixels_is_found(labelled) -> None:
     made, labels = labelled
     more = labels["range"] + np.float32(labels["range"] == 0)
     assert [fault.code for fault in faults(picture(made, labels, range=more, dense_pose=None))] == ["support"]

@@ -7,7 +7,6 @@ import pytest
 
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.renderers.skipped.requirements import Requirements
-from spin_usd.renderers.skipped.rules import RULES
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
@@ -50,13 +49,6 @@ def test_a_matt_target_under_a_sun_in_deep_space_pays_for_none_of_what_others_ne
         False,
     )
     assert (required.shadows, required.shading, required.lights) == (True, True, (0,))
-
-
-@pytest.mark.parametrize("what", RULES)
-def test_what_is_to_be_kept_is_kept(what) -> None:
-    scene = a_scene(MATT, lights=(), points_faces=scenes.box())
-    assert what not in left(scene, keep=RULES)
-    assert left(scene) - left(scene, keep=[what]) <= {what}
 
 
 @pytest.mark.parametrize(
