@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import sys
 
 import pytest
 import trimesh
@@ -27,7 +28,7 @@ def Xform "Model"
 
 
 def try_files(models, out, *more):
-    command = [REPOSITORY / "tools" / "try_files", models, "--out", out, *more]
+    command = [sys.executable, REPOSITORY / "tools" / "try_files.py", models, "--out", out, *more]
     command += ["--command", REPOSITORY / ".venv" / "bin" / "spin-usd"]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -58,7 +58,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def measure(options: argparse.Namespace) -> dict[str, Any]:
-    base, sweeps = (QUICK_BASE, QUICK) if options.quick else (BASE, {name: SWEEPS[name] for name in options.sweeps})
+    base, known = (QUICK_BASE, QUICK) if options.quick else (BASE, SWEEPS)
+    sweeps = {name: known[name] for name in options.sweeps if name in known}
     cases = dict.fromkeys([base, *(replace(base, **{n: v}) for n, values in sweeps.items() for v in values)])
     taken: dict[Case, list[dict[str, float]]] = {case: [] for case in cases}
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as folder:
