@@ -9,8 +9,9 @@ import pytest
 import trimesh
 from pxr import Usd, UsdGeom, UsdSemantics, UsdShade, UsdValidation
 
-ROOT = Path(__file__).resolve().parent.parent
-TARGETS = ROOT / "stages" / "targets"
+from tests.conftest import REPOSITORY
+
+TARGETS = REPOSITORY / "stages" / "targets"
 # Edges of the box around each, metres: the CubeSat standard's rails and the antennas; Proba-2's body and wings; 7 m.
 SIZES = {"cubesat": (0.1, 0.1, 0.16), "microsat": (1.98, 0.7, 1.06), "capsule": (10.6, 3.45, 7.3)}
 BODIES = {"cubesat": (0.1, 0.1, 0.1135), "microsat": (0.60, 0.70, 0.85)}
@@ -29,7 +30,7 @@ def gprims(stage: Usd.Stage) -> list[Usd.Prim]:
 
 
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, ROOT / "tools" / "build_stand_ins", tmp_path], check=True)
+    subprocess.run([sys.executable, REPOSITORY / "tools" / "build_stand_ins", tmp_path], check=True)
     for name in SIZES:
         assert (tmp_path / name / f"{name}.usda").read_text() == (TARGETS / name / f"{name}.usda").read_text()
 

@@ -10,8 +10,9 @@ import trimesh
 from PIL import Image
 from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, UsdValidation
 
-ROOT = Path(__file__).resolve().parent.parent
-FOLDER = ROOT / "stages" / "targets" / "tango"
+from tests.conftest import REPOSITORY
+
+FOLDER = REPOSITORY / "stages" / "targets" / "tango"
 LOOKS = ("matt", "reflective")
 LAYERS = {"tango.usda", "payload.usda", "geometry.usda", "bindings.usda", *(f"{look}.usda" for look in LOOKS)}
 TEXTURES = {path.name for path in (FOLDER / "textures").iterdir()}
@@ -85,7 +86,7 @@ def triangles_of(mesh: UsdGeom.Mesh) -> trimesh.Trimesh:
 
 
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, ROOT / "tools" / "build_tango", tmp_path], check=True)
+    subprocess.run([sys.executable, REPOSITORY / "tools" / "build_tango", tmp_path], check=True)
     written = {path.name: path.read_text() for path in tmp_path.glob("*.usda")}
     assert written == {path.name: path.read_text() for path in FOLDER.glob("*.usda")}
     assert set(written) == LAYERS

@@ -10,8 +10,8 @@ from pxr import Usd
 
 from spin_usd.plugin_path import plugin_path
 from spin_usd.stage.usd import schema
+from tests.conftest import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[3]
 SCHEMAS = {
     schema.LENS_API: {schema.LENS_MODEL, schema.LENS_IMAGE_SIZE, *schema.LENS_NUMBERS},
     schema.SENSOR_API: {
