@@ -74,6 +74,8 @@ def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
         run_python(document, tmp_path)
     if document.name == "augmentations.md":
         check_appearances(tmp_path / "noisy", spin_usd)
+    if document.name == "stages.md":
+        check_layers(document, [tmp_path / "lightbox_stage", tmp_path / "likeness"])
 
 
 def run_python(document, folder) -> None:
@@ -89,6 +91,14 @@ def check_appearances(dataset, spin_usd) -> None:
     assert len(pictures) == len(set(pictures)) == 4
     found = json.loads(spin_usd("check", dataset, "--json").stdout)["findings"]
     assert not {"nearly-black", "nearly-white", "exposure-end"} & {finding["code"] for finding in found}
+
+
+def check_layers(document, stages):
+    """The document lists all layers that lie directly in the folder of layers."""
+    listed = set(re.findall(r"^my_stage/layers/(\S+)", document.read_text(), re.MULTILINE))
+    made = {path.name for stage in stages for path in (stage / "layers").iterdir() if path.is_file()}
+    assert made <= listed
+    assert listed - made <= {"keypoints.usda", "parts.usda"}
 
 
 @pytest.mark.slow
