@@ -14,6 +14,7 @@ from spin_usd.cli.main import app
 from tests.conftest import REPOSITORY
 
 README = REPOSITORY / "README.md"
+PACKAGE = REPOSITORY / "spin_usd"
 GUIDES = [README, *sorted((REPOSITORY / "docs").glob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
 TOOLS = ("tools/demo", "tools/test")
@@ -120,6 +121,14 @@ def test_links_lead_to_files_and_headings_that_are_there(document) -> None:
         file = document.parent / path if path else document
         assert file.exists(), target
         assert not heading or heading in headings(file), target
+
+
+@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "docs/decisions.md"])
+def test_the_places_in_the_code_that_a_document_names_are_there(name) -> None:
+    named = re.findall(r"`([a-z_]+(?:/[a-z_]+)+(?:\.py)?)/?`", (REPOSITORY / name).read_text())
+    assert named
+    missing = [place for place in named if not any((root / place).exists() for root in (REPOSITORY, PACKAGE))]
+    assert not missing
 
 
 def headings(file: Path):
