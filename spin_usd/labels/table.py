@@ -5,7 +5,13 @@ from spin_usd.labels.depth import DEPTH
 from spin_usd.labels.range import RANGE
 from spin_usd.labels.segmentation import SEGMENTATION
 
-LABELS = {label.name: label for label in (DEPTH, SEGMENTATION, DENSE_POSE, RANGE)}
+_ALL = (
+    DEPTH,
+    SEGMENTATION,
+    DENSE_POSE,
+    RANGE,
+)
+LABELS = {label.name: label for label in _ALL}
 """By name, in the order in which they are made."""
 
 DEFAULT_LABELS = tuple(name for name, label in LABELS.items() if label.default)
