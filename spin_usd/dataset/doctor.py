@@ -49,15 +49,18 @@ def examine(folder: Path) -> Iterator[Line]:
 
 def _python() -> Line:
     found = f"Python {platform.python_version()} on {platform.machine()} {platform.system()}"
-    right = sys.version_info[:2] == (3, 13)
-    return Line(subject="python", found=found, remedy="" if right else "use Python 3.13: bpy has wheels for it alone")
+    remedy = "" if sys.version_info >= (3, 11) else "use Python 3.13"
+    return Line(subject="python", found=found, remedy=remedy)
 
 
 def _library(name: str) -> Line:
     try:
         return Line(subject=name, found=version(name))
     except PackageNotFoundError:
-        return Line(subject=name, found="not installed", remedy=f"install it: python -m pip install {name}")
+        remedy = f"install it: python -m pip install {name}"
+        if name == "bpy" and sys.version_info[:2] != (3, 13):
+            remedy = "to render with Blender use Python 3.13: bpy has wheels for it alone"
+        return Line(subject=name, found="not installed", remedy=remedy)
 
 
 def _children() -> Iterator[Line]:

@@ -22,6 +22,7 @@ from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.machine import machine
+from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.store.atomic import write_atomically
@@ -60,6 +61,7 @@ def measure(
     """
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
+    require_renderer("blender")
     folder = out.absolute()
     _prepare(folder)
     subject = _subject(request, folder)

@@ -7,6 +7,8 @@ named as text and loaded when it is opened: one of them needs Blender, which onl
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from importlib.util import find_spec
+from platform import python_version
 from typing import TYPE_CHECKING, Any
 
 from spin_usd.errors import UnsupportedError
@@ -21,7 +23,8 @@ UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
 class RendererEntry:
     """What spin_usd knows of a renderer before it is opened.
 
-    name: in `--renderer` and in records · module, class_name: where its class is · effort: the settings of
+    name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
+    needs and that not every Python has, and the Python that has it · effort: the settings of
     scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
     does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
     bands of rows · label_costs, image_costs: seconds of one core for each unit of its two passes, where the units are
@@ -31,6 +34,8 @@ class RendererEntry:
     name: str
     module: str
     class_name: str
+    library: str = ""
+    python: str = ""
     effort: frozenset[str] = frozenset({"samples"})
     skips_work: bool = False
     bands: bool = False
@@ -43,6 +48,8 @@ _ALL = (
         name="blender",
         module="spin_usd.renderers.blender.renderer",
         class_name="BlenderRenderer",
+        library="bpy",
+        python="3.13",
         effort=frozenset({"samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"}),
         skips_work=True,
         bands=True,
@@ -84,6 +91,17 @@ def renderer_entry(name: str) -> RendererEntry:
     if name not in RENDERERS:
         raise UnsupportedError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
     return RENDERERS[name]
+
+
+def require_renderer(name: str) -> None:
+    """Raise UnsupportedError where the renderer `name` lacks its library; loads nothing."""
+    entry = renderer_entry(name)
+    if entry.library and find_spec(entry.library) is None:
+        others = " or ".join(f"--renderer {other.name}" for other in _ALL if not other.library)
+        raise UnsupportedError(
+            f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have",
+            do=f"install spin_usd with Python {entry.python}, which has it, or choose {others}",
+        )
 
 
 def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> "Renderer":

@@ -20,7 +20,7 @@ from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.plan.work import Making, Method
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry, require_renderer
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render import same_stage
 from spin_usd.dataset.render.dataset_json import describe
@@ -140,6 +140,7 @@ def render(
     store = Store(root=out.absolute())
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
+    require_renderer(request.renderer)
     store.prepare()
     with store.locked() as lease:
         options = _RunOptions(workers=workers, keep_cache=keep_cache, prune=prune, replace=replace, verify=verify)

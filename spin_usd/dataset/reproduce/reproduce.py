@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
@@ -56,6 +57,7 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduct
         hint = f"pictures are named like {', '.join(known)}" if known else "render it first"
         raise InputError(f"has no picture {frame!r} in variant {variant!r}", where=dataset, do=hint)
     record = read_json(path, "record-1")
+    require_renderer(record["provenance"]["render"]["renderer"])
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder, Child(scratch=Path(folder)) as child:
         answer = child.call("reproduce", dataset=str(store.root), record=record, folder=folder)
     return Reproduction(
