@@ -90,7 +90,7 @@ def _source(
 ) -> tuple[str, dict[str, Any]]:
     """The child's call, and its arguments that say where the pictures come from. Raises InputError."""
     if poses is None and example is None:
-        do = "give a pose list with --poses, or let the sampler draw poses with --example"
+        do = "give a pose list with --poses, or let the sampler make poses with --example"
         raise InputError("neither --poses nor --example is given", do=do)
     if poses is not None and example is not None:
         raise InputError("--poses and --example are given together", do="give one of them")

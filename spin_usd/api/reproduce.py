@@ -11,7 +11,7 @@ def reproduce(dataset: str | Path, frame: str, *, variant: str = NOMINAL) -> rep
 
     Args:
         dataset: a dataset's folder.
-        frame: a picture's name, such as "img000001".
+        frame: the name of a frame, such as "img000001".
         variant: the name of its variant.
 
     Raises InputError where the dataset has no such picture.

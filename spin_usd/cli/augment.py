@@ -26,7 +26,8 @@ def augment(
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")
     ] = None,
     list_parameters: Annotated[
-        bool, typer.Option("--list", help="List what a specification can draw, with units and ranges, and do no more.")
+        bool,
+        typer.Option("--list", help="List what a specification can sample, with units and ranges, and end."),
     ] = False,
     as_json: Json = False,
 ) -> None:
@@ -39,7 +40,7 @@ def augment(
         return
     if stage is None or spec is None:
         raise InputError(
-            "augment needs a stage and --spec", do="give both, or --list for what a specification can draw"
+            "augment needs a stage and --spec", do="give both, or --list for what a specification can sample"
         )
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.augment(stage, spec=spec, out=out, on_progress=progress)

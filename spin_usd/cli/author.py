@@ -23,7 +23,7 @@ def author(
         str | None,
         typer.Option(
             metavar="NAME_OR_FILE",
-            help="The sampler: draws poses and light from the seed instead of reading --poses, as a published data set "
+            help="The sampler: makes poses and light from the seed instead of reading --poses, as a published data set "
             f"has them ({named('example')}) or as a TOML file says; --target, --camera, --preset, --lights and "
             "--environment stand in place of its own.",
         ),

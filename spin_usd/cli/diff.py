@@ -104,7 +104,7 @@ def _cost(answer: Mapping[str, Any]) -> str:
     if not images and not answer["redrawn"]:
         return "nothing differs in any picture"
     if not images:
-        return "only what is drawn at random differs in the images: noise and back plates; nothing is rendered again"
+        return "only what is sampled at random differs in the images: noise and back plates; nothing is rendered again"
     if not renders:
         developed = counted(total if answer["redrawn"] else images, "image")
         return f"nothing is rendered again: {developed} developed from the same renders"

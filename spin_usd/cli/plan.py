@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from spin_usd.api.plan_report import PlanReport
     from spin_usd.dataset.plan.variant_table import Matrix, Row
 
-NAMED = 6  # variants at the most that are told by name
+NAMED = 6  # variants at the most that are named
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
 
 
@@ -39,7 +39,7 @@ def plan(
     radiance: options.RadianceOption = False,
     image_format: options.ImageFormat = "png",
     explain: Annotated[
-        bool, typer.Option("--explain", help="What is left out because no picture needs it, and why.")
+        bool, typer.Option("--explain", help="What work is skipped because no picture needs it, and why.")
     ] = False,
     as_json: options.Json = False,
 ) -> None:
@@ -102,14 +102,14 @@ def _print_dataset(report: "PlanReport", out: Path) -> None:
 
 
 def explanation(report: "PlanReport") -> str:
-    """What is left out, why, how surely nothing changes, and of which pictures."""
+    """Say which work is skipped, why, how surely nothing changes, and in which pictures."""
     from spin_usd.dataset.plan.skipped_work import KEPT
 
     lines = [
         f"{each.part}: no {each.what}: {each.why} ({each.same}; {_pictures(each.pictures, report.pictures)})"
         for each in report.skipped or ()
     ]
-    return "\n".join(("left out, because the pictures do not need it:", *lines, KEPT))
+    return "\n".join(("skipped, because the pictures do not need it:", *lines, KEPT))
 
 
 def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:

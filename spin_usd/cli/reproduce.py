@@ -14,7 +14,7 @@ from spin_usd.errors import FINDINGS
 
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
-    frame: Annotated[str, typer.Argument(help="A picture's name, such as img000001.")],
+    frame: Annotated[str, typer.Argument(help="A frame's name, such as img000001.")],
     variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
     as_json: Json = False,
 ) -> None:
