@@ -9,11 +9,11 @@ from typing import Any
 from spin_usd.dataset.plan.effort_choice import Chosen, doubts
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.measured_cost import measured_beside
-from spin_usd.dataset.plan.skipped_work import Spared
-from spin_usd.dataset.plan.variant_table import Matrix, matrix
+from spin_usd.dataset.plan.skipped_work import SkippedCount
+from spin_usd.dataset.plan.variant_table import VariantTable, variant_table
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.orphans import foreign_pictures
-from spin_usd.dataset.render.render import RenderRequest, default_workers, method_of
+from spin_usd.dataset.render.orphans import orphaned_pictures
+from spin_usd.dataset.render.render import RenderRequest, default_workers, run_options
 from spin_usd.dataset.render.same_stage import other_origin
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.scene.derived.view_text import sentences
@@ -33,7 +33,7 @@ class PlanReport:
     does not have · other_stage: what the dataset's pictures were made from otherwise than this stage is.
     """
 
-    cost: Matrix
+    cost: VariantTable
     pictures: Mapping[str, int]
     workers: int
     seconds: float
@@ -43,7 +43,7 @@ class PlanReport:
     stages: Mapping[str, Mapping[str, Any]]
     views: Views | None
     notes: tuple[str, ...]
-    skipped: tuple[Spared, ...] | None
+    skipped: tuple[SkippedCount, ...] | None
     orphans: tuple[Path, ...]
     other_stage: tuple[str, ...]
 
@@ -52,7 +52,7 @@ class PlanReport:
             **self.cost.as_json(),
             "workers": self.workers,
             "wall_seconds": self.seconds,
-            "foreign": len(self.orphans),
+            "orphans": len(self.orphans),
             "other_stage": self.other_stage,
             "renderer": self.renderer,
             "effort": asdict(self.effort),
@@ -71,9 +71,9 @@ class PlanReport:
 def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:
     """The report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the plan
     knows the skipped work."""
-    method = method_of(request, plan)
-    renders, damage = measured_beside(request.stage, plan, method)
-    cost = matrix(plan, method, request.image_suffix, dataset, renders)
+    options = run_options(request, plan)
+    renders, damage = measured_beside(request.stage, plan, options)
+    cost = variant_table(plan, options, request.image_suffix, dataset, renders)
     store = Store(root=dataset) if dataset else None
     counts = Counter(picture.variant for picture in plan.pictures)
     workers = default_workers()
@@ -89,7 +89,7 @@ def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, expla
         stages=plan.stages,
         views=plan.views,
         notes=(*doubts(request.chosen, plan.stages), *damage, *plan.notes, *remarks),
-        skipped=plan.spared if explained else None,
-        orphans=tuple(foreign_pictures(store, plan)) if store else (),
+        skipped=plan.skipped if explained else None,
+        orphans=tuple(orphaned_pictures(store, plan)) if store else (),
         other_stage=other_origin(store, plan) if store else (),
     )

@@ -14,7 +14,7 @@ from spin_usd.cli.output.progress import shown
 
 if TYPE_CHECKING:
     from spin_usd.api.plan_report import PlanReport
-    from spin_usd.dataset.plan.variant_table import Matrix, Row
+    from spin_usd.dataset.plan.variant_table import VariantRow, VariantTable
 
 NAMED = 6  # variants at the most that are named
 HEADINGS = ("variant", "pictures", "label passes", "renders", "exposures", "time", "disk")
@@ -121,15 +121,15 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
     return ", ".join(f"{count} of {planned[variant]} of {variant}" for variant, count in counts.items())
 
 
-def table(cost: "Matrix") -> str:
-    """The matrix in aligned columns: counts are of what no variant above has made; time is of one core."""
+def table(cost: "VariantTable") -> str:
+    """The table in aligned columns: counts are of what no variant above has made; time is of one core."""
     from spin_usd.accuracy.tables import in_columns
     from spin_usd.dataset.plan.variant_table import in_lines
 
     return in_columns(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 
 
-def _cells(row: "Row") -> tuple[str, ...]:
+def _cells(row: "VariantRow") -> tuple[str, ...]:
     name = f"{row.name} ({row.variants} variants)" if row.variants > 1 else row.name
     return name, *(str(count) for count in row.counts), _duration(row.seconds), _size(row.bytes)
 

@@ -25,7 +25,7 @@ from scipy.optimize import nnls
 from spin_usd.dataset.picture.make_picture import Stopwatch
 from spin_usd.dataset.plan.cost import EVERYWHERE, expected_work, tracing_costs
 from spin_usd.dataset.plan.make_plan import Question, make_plan
-from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.dataset.render.render import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -51,10 +51,10 @@ MORE_STAGES = {  # besides the three: what tells their features apart
 
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """A picture that was made: its amounts, what was expected of it and what it took, by kind of work."""
+    """A picture that was made: its work, what was expected of it and what it took, by kind of work."""
 
     renderer: str
-    amounts: dict[str, dict[str, float]]
+    work_units: dict[str, dict[str, float]]
     expected: dict[str, float]
     taken: dict[str, float]
 
@@ -130,7 +130,7 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     )
     plan = make_plan(question, processes=1, progress=lambda *_: None)
     width, height = plan.description["camera"]
-    method = Method(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
+    method = RunOptions(renderer=renderer, effort=effort, kinds=request.kinds, frame_pixels=width * height)
     settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
     options = WorkerOptions(
         root=str(out), work=str(out / "work"), stage=str(root), image_suffix=".png", settings=settings
@@ -139,10 +139,10 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
     for picture in (plan.pictures[0], *plan.pictures):
         shutil.rmtree(out, ignore_errors=True)
         taken = worker.picture(variant="nominal", index=picture.index, kinds=request.kinds)["seconds"]
-        making = Making(picture=picture, label_pass=True, render=True)
+        making = Task(picture=picture, label_pass=True, render=True)
         if "opening" not in taken:
-            of = amounts(making, method)
-            yield Sample(renderer=renderer, amounts=of, expected=expected_work(making, method), taken=taken)
+            of = work_units(making, method)
+            yield Sample(renderer=renderer, work_units=of, expected=expected_work(making, method), taken=taken)
     worker.renderer.close()
 
 
@@ -151,11 +151,11 @@ def fitted(samples: list[Sample], costs: Any) -> dict[str, Any]:
     found = {}
     for work, units in costs.items():
         rows = [s for s in samples if s.taken.get(work, 0) > 0 and s.expected.get(work, 0) > 0]
-        names = [name for name in units if any(s.amounts[work].get(name) for s in rows)]
+        names = [name for name in units if any(s.work_units[work].get(name) for s in rows)]
         if not names:
             continue
         taken = np.array([s.taken[work] for s in rows])
-        shares = np.array([[units[n] * s.amounts[work].get(n, 0.0) for n in names] for s in rows]) / taken[:, None]
+        shares = np.array([[units[n] * s.work_units[work].get(n, 0.0) for n in names] for s in rows]) / taken[:, None]
         held = HELD * np.sqrt(len(rows)) * np.eye(len(names))
         scales, _ = nnls(np.vstack([shares, held]), np.concatenate([np.ones(len(rows)), np.diag(held)]))
         costs_now = {name: units[name] * scale for name, scale in zip(names, scales, strict=True)}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.author.draw_samples import Pictures, drawn, samples_for
+from spin_usd.dataset.author.draw_samples import SampledPictures, drawn, samples_for
 from spin_usd.dataset.author.reports import AugmentReport
 from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.dataset.store.hidden_folder import hidden_folder
@@ -111,7 +111,7 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     base, frames, _ = open_base(stage)
     values = drawn(
         base,
-        Pictures(names=frames),
+        SampledPictures(names=frames),
         others,
         seed=spec.seed,
         name=entry.name,

@@ -11,7 +11,7 @@ from spin_usd.dataset.author.additions import Additions, read_additions
 from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import Shot, draw_light, draw_poses, shots
+from spin_usd.dataset.author.example_pictures import ExamplePicture, draw_light, draw_poses, example_pictures
 from spin_usd.dataset.author.far_keypoints import notes_on_far_keypoints
 from spin_usd.dataset.author.plausible_target import ModelUnit, refuse_implausible, refuse_size
 from spin_usd.dataset.author.reports import AuthorReport
@@ -101,7 +101,7 @@ def author_example(
     Raises as author_stage.
     """
     found = open_example(example)
-    chosen = _chosen(shots(found, count), frames)
+    chosen = _chosen(example_pictures(found, count), frames)
     usual = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
     given = {name: value for name, value in choices.items() if value is not None}
     source = found.file.name
@@ -116,7 +116,7 @@ def author_example(
     return _author(wanted, Path(out), {"example": found.file}, pictures, light)
 
 
-def _chosen(made: tuple[Shot, ...], frames: str | None) -> tuple[Shot, ...]:
+def _chosen(made: tuple[ExamplePicture, ...], frames: str | None) -> tuple[ExamplePicture, ...]:
     chosen = made if frames is None else made[slice_of(frames)]
     if not chosen:
         raise InputError(f"frames {frames!r} chooses none of {len(made)} pictures")

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.limits import check_ends, cut, within
+from spin_usd.dataset.author.limits import check_ends, cut, limited
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
@@ -19,27 +19,27 @@ from spin_usd.stage.augment.parameters import parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
 from spin_usd.stage.augment.sun_and_planet import read_sky
 
-MOST_TRIES = 1000
+MAX_TRIES = 1000
 ALWAYS = Constraint(
     description="All of the target is before the planet.", holds=planet_behind, bears_on=GROUPS[1], needs_planet=True
 )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pictures:
+class SampledPictures:
     """Those of a base, by their names · shared: of parameters per frame that pictures share, what they are drawn for;
     drawn again for a constraint they change together."""
 
     names: Sequence[str]
     shared: Shared = field(default_factory=dict)
 
-    def drawn_for(self, parameter: str) -> Sequence[str]:
+    def sampled_for(self, parameter: str) -> Sequence[str]:
         return self.shared.get(parameter, self.names)
 
 
 def drawn(
     base: BaseStage,
-    pictures: Pictures,
+    pictures: SampledPictures,
     entries: Sequence[SampleEntry],
     *,
     seed: int,
@@ -54,7 +54,7 @@ def drawn(
     """
     samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
     draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
-    draws = _Placing(base, pictures, samples, seed, name).placed(draws, constraints or {})
+    draws = _Resampling(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
             parameter_named(parameter).check(value)
@@ -72,7 +72,7 @@ def _sample(entry: SampleEntry) -> Sample:
     if entry.per_frame and not parameter.changes:
         raise InputError("cannot change from picture to picture", where=parameter.name, do="leave per out")
     try:
-        distribution = within(distribution_of(entry.words, parameter.factor(entry.unit)), parameter)
+        distribution = limited(distribution_of(entry.words, parameter.factor(entry.unit)), parameter)
     except InputError as error:
         raise InputError(error.found, where=entry.parameter, do=error.do) from None
     return Sample(parameter=entry.parameter, distribution=distribution, per_frame=entry.per_frame)
@@ -91,7 +91,7 @@ def _on_base(base: BaseStage, sample: Sample) -> Sample:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Wanted:
+class _AskedConstraint:
     """A constraint with its angle, by the name that a specification gives it."""
 
     name: str
@@ -99,22 +99,24 @@ class _Wanted:
     constraint: Constraint
 
 
-class _Placing:
+class _Resampling:
     """Draws again, group after group, where constraints are not met."""
 
-    def __init__(self, base: BaseStage, pictures: Pictures, samples: Sequence[Sample], seed: int, name: str) -> None:
+    def __init__(
+        self, base: BaseStage, pictures: SampledPictures, samples: Sequence[Sample], seed: int, name: str
+    ) -> None:
         self._base, self._pictures, self._seed, self._name = base, pictures, seed, name
         self._samples = {sample.parameter: sample for sample in samples}
 
     def placed(self, draws: Draws, constraints: Mapping[str, float]) -> Draws:
         """`draws` with those drawn again that the constraints bear on."""
-        wanted = [_Wanted(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
+        wanted = [_AskedConstraint(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
         moves_planet = any(parameter in draws for parameter in GROUPS[1])
         if not wanted and not moves_planet:
             return draws
         sky = read_sky(self._base)
         if moves_planet and sky.planet is not None:  # without one, what is drawn for it is refused by its own name
-            wanted.append(_Wanted(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
+            wanted.append(_AskedConstraint(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
         for want in wanted:
             _refuse_without(want, sky)
         last = {want.name: max((i for i, g in enumerate(GROUPS) if self._bears(want, g)), default=0) for want in wanted}
@@ -122,14 +124,14 @@ class _Placing:
             draws = self._group(draws, group, [want for want in wanted if last[want.name] == index], sky)
         return draws
 
-    def _bears(self, want: _Wanted, group: tuple[str, ...]) -> bool:
+    def _bears(self, want: _AskedConstraint, group: tuple[str, ...]) -> bool:
         return any(p in self._samples and p in want.constraint.bears_on for p in group)
 
-    def _group(self, draws: Draws, group: tuple[str, ...], wanted: list[_Wanted], sky: Sky) -> Draws:
+    def _group(self, draws: Draws, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky) -> Draws:
         """Draws what of the group is drawn until all that is wanted holds in all pictures."""
         drawn = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in drawn if sample.per_frame] or drawn
-        for again in range(1, MOST_TRIES + 1):
+        for again in range(1, MAX_TRIES + 1):
             unmet = self._unmet(draws, wanted, sky)
             if unmet is None:
                 return draws
@@ -138,12 +140,14 @@ class _Placing:
             draws = self._again(draws, moving, unmet[1], again)
         want, wrong = unmet or (wanted[0], np.array([0]))
         what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is drawn,"
-        found = f"no draw of {what} of {MOST_TRIES} meets" if moving else f"{what} does not meet"
+        found = f"no draw of {what} of {MAX_TRIES} meets" if moving else f"{what} does not meet"
         limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
         message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
         raise InputError(message, do="widen what is drawn, or loosen the constraint")
 
-    def _unmet(self, draws: Draws, wanted: list[_Wanted], sky: Sky) -> tuple[_Wanted, np.ndarray] | None:
+    def _unmet(
+        self, draws: Draws, wanted: list[_AskedConstraint], sky: Sky
+    ) -> tuple[_AskedConstraint, np.ndarray] | None:
         """The first that does not hold, and the indices of the pictures where any does not."""
         now = _seen(draws, sky)
         count = len(self._pictures.names)
@@ -159,7 +163,7 @@ class _Placing:
             if not sample.per_frame:
                 constant[sample.parameter] = draw_one(sample, seed=self._seed, name=self._name, again=again)
                 continue
-            names, column = self._pictures.drawn_for(sample.parameter), per_frame[sample.parameter]
+            names, column = self._pictures.sampled_for(sample.parameter), per_frame[sample.parameter]
             values = {
                 own: draw_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
                 for own in dict.fromkeys(names[int(i)] for i in wrong)
@@ -168,7 +172,7 @@ class _Placing:
         return Draws(constant=constant, per_frame=per_frame)
 
 
-def _refuse_without(want: _Wanted, sky: Sky) -> None:
+def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
     if want.constraint.needs_planet and sky.planet is None:
         raise InputError(f"{want.name} is asked for, but the stage has no planet", do="select an environment with one")
     if "sun.direction" in want.constraint.bears_on and sky.sun is None:

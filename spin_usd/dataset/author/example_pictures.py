@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.draw_samples import Pictures, drawn
+from spin_usd.dataset.author.draw_samples import SampledPictures, drawn
 from spin_usd.dataset.author.example import Example, Part
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
@@ -23,7 +23,7 @@ DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from mac
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
+class ExamplePicture:
     """One picture: the `picture`th of the `sequence`th of its part, both from 0."""
 
     part: Part
@@ -41,7 +41,7 @@ class Shot:
         return f"{self.part.name}/{self.sequence}"
 
 
-def shots(example: Example, count: int | None = None) -> tuple[Shot, ...]:
+def example_pictures(example: Example, count: int | None = None) -> tuple[ExamplePicture, ...]:
     """All pictures, or `count` of them: of each part the first, as many as is its share.
 
     Raises InputError for more than there are, for none, and for names that are none or not unique.
@@ -49,13 +49,15 @@ def shots(example: Example, count: int | None = None) -> tuple[Shot, ...]:
     count = example.count if count is None else count
     if not 1 <= count <= example.count:
         raise InputError(f"count {count} is not 1 to {example.count}", where=example.file, do="give one of those")
-    found: list[Shot] = []
+    found: list[ExamplePicture] = []
     before = 0
     for part in example.parts:
         before += part.count
         share = (count * before + example.count // 2) // example.count - len(found)
-        found += [Shot(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)]
-    _check_names([shot.name for shot in found], example.file)
+        found += [
+            ExamplePicture(part=part, sequence=i // part.pictures, picture=i % part.pictures) for i in range(share)
+        ]
+    _check_names([picture.name for picture in found], example.file)
     return tuple(found)
 
 
@@ -68,7 +70,7 @@ def _check_names(names: Sequence[str], file: Path) -> None:
         raise InputError(f"two pictures are named {names[pair[0]]!r}", where=file, do=do)
 
 
-def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
+def draw_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
     """The poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
 
     Raises InputError that names the picture or the sequence for one that cannot be had.
@@ -76,28 +78,30 @@ def draw_poses(chosen: Sequence[Shot], seed: int, camera: Camera, hull: Float, s
 
     @cache
     def sequence(part: Part, number: int) -> tuple[Float, Float]:
-        shot = Shot(part=part, sequence=number, picture=0)
-        rng = stream(seed, "sequence", shot.sequence_name)
+        picture = ExamplePicture(part=part, sequence=number, picture=0)
+        rng = stream(seed, "sequence", picture.sequence_name)
         assert not isinstance(part.law, PoseLaw)
         return part.law.draw(rng, camera, hull, part.pictures)
 
-    def pose(shot: Shot) -> tuple[Float, Float]:
-        if isinstance(shot.part.law, PoseLaw):
-            return shot.part.law.draw(stream(seed, "pose", shot.name), camera, hull)
-        q, t = sequence(shot.part, shot.sequence)
-        return q[shot.picture], t[shot.picture]
+    def pose(picture: ExamplePicture) -> tuple[Float, Float]:
+        if isinstance(picture.part.law, PoseLaw):
+            return picture.part.law.draw(stream(seed, "pose", picture.name), camera, hull)
+        q, t = sequence(picture.part, picture.sequence)
+        return q[picture.picture], t[picture.picture]
 
     found = []
-    for shot in chosen:
+    for picture in chosen:
         try:
-            found.append(pose(shot))
+            found.append(pose(picture))
         except InputError as error:
-            raise InputError(error.found, where=f"{source}, picture {shot.name}", do=error.do) from None
+            raise InputError(error.found, where=f"{source}, picture {picture.name}", do=error.do) from None
     q, t = (np.round(each, DECIMALS) + 0.0 for each in zip(*found, strict=True))
-    return PoseList(names=tuple(shot.name for shot in chosen), q_cam_body=q, t_cam_body=t, source=source)
+    return PoseList(names=tuple(picture.name for picture in chosen), q_cam_body=q, t_cam_body=t, source=source)
 
 
-def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mapping[str, float]) -> SampledValues:
+def draw_light(
+    stage: Any, chosen: Sequence[ExamplePicture], seed: int, constraints: Mapping[str, float]
+) -> SampledValues:
     """What the samples of their parts make of the opened `stage` of the `chosen` pictures.
 
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
@@ -112,18 +116,18 @@ def draw_light(stage: Any, chosen: Sequence[Shot], seed: int, constraints: Mappi
     return concatenated(found)
 
 
-def pictures_of(shots_of_part: Sequence[Shot]) -> Pictures:
-    """Pictures of one part by their names, and by their sequences for what is drawn for those."""
-    sequences = tuple(shot.sequence_name for shot in shots_of_part)
-    shared = dict.fromkeys(shots_of_part[0].part.sequential, sequences)
-    return Pictures(names=tuple(shot.name for shot in shots_of_part), shared=shared)
+def pictures_of(of_part: Sequence[ExamplePicture]) -> SampledPictures:
+    """Return the pictures of one part by their names, and by their sequences for what is sampled for those."""
+    sequences = tuple(picture.sequence_name for picture in of_part)
+    shared = dict.fromkeys(of_part[0].part.sequential, sequences)
+    return SampledPictures(names=tuple(picture.name for picture in of_part), shared=shared)
 
 
-def _rows_of_parts(chosen: Sequence[Shot]) -> Mapping[Part, Sequence[int]]:
+def _rows_of_parts(chosen: Sequence[ExamplePicture]) -> Mapping[Part, Sequence[int]]:
     """By part, which of the pictures are its own. Raises InputError for what some parts sample and others do not."""
     rows: dict[Part, list[int]] = {}
-    for i, shot in enumerate(chosen):
-        rows.setdefault(shot.part, []).append(i)
+    for i, picture in enumerate(chosen):
+        rows.setdefault(picture.part, []).append(i)
     sampled = [{entry.parameter for entry in part.sample} for part in rows]
     for parameter in sorted(set().union(*sampled)):
         if not all(parameter in each for each in sampled):

@@ -1,4 +1,4 @@
-"""Distributions held within a parameter's limits before anything is drawn: no seed decides what is refused."""
+"""Distributions limited to what a parameter takes, before anything is sampled: no seed decides what is refused."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,7 +10,7 @@ from spin_usd.stage.usd.values import Range
 Check = Callable[[Value], None]
 
 
-def within(distribution: Distribution, parameter: Parameter) -> Distribution:
+def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
     """`distribution`, a normal one cut at the parameter's limits where its own ends are not given.
 
     Raises InputError, where it is the parameter's name, for ends and values outside of the limits.
@@ -38,7 +38,7 @@ def check_ends(distribution: Distribution, check: Check) -> None:
 
 
 def cut(distribution: Distribution, limits: Range) -> Distribution:
-    """A normal distribution of whose draws only those within `limits` count; any other as it is."""
+    """Return a normal distribution of which only samples within `limits` count; any other as it is."""
     if not isinstance(distribution, Normal):
         return distribution
     low, high = max(distribution.low, limits.minimum), min(distribution.high, limits.high)

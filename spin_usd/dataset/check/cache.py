@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from spin_usd.dataset.check.checked_picture import Inventory
-from spin_usd.dataset.store.cache import CACHED, MEASURED, Entry, entries
+from spin_usd.dataset.store.cache import CACHED, MEASURED, CacheEntry, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import CACHE
 from spin_usd.dataset.store.tree import files
@@ -20,7 +20,7 @@ def cache_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
             yield Finding(code="cache", where=name, message=message, severity=WARNING)
 
 
-def _wrong(entry: Entry, inventory: Inventory) -> str | None:
+def _wrong(entry: CacheEntry, inventory: Inventory) -> str | None:
     used, file = entry.purpose in inventory.uses, entry.path.stat()
     if (file.st_dev, file.st_ino) not in inventory.inodes and not entry.whole:  # a label's file was verified already
         return "is damaged; when it is needed it will be made again" if used else "is damaged, and no picture uses it"

@@ -19,7 +19,7 @@ from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.target import Target
 
-LEAST_SHARE = 1e-4  # of the target's area
+MIN_SHARE = 1e-4  # of the target's area
 LIFT = 1e-5  # of the target's radius: how far off the faces it is looked whether they are in the open
 GRAZING = 0.1  # cosine below which a way out is too flat to count
 WAYS = 64  # all around, tried for each face
@@ -27,7 +27,7 @@ NAMED = 3  # pairs of parts
 
 
 def face_findings(target: Target) -> Iterator[Finding]:
-    """A warning where faces that overlap others and are in the open, each counted whole, make up LEAST_SHARE of the
+    """A warning where faces that overlap others and are in the open, each counted whole, make up MIN_SHARE of the
     target's area."""
     mesh = target.mesh
     area = np.concatenate([areas(points[faces]) for points, faces in mesh.placed])
@@ -38,7 +38,7 @@ def face_findings(target: Target) -> Iterator[Finding]:
         return
     pairs = pairs[_in_the_open(target, pairs[:, 0])]
     share = float(area[np.unique(pairs[:, 0])].sum())
-    if share >= LEAST_SHARE:
+    if share >= MIN_SHARE:
         message = (
             f"faces that hold {100 * share:.3g} % of its area overlap others ({_named(target, pairs, area)}): which is "
             "seen there is chance, and Blender renders them too dark; remove one of each two, or move it by more "

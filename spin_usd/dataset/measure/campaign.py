@@ -9,7 +9,7 @@ from spin_usd.accuracy.measurement import FORMULAS, Measurement
 from spin_usd.accuracy.sweep import STEP
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
-from spin_usd.dataset.measure.renders import Runs
+from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S
 from spin_usd.errors import InputError
@@ -22,7 +22,7 @@ OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
 SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
 PERCENT = 100
-MOST_PICTURES, MOST_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is told
+MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +49,10 @@ class MeasureRequest:
         return HANG_S + SAMPLE_S * max(STEP, PART) * self.most_samples
 
     def __post_init__(self) -> None:
-        few = f"measure 1 to {MOST_PICTURES}: they stand for the others"
-        _refuse_unless(1 <= self.count <= MOST_PICTURES, f"{self.count} pictures are asked for", few)
-        spread = f"take 2 to {MOST_SEEDS}: their spread is measured"
-        _refuse_unless(2 <= self.seeds <= MOST_SEEDS, f"{self.seeds} seeds are asked for", spread)
+        few = f"measure 1 to {MAX_PICTURES}: they stand for the others"
+        _refuse_unless(1 <= self.count <= MAX_PICTURES, f"{self.count} pictures are asked for", few)
+        spread = f"take 2 to {MAX_SEEDS}: their spread is measured"
+        _refuse_unless(2 <= self.seeds <= MAX_SEEDS, f"{self.seeds} seeds are asked for", spread)
         well = 1 <= self.most_samples <= self.reference_samples <= MAX_SAMPLES
         found = f"settings of {self.most_samples} samples and a reference of {self.reference_samples} are asked for"
         _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MAX_SAMPLES}")
@@ -66,7 +66,7 @@ def _refuse_unless(well: bool, found: str, do: str) -> None:
         raise InputError(found, do=do)
 
 
-class Tally:
+class PercentDone:
     """How much of the work is done: pieces of work by key, each of which counts once."""
 
     def __init__(self, progress: Progress) -> None:
@@ -107,12 +107,12 @@ class Campaign:
     machine: what it is measured on · processes(count): so many processes."""
 
     request: MeasureRequest
-    runs: Runs
+    runs: RenderStore
     seed: int
     stage: str
     versions: Mapping[str, str]
     machine: Mapping[str, str | int]
-    tally: Tally
+    percent_done: PercentDone
     processes: Callable[[int], Processes]
 
     def measurement(self, **found: Any) -> Measurement:
@@ -151,9 +151,9 @@ class Campaign:
         return processes.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
 
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
-        """Tell the tally of renders to come."""
+        """Count renders to come."""
         for series in wanted:
-            self.tally.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
+            self.percent_done.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
 
     def make(self, processes: Processes, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
         """Render what is missing of the series; of each why it failed, None where all of it is there."""
@@ -161,13 +161,13 @@ class Campaign:
         jobs = {}
         for number, series in enumerate(wanted):
             missing = {key: seed for key, seed in zip(series.keys, series.seeds, strict=True) if not self.runs.has(key)}
-            self.tally.did(set(series.keys) - missing.keys())
+            self.percent_done.did(set(series.keys) - missing.keys())
             if missing:
                 how = {"effort": asdict(series.effort), "seeds": missing}
                 jobs[number] = Job(kind=series.kind, what="make_runs", arguments={"index": picture.index, **how})
-        answers = processes.run(list(jobs.values()), on_made=lambda key: self.tally.did([key]))
+        answers = processes.run(list(jobs.values()), on_made=lambda key: self.percent_done.did([key]))
         for number in jobs:
-            self.tally.did(wanted[number].keys)  # what failed is not waited for
+            self.percent_done.did(wanted[number].keys)  # what failed is not waited for
         failed = {number: answer.failed for number, answer in zip(jobs, answers, strict=True)}
         return [failed.get(number) for number in range(len(wanted))]
 

@@ -14,7 +14,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class ExecutionMode:
     """So many processes that share the processors, with or without the crop."""
 
     processes: int
@@ -39,10 +39,12 @@ class ExecutionTask:
         self._renders = [
             {"index": picture.index, "effort": asdict(effort), "seed": seed} for picture in ordered for seed in seeds
         ]
-        ways = (Way(processes=n, crop=crop) for n, crop in ((1, True), (len(usable_cpus()), True), (1, False)))
+        ways = (
+            ExecutionMode(processes=n, crop=crop) for n, crop in ((1, True), (len(usable_cpus()), True), (1, False))
+        )
         radiance = [picture.radiance for picture in ordered]
         self._keys = {way: campaign.result_key("execution", asdict(way), radiance, self._renders) for way in ways}
-        campaign.tally.expect(
+        campaign.percent_done.expect(
             dict.fromkeys(self._keys.values(), len(seeds) * sum(weight(picture, effort) for picture in ordered))
         )
 
@@ -56,7 +58,7 @@ class ExecutionTask:
         made, failures = {}, []
         for way, key in self._keys.items():
             known = self._campaign.runs.known(key) or self._run(way)
-            self._campaign.tally.did([key])
+            self._campaign.percent_done.did([key])
             if "failed" in known:
                 what = f"{way.processes} processes of {way.threads} threads{'' if way.crop else ' without the crop'}"
                 failures.append(Failure(frame=self._largest, what=what, reason=known["failed"]))
@@ -76,7 +78,7 @@ class ExecutionTask:
         )
         return tuple(executions), tuple(failures)
 
-    def _run(self, way: Way) -> dict[str, Any]:
+    def _run(self, way: ExecutionMode) -> dict[str, Any]:
         """Seconds of wall clock, and each render's digest; or why it failed."""
         kind = ProcessKind(renderer="blender", crop=way.crop)
         jobs = [Job(kind=kind, what="render_digest", arguments=each) for each in self._renders]

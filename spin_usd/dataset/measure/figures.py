@@ -14,7 +14,7 @@ from spin_usd.accuracy.error import LinearError, Reference, linear_error, standa
 from spin_usd.accuracy.measurement import Configuration, Figures, Saving
 from spin_usd.accuracy.ssim import RADIUS_PX, ssim
 from spin_usd.arrays import Float
-from spin_usd.dataset.measure.renders import Runs
+from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.errors import InputError
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.derived.keys import RenderSettings, picture_seed
@@ -30,7 +30,7 @@ NOISE_PICTURES = 4  # with the detector's noise, each with its own seed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Developed:
+class DevelopedReference:
     """The reference after the detector.
 
     scene: exposed as the reference asks · sky: what lies behind · image (H, W) or (H, W, 3): without noise or rounding,
@@ -45,10 +45,10 @@ class Developed:
     noise: float
 
 
-class MeasuredPicture:
+class PictureFigures:
     """One picture and the runs made of it. `reference`: keys of its reference's parts, two or more."""
 
-    def __init__(self, scene: Scene, runs: Runs, reference: Sequence[str]) -> None:
+    def __init__(self, scene: Scene, runs: RenderStore, reference: Sequence[str]) -> None:
         self.scene, self._runs, self._parts = scene, runs, reference
         self._region = scene.picture_region
         self._gains = in_unit_light(scene).gains
@@ -81,7 +81,7 @@ class MeasuredPicture:
         """Of the runs with those keys, which differ in their seeds alone."""
         return linear_error(np.stack([self.radiance(key).rgb[self._target] for key in keys]), self.reference)
 
-    def developed(self, seed: int) -> Developed:
+    def developed(self, seed: int) -> DevelopedReference:
         """The reference after the detector, its exposure as metered on the reference; `seed` of the dataset. Raises
         InputError where it shows nothing of the target."""
         if not self._target.any():
@@ -94,7 +94,7 @@ class MeasuredPicture:
         image = developed_without_noise(scene, radiance, behind)
         noisy = (develop(scene, radiance, behind, seed=drawn + number) for number in range(NOISE_PICTURES))
         squares = [self._square(picture - image) for picture in noisy]
-        return Developed(
+        return DevelopedReference(
             scene=scene,
             sky=behind,
             image=image,
@@ -108,7 +108,7 @@ class MeasuredPicture:
         one, other = (developed_without_noise(scene, self._mean(half), behind) for half in halves)
         return self._square(one - other) / (len(self._parts) * sum(1 / len(half) for half in halves))
 
-    def frame(self, image: Developed) -> dict[str, Any]:
+    def frame(self, image: DevelopedReference) -> dict[str, Any]:
         """What is known of the picture and its reference: as JSON what a measurement's Frame holds of that."""
         region, frame = self._region, self.scene.frame
         return {
@@ -121,7 +121,7 @@ class MeasuredPicture:
         }
 
     def figures(
-        self, image: Developed, setting: Configuration, keys: Sequence[str], *, capped: bool = False
+        self, image: DevelopedReference, setting: Configuration, keys: Sequence[str], *, capped: bool = False
     ) -> Figures:
         """Of the setting, from its runs; `capped`: the reference may be less exact than they are. Raises InputError
         where one of them is not there any more."""
@@ -175,10 +175,10 @@ class MeasuredPicture:
         apart = [self.radiance(a).rgb.astype(np.float64) - self.radiance(b).rgb for a, b in pairs]
         return math.sqrt(fmean(self.reference.relative(each[self._target]) for each in apart))
 
-    def _image_of(self, key: str, image: Developed) -> Float:
+    def _image_of(self, key: str, image: DevelopedReference) -> Float:
         return developed_without_noise(image.scene, self.radiance(key), image.sky)
 
-    def _unlikeness(self, picture: Float, image: Developed) -> float:
+    def _unlikeness(self, picture: Float, image: DevelopedReference) -> float:
         """1 - SSIM, the mean over the target's pixels."""
         around = self._region.padded(2 * RADIUS_PX) & self.scene.camera.frame
         top = 2**image.scene.sensor.bit_depth - 1

@@ -11,11 +11,11 @@ from pathlib import Path
 
 from spin_usd.accuracy.measurement import Measurement
 from spin_usd.accuracy.sweep import representative
-from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, PercentDone
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.processes import Processes, ProcessKind
-from spin_usd.dataset.measure.renders import SUBJECT, Runs, is_run, run_name
+from spin_usd.dataset.measure.renders import SUBJECT, RenderStore, is_render_file, render_file
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
@@ -66,7 +66,7 @@ def measure(
     _prepare(folder)
     subject = _subject(request, folder)
     with Store(root=folder).locked() as lease:
-        runs = Runs(root=folder / RUNS, work=lease.work)
+        runs = RenderStore(root=folder / RUNS, work=lease.work)
         _refuse_another(runs, subject, folder)
         plan = _plan(request, lease.work / "stage", progress)
         pictures = _chosen(plan, request)
@@ -81,7 +81,7 @@ def measure(
             stage=plan.stages[request.variant]["hash"],
             versions=library_versions() | {name: version(name) for name in DECISIVE},
             machine=machine(),
-            tally=Tally(progress),
+            percent_done=PercentDone(progress),
             processes=lambda count: Processes(count, partial(starter, count), hang_s=request.hang_s),
         )
         measurement, keys = _measured(campaign, pictures, workers)
@@ -119,8 +119,8 @@ def _prepare(folder: Path) -> None:
     else, or no measurement, OutputError where it is no folder."""
     held = Store(root=folder).held()
     refuse_strange(folder, OURS)
-    own = held and type_of(folder / RUNS / run_name(SUBJECT)) is NodeType.FILE
-    runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_run(name))
+    own = held and type_of(folder / RUNS / render_file(SUBJECT)) is NodeType.FILE
+    runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_render_file(name))
     strays = [*(name for name in held if not own or name not in OURS), *runs]
     if strays:
         raise InputError(f"holds {strays[0]}, which is of no measurement", where=folder, do="choose an empty folder")
@@ -132,7 +132,7 @@ def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
     return {"stage": Path(root).as_posix(), "variant": request.variant}
 
 
-def _refuse_another(runs: Runs, subject: Mapping[str, str], folder: Path) -> None:
+def _refuse_another(runs: RenderStore, subject: Mapping[str, str], folder: Path) -> None:
     """Raises InputError where the folder holds a measurement of anything but the subject."""
     held = runs.known(SUBJECT) or subject
     if held != subject:
@@ -164,7 +164,7 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
     return [plan.pictures[place] for place in chosen]
 
 
-def _started(plan: Plan, runs: Runs, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
+def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
     """A process of that kind, the `number`th of `count`."""
     child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
     child.send(

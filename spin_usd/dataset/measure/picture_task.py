@@ -55,7 +55,7 @@ class PictureTask:
                 runs.write_result(self.key, found.as_json())
         if not found.failures:
             renders = self.keys - {self.key}
-            self._campaign.tally.did(renders)
+            self._campaign.percent_done.did(renders)
             runs.remove(renders)
         return found
 

@@ -30,7 +30,7 @@ BELOW_LEFT: dict[str, Any] = {
     "color": INK,
 }
 ROOM = (0.12, 0.03)  # that a name takes, of the panel
-MOST_SPREAD = 10  # times less than the most that the least is drawn
+MAX_SPREAD = 10  # times less than the most that the least is drawn
 LOOKS = {  # by kind of setting: marker and colour, which colour-blind people tell apart (Okabe and Ito)
     "plain samples": ("o", "#0072b2"),
     "denoised": ("s", "#d55e00"),
@@ -100,7 +100,7 @@ def _lines(axes: Axes, best: Sequence[Outcome], criterion: Criterion) -> None:
     x, most = [each.cpu_s for each in best], [each.error(criterion).at_most for each in best]
     least = [min(error.expected for error in each.errors(criterion)) for each in best]
     axes.plot(x, most, color=GREY, linewidth=1, zorder=1)
-    ends = [(high, max(low, high / MOST_SPREAD), float("nan")) for high, low in zip(most, least, strict=True)]
+    ends = [(high, max(low, high / MAX_SPREAD), float("nan")) for high, low in zip(most, least, strict=True)]
     down = [y for points in ends for y in points]
     axes.plot([each for each in x for _ in range(3)], down, color=PALE, linewidth=0.6, zorder=1)
 

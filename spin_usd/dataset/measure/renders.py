@@ -28,18 +28,18 @@ SUFFIXES = (".json", RENDER_SUFFIX)
 NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escape, SUFFIXES))})")
 
 
-def is_run(name: str) -> bool:
+def is_render_file(name: str) -> bool:
     """Whether a file of that name, relative to the folder, is one of them."""
-    return bool(NAME.fullmatch(name)) or name == run_name(SUBJECT)
+    return bool(NAME.fullmatch(name)) or name == render_file(SUBJECT)
 
 
-def run_name(key: str, suffix: str = ".json") -> str:
+def render_file(key: str, suffix: str = ".json") -> str:
     """The name, relative to the folder, of the file of that key."""
     return f"{key[:2]}/{key}{suffix}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost:
+class RenderCost:
     """Of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and whether
     that process had rendered the same picture with the same effort just before."""
 
@@ -50,7 +50,7 @@ class Cost:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Runs:
+class RenderStore:
     """Those in the folder `root`; `work` is for temporary files."""
 
     root: Path
@@ -60,13 +60,13 @@ class Runs:
         """Whether the render of that key is there, every byte verified."""
         with suppress(OSError, ValueError, KeyError, TypeError):
             value = self._value(key)
-            Cost(**value["cost"])
+            RenderCost(**value["cost"])
             return sha256_of(self._path(key, RENDER_SUFFIX)) == str(value["sha256"])
         return False
 
-    def cost(self, key: str) -> Cost:
+    def cost(self, key: str) -> RenderCost:
         """That of a render that is there."""
-        return Cost(**self._value(key)["cost"])
+        return RenderCost(**self._value(key)["cost"])
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
         """The render of that key. Raises InputError where it is not there, or damaged."""
@@ -76,7 +76,7 @@ class Runs:
             raise InputError("is not the render that was written", where=path, do="run the measurement again")
         return found
 
-    def keep(self, key: str, radiance: Radiance, cost: Cost) -> None:
+    def keep(self, key: str, radiance: Radiance, cost: RenderCost) -> None:
         """Write a render and its cost. Raises OutputError."""
         write = partial(write_render, radiance=radiance)
         sha256 = write_atomically(self._path(key, RENDER_SUFFIX), write, work=self.work)
@@ -99,13 +99,13 @@ class Runs:
         """Forget these renders and results."""
         for key in keys:
             for suffix in SUFFIXES:
-                remove_file(self.root, run_name(key, suffix))
+                remove_file(self.root, render_file(key, suffix))
 
     def remove_all(self, *, but: Iterable[str]) -> None:
         """Forget all but these, and remove the folders that they leave empty."""
         keep = set(but)
         for name in list(files(self.root)):
-            if is_run(name) and PurePosixPath(name).stem not in keep:
+            if is_render_file(name) and PurePosixPath(name).stem not in keep:
                 remove_file(self.root, name)
                 remove_emptied(self.root, name)
 
@@ -114,4 +114,4 @@ class Runs:
         return value
 
     def _path(self, key: str, suffix: str) -> Path:
-        return self.root / run_name(key, suffix)
+        return self.root / render_file(key, suffix)

@@ -52,11 +52,11 @@ class SavingsTask:
             for what in missing
         ]
         for what, answer in zip(
-            missing, processes.run(jobs, on_made=lambda key: campaign.tally.did([key])), strict=True
+            missing, processes.run(jobs, on_made=lambda key: campaign.percent_done.did([key])), strict=True
         ):
             if answer.failed is not None:
                 self._fail(f"with {what}", answer.failed)
-                campaign.tally.did(key for keys in self._runs.pop(what).values() for key in keys)
+                campaign.percent_done.did(key for keys in self._runs.pop(what).values() for key in keys)
 
     def savings(self, processes: Processes, reference: Sequence[str]) -> tuple[Saving, ...]:
         """By the weights of the reference, given by its parts' keys."""
@@ -67,14 +67,14 @@ class SavingsTask:
         return tuple(Saving(**each) for each in found.result or [])
 
     def _pairs(self, what: str, work: Sequence[str]) -> dict[str, list[str]]:
-        """Keys of the renders with and without that work, seed by seed; the tally is told of them."""
+        """Keys of the renders with and without that work, seed by seed, and count them as work to come."""
         of = [self._picture.radiance, asdict(self._effort), what, list(work)]
         pairs = {
             side: [self._campaign.key("saving", side, of, seed) for seed in self._seeds]
             for side in ("with_it", "without")
         }
         cost = RENDERS * weight(self._picture, self._effort)
-        self._campaign.tally.expect({key: cost for keys in pairs.values() for key in keys})
+        self._campaign.percent_done.expect({key: cost for keys in pairs.values() for key in keys})
         return pairs
 
     def _is_there(self, what: str) -> bool:
@@ -82,7 +82,7 @@ class SavingsTask:
         keys = [key for side in self._runs[what].values() for key in side]
         there = all(self._campaign.runs.has(key) for key in keys)
         if there:
-            self._campaign.tally.did(keys)
+            self._campaign.percent_done.did(keys)
         return there
 
     def _fail(self, what: str, why: str) -> None:

@@ -10,8 +10,8 @@ from typing import Any
 from spin_usd.accuracy.label_agreement import LabelImages, Viewpoint, agreement
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.arrays import digest
-from spin_usd.dataset.measure.figures import MeasuredPicture
-from spin_usd.dataset.measure.renders import Cost, Runs
+from spin_usd.dataset.measure.figures import PictureFigures
+from spin_usd.dataset.measure.renders import RenderCost, RenderStore
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels, render_in
 from spin_usd.dataset.picture.render_file import in_order
 from spin_usd.dataset.process.open_renderer import open_renderer
@@ -47,7 +47,7 @@ class MeasuringWorker:
         **how: Any,
     ) -> None:
         hold_to(cpus)
-        self.runs = Runs(root=Path(folder), work=Path(work))
+        self.runs = RenderStore(root=Path(folder), work=Path(work))
         self.reader = StageReader(stage, variant=variant)
         self._open = partial(open_renderer, renderer, **how)
         self.renderer: Renderer = self._open()
@@ -154,17 +154,17 @@ class MeasuringWorker:
             self.renderer.close()
             self.renderer, self._work, self._before = self._open(keep=work), list(work), None
 
-    def _picture(self, index: int, reference: Sequence[str]) -> MeasuredPicture:
-        return MeasuredPicture(self._scene(index), self.runs, reference)
+    def _picture(self, index: int, reference: Sequence[str]) -> PictureFigures:
+        return PictureFigures(self._scene(index), self.runs, reference)
 
     def _scene(self, index: int) -> Scene:
         return self.reader.scene(self.reader.frames[index])
 
-    def _timed(self, scene: Scene, effort: Effort, seed: int) -> tuple[Radiance, Cost]:
+    def _timed(self, scene: Scene, effort: Effort, seed: int) -> tuple[Radiance, RenderCost]:
         warm = self._before == (scene.frame.index, effort)
         memory, cpu, wall = watch_memory(), time.process_time(), time.perf_counter()
         radiance = self._render(scene, effort, seed)
-        cost = Cost(
+        cost = RenderCost(
             cpu_s=time.process_time() - cpu,
             wall_s=time.perf_counter() - wall,
             memory_bytes=memory(),

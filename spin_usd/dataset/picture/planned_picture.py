@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class PlannedPicture:
     """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, how many
     of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
-    (see amounts.features), and the file that its pose was given for, "" where there is none."""
+    (see work.features), and the file that its pose was given for, "" where there is none."""
 
     variant: str
     index: int

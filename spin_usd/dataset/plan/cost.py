@@ -1,4 +1,4 @@
-"""What making pictures costs: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
+"""The cost of making pictures: seconds of one core by kind of work, and bytes. Runs scale what is expected of the next.
 
 The constants were measured on one core of a 2-core x86-64 server by `tools/bench calibrate`, which says what they are
 on another. What a dataset's own runs took beside what was expected of them is kept in its `cache/measured.json`, and
@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
-from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.labels.table import LABELS
@@ -33,12 +33,12 @@ EVERYWHERE: Costs = {
         "noise": 2.6e-8,
     },
 }
-"""Seconds a unit of each kind of work; see amounts. A dome is taken for a back plate, unmeasured."""
+"""Seconds a unit of each kind of work; see work_units. A dome is taken for a back plate, unmeasured."""
 BYTES_PER_REGION_PIXEL = {IMAGE: 0.35, RADIANCE: 6.0} | {name: label.file_bytes for name, label in LABELS.items()}
 BYTES_PER_FRAME_PIXEL = 0.01  # compressed emptiness
 NOISE_BYTES = 0.45  # a pixel of the whole frame, of an image with a detector's noise
 CACHED_CHANNEL_BYTES = 1.5  # a pixel of the region
-LEAST_MEASURED_S = 0.05  # of a kind of work, from which it says anything
+MIN_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
 
 def tracing_costs(renderer: str) -> Costs:
@@ -47,24 +47,24 @@ def tracing_costs(renderer: str) -> Costs:
     return {LABEL_PASS: entry.label_costs, BEAUTY_PASS: entry.image_costs}
 
 
-def expected_work(making: Making, method: Method) -> dict[str, float]:
+def expected_work(task: Task, options: RunOptions) -> dict[str, float]:
     """Seconds of one core by kind of work."""
-    costs = {**EVERYWHERE, **tracing_costs(method.renderer)}
+    costs = {**EVERYWHERE, **tracing_costs(options.renderer)}
     return {
         work: sum(costs[work].get(unit, 0.0) * count for unit, count in units.items())
-        for work, units in amounts(making, method).items()
+        for work, units in work_units(task, options).items()
     }
 
 
-def expected_bytes(making: Making, method: Method) -> float:
+def expected_bytes(task: Task, options: RunOptions) -> float:
     """On disk; labels that another picture's file holds already take none."""
-    region, frame = making.picture.region_pixels, method.frame_pixels
-    kinds = [kind for kind in method.kinds if making.label_pass or kind not in LABELS]
+    region, frame = task.picture.region_pixels, options.frame_pixels
+    kinds = [kind for kind in options.kinds if task.label_pass or kind not in LABELS]
     size = sum(region * BYTES_PER_REGION_PIXEL[kind] + frame * BYTES_PER_FRAME_PIXEL for kind in kinds)
-    if "noise" in making.picture.features and IMAGE in kinds:
+    if "noise" in task.picture.features and IMAGE in kinds:
         size += frame * NOISE_BYTES
-    channels = 3 * making.picture.light_groups + 1
-    return size + (region * channels * CACHED_CHANNEL_BYTES if making.render else 0)
+    channels = 3 * task.picture.light_groups + 1
+    return size + (region * channels * CACHED_CHANNEL_BYTES if task.render else 0)
 
 
 @dataclass(kw_only=True)
@@ -86,7 +86,7 @@ class Timings:
 
     def knows(self, work: str) -> bool:
         """Whether there was enough of that kind of work to say anything."""
-        return self.expected.get(work, 0.0) >= LEAST_MEASURED_S
+        return self.expected.get(work, 0.0) >= MIN_MEASURED_S
 
     def _scale(self, work: str) -> float:
         return self.taken.get(work, 0.0) / self.expected[work] if self.knows(work) else 1.0

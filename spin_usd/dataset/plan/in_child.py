@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.plan.make_plan import COLUMNS, PLANNING
-from spin_usd.dataset.plan.skipped_work import Tally
+from spin_usd.dataset.plan.skipped_work import SkippedWorkCounter
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.dataset.plan.work import features
 from spin_usd.errors import InputError, UnsupportedError
@@ -71,25 +71,25 @@ def plan_pictures(
 ) -> list[dict[str, Any]]:
     """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
     named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
-    that. With `explain` also "spared", as Tally.taken has it.
+    that. With `explain` also "skipped", as SkippedWorkCounter.taken has it.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` counts all
     of them. Raises UnsupportedError where image files cannot hold a sensor's numbers.
     """
     pictures = range(*chosen)
     extents, rendering = Extents(), RenderSettings.from_json(settings)
-    tally = Tally(rendering) if explain else None
+    counter = SkippedWorkCounter(rendering) if explain else None
     answer = []
     reader: StageReader | None = None
     for number, variant in enumerate(variants):
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
         reader = StageReader(root, variant=variant, after=reader)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = _planned(reader, pictures, rendering, image_suffix, extents, views, tally, count)
+        planned = _planned(reader, pictures, rendering, image_suffix, extents, views, counter, count)
         stage = stage_provenance(reader) if variant in provenance else None
-        spared, notes = tally.taken() if tally else [], in_sentences(reader.notes)
+        skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
-        told = {"spared": spared, "notes": notes, "views": seen.as_json() if seen else None}
+        told = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
         answer.append({"variant": variant, "stage": stage, **told, **planned})
     return answer
 
@@ -145,7 +145,7 @@ def _planned(
     image_suffix: str | None,
     extents: Extents,
     views: ViewCollector,
-    tally: Tally | None,
+    counter: SkippedWorkCounter | None,
     progress: Callable[[int], None],
 ) -> dict[str, list[Any]]:
     """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
@@ -160,8 +160,8 @@ def _planned(
         views.add(scene)
         keys = maker.keys(scene)
         extent, has = extents.of(scene, keys.geometry), features(scene)
-        if tally:
-            tally.add(scene, keys.radiance, has)
+        if counter:
+            counter.add(scene, keys.radiance, has)
         row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
         for name, value in zip(COLUMNS, (*row, LightGroups.of(scene).count, has, frame.source_file), strict=True):
             columns[name].append(value)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.plan.skipped_work import Spared, spared
+from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import SpinError, StageError
@@ -44,7 +44,7 @@ class Plan:
 
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
     pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
-    dataset.json says of the target · pictures: by variant, then in the stage's order · spared: what of their work they
+    dataset.json says of the target · pictures: by variant, then in the stage's order · skipped: what of their work they
     do not need, where that was asked · notes: sentences on what is rendered otherwise than the stage says ·
     views: what the pictures show.
     """
@@ -58,7 +58,7 @@ class Plan:
     origin: Mapping[str, Any]
     description: Mapping[str, Any]
     pictures: tuple[PlannedPicture, ...]
-    spared: tuple[Spared, ...] = ()
+    skipped: tuple[SkippedCount, ...] = ()
     notes: tuple[str, ...] = ()
     views: Views | None = None
 
@@ -122,7 +122,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         pictures=tuple(_pictures(answers)),
         notes=tuple(dict.fromkeys(note for parts in answers for part in parts for note in part["notes"])),
         views=merged([Views.from_json(part["views"]) for part in parts_in_order if part["views"]]),
-        spared=spared((part["variant"], part["spared"]) for part in parts_in_order),
+        skipped=skipped_counts((part["variant"], part["skipped"]) for part in parts_in_order),
     )
 
 

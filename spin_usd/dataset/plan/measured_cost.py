@@ -6,13 +6,13 @@ from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.make_plan import Plan
-from spin_usd.dataset.plan.work import Making, Method
+from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.store.measurement_file import FILE, folder_of, measurement_file, read_measurement
 from spin_usd.errors import InputError
 
 
-def measured_beside(stage: Path, plan: Plan, method: Method) -> tuple[Timings, list[str]]:
+def measured_beside(stage: Path, plan: Plan, options: RunOptions) -> tuple[Timings, list[str]]:
     """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine. And
     what is wrong with it, where it cannot be used."""
     if not (folder_of(stage) / FILE).exists():
@@ -24,15 +24,15 @@ def measured_beside(stage: Path, plan: Plan, method: Method) -> tuple[Timings, l
     known = plan.stages.get(measurement.variant)
     if known is None or known["hash"] != measurement.stage or dict(measurement.machine) != machine():
         return Timings(), []
-    return measured_renders(measurement, plan, method), []
+    return measured_renders(measurement, plan, options), []
 
 
-def measured_renders(measurement: Measurement, plan: Plan, method: Method) -> Timings:
-    """Of the pictures that were measured and are planned, at the method's very setting."""
-    setting, found = Configuration(renderer=method.renderer, effort=method.effort), Timings()
+def measured_renders(measurement: Measurement, plan: Plan, options: RunOptions) -> Timings:
+    """Of the pictures that were measured and are planned, rendered as the options say."""
+    setting, found = Configuration(renderer=options.renderer, effort=options.effort), Timings()
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:
         if picture.variant == measurement.variant and picture.frame in cpu_s:
-            expected = expected_work(Making(picture=picture, label_pass=False, render=True), method)
+            expected = expected_work(Task(picture=picture, label_pass=False, render=True), options)
             found.add({BEAUTY_PASS: expected[BEAUTY_PASS]}, {BEAUTY_PASS: cpu_s[picture.frame]})
     return found

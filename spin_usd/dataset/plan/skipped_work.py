@@ -24,7 +24,7 @@ ABSENT: Sequence[tuple[str, str, str, Callable[[Scene], bool]]] = (
 )
 """Outside the path tracer: part of the work, what, why, and whether a scene goes without."""
 FEATURES = ((BACKGROUND, BEHIND, NONE), (OPTICS, THROUGH_OPTICS, NONE), (DETECTOR, (NOISE,), "its gain is not set"))
-"""Likewise, where what is one of amounts.features."""
+"""Likewise, where what is one of work.features."""
 KEPT = "geometry is not simplified: labels need every face as it is, and the picture shows the same"
 
 Item = tuple[str, str, str, str]
@@ -32,7 +32,7 @@ Item = tuple[str, str, str, str]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spared:
+class SkippedCount:
     """Something skipped of `part` of the work (see SkippedWork); pictures: in how many of each variant that has any."""
 
     part: str
@@ -42,7 +42,7 @@ class Spared:
     pictures: Mapping[str, int]
 
 
-class Tally:
+class SkippedWorkCounter:
     """Counts what the pictures of a variant go without."""
 
     def __init__(self, settings: RenderSettings) -> None:
@@ -51,8 +51,8 @@ class Tally:
         self._known: dict[str, tuple[SkippedWork, ...]] = {}
 
     def add(self, scene: Scene, radiance: str, has: Collection[str]) -> None:
-        """Note the picture of `scene`, whose radiance key is given, and what it `has` of amounts.features."""
-        self._counts.update((part, what, why, BITS) for part, what, why, spared in ABSENT if spared(scene))
+        """Note the picture of `scene`, whose radiance key is given, and what it `has` of work.features."""
+        self._counts.update((part, what, why, BITS) for part, what, why, is_absent in ABSENT if is_absent(scene))
         self._counts.update(
             (part, what, why, BITS) for part, names, why in FEATURES for what in names if what not in has
         )
@@ -68,14 +68,17 @@ class Tally:
         return [[*item, count] for item, count in counts.items()]
 
 
-def spared(counted: Iterable[tuple[str, Sequence[Any]]]) -> tuple[Spared, ...]:
-    """Of variants and what `Tally.taken` said of some of their pictures; in order of parts, then of first mention."""
+def skipped_counts(counted: Iterable[tuple[str, Sequence[Any]]]) -> tuple[SkippedCount, ...]:
+    """Sum up what `SkippedWorkCounter.taken` gave for some of the pictures of variants, given with their names.
+
+    Returns the sums in the order of the parts of the work, then of first mention.
+    """
     found: dict[Item, Counter[str]] = {}
     for variant, items in counted:
         for part, what, why, same, count in items:
             found.setdefault((part, what, why, same), Counter())[variant] += count
     parts = (RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS)
     return tuple(
-        Spared(part=part, what=what, why=why, same=same, pictures=dict(counts))
+        SkippedCount(part=part, what=what, why=why, same=same, pictures=dict(counts))
         for (part, what, why, same), counts in sorted(found.items(), key=lambda pair: parts.index(pair[0][0]))
     )

@@ -1,4 +1,4 @@
-"""The matrix of a plan: what each variant adds in passes and pictures, and about what that costs."""
+"""A table of a plan: what each variant adds in passes and pictures, and about what that costs."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -11,7 +11,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, read_measured
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.wall_time import OPEN_S, Work, wall_seconds
-from spin_usd.dataset.plan.work import Making, Method
+from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.dataset.store.cache import MEASURED, RENDERS, held_keys
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.unfinished import WantedFiles, is_finished
@@ -20,7 +20,7 @@ MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class VariantRow:
     """Of the variant `name`: pictures to make, and the label passes, renders and images (`exposures`) that none before
     it has made, in the order of the variants; seconds of one core; bytes. `variants`: how many it stands for."""
 
@@ -39,17 +39,17 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Matrix:
+class VariantTable:
     """One row a variant; `finished`: pictures that the dataset has already; `works`: of each picture to make, in their
     order; `images`: whether any shows a planet."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[VariantRow, ...]
     finished: int
     works: tuple[Work, ...]
     images: bool
 
     @property
-    def total(self) -> Row:
+    def total(self) -> VariantRow:
         return _sum("total", self.rows)
 
     def seconds(self, workers: int, cores: int) -> float:
@@ -68,14 +68,14 @@ class Matrix:
         return {**total, "finished": self.finished, "rows": [_json(row) for row in self.rows]}
 
 
-def _json(row: Row) -> dict[str, Any]:
+def _json(row: VariantRow) -> dict[str, Any]:
     values = {name: value for name, value in asdict(row).items() if name not in ("seconds", "variants")}
     return {**values, "bytes": round(row.bytes), "core_seconds": row.seconds}
 
 
-def matrix(
-    plan: Plan, method: Method, image_suffix: str, out: Path | None = None, renders: Timings | None = None
-) -> Matrix:
+def variant_table(
+    plan: Plan, options: RunOptions, image_suffix: str, out: Path | None = None, renders: Timings | None = None
+) -> VariantTable:
     """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
     `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
@@ -87,64 +87,64 @@ def matrix(
     measured = read_measured(store.cache / MEASURED) if store else Timings()
     if renders and not measured.knows(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
-    wanted = WantedFiles(kinds=method.kinds, image_suffix=image_suffix)
+    wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
-    labelled = set.intersection(*(held.get(kind, set()) for kind in method.labels)) if method.labels else set()
+    labelled = set.intersection(*(held.get(kind, set()) for kind in options.labels)) if options.labels else set()
     rendered, exposed = set(held.get(RENDERS, set())), set[str]()
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
-    rows: list[Row] = []
+    rows: list[VariantRow] = []
     works: list[Work] = []
     for variant in plan.variants:
         pictures = by_variant.get(variant, [])
         before = len(exposed)
-        makings = [_making(picture, method, labelled, rendered) for picture in pictures]
-        if method.lit:
+        tasks = [_task(picture, options, labelled, rendered) for picture in pictures]
+        if options.lit:
             exposed.update(picture.exposure for picture in pictures)
-        new = [Work.of(measured.scaled(expected_work(making, method))) for making in makings]
+        new = [Work.of(measured.scaled(expected_work(task, options))) for task in tasks]
         works += new
-        rows.append(_row(variant, makings, method, new, exposures=len(exposed) - before))
-    images = method.lit and any("planet" in picture.features for picture in todo)
-    return Matrix(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
+        rows.append(_row(variant, tasks, options, new, exposures=len(exposed) - before))
+    images = options.lit and any("planet" in picture.features for picture in todo)
+    return VariantTable(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
 
 
-def in_lines(rows: Sequence[Row]) -> list[Row]:
+def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
     """Rows as they are shown: of many, those in a row with the same counts as one, with their sums."""
     if len(rows) <= MANY:
         return list(rows)
     return list(_merged(rows))
 
 
-def _merged(rows: Sequence[Row]) -> Iterator[Row]:
+def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
     for _, group in groupby(rows, key=lambda row: row.counts):
         alike = list(group)
         name = f"{alike[0].name} to {alike[-1].name}" if len(alike) > 1 else alike[0].name
         yield _sum(name, alike)
 
 
-def _making(picture: PlannedPicture, method: Method, labelled: set[str], rendered: set[str]) -> Making:
+def _task(picture: PlannedPicture, options: RunOptions, labelled: set[str], rendered: set[str]) -> Task:
     """How the picture is made when what the two sets name is there already; they take what it makes."""
-    label_pass = bool(method.labels) and picture.geometry not in labelled
-    render = method.lit and picture.radiance not in rendered
+    label_pass = bool(options.labels) and picture.geometry not in labelled
+    render = options.lit and picture.radiance not in rendered
     labelled.add(picture.geometry)
     rendered.add(picture.radiance)
-    return Making(picture=picture, label_pass=label_pass, render=render)
+    return Task(picture=picture, label_pass=label_pass, render=render)
 
 
-def _row(name: str, makings: Sequence[Making], method: Method, works: Sequence[Work], *, exposures: int) -> Row:
-    return Row(
+def _row(name: str, tasks: Sequence[Task], options: RunOptions, works: Sequence[Work], *, exposures: int) -> VariantRow:
+    return VariantRow(
         name=name,
-        pictures=len(makings),
-        label_passes=sum(making.label_pass for making in makings),
-        renders=sum(making.render for making in makings),
+        pictures=len(tasks),
+        label_passes=sum(task.label_pass for task in tasks),
+        renders=sum(task.render for task in tasks),
         exposures=exposures,
-        seconds=OPEN_S * bool(makings) + sum(work.total for work in works),
-        bytes=sum(expected_bytes(making, method) for making in makings),
+        seconds=OPEN_S * bool(tasks) + sum(work.total for work in works),
+        bytes=sum(expected_bytes(task, options) for task in tasks),
     )
 
 
-def _sum(name: str, rows: Sequence[Row]) -> Row:
+def _sum(name: str, rows: Sequence[VariantRow]) -> VariantRow:
     def of(field: str) -> Any:
         return sum(getattr(row, field) for row in rows)
 
-    empty = Row(name=name, pictures=0, label_passes=0, renders=0, exposures=0, seconds=0.0, bytes=0.0)
+    empty = VariantRow(name=name, pictures=0, label_passes=0, renders=0, exposures=0, seconds=0.0, bytes=0.0)
     return replace(empty, **{field: of(field) for field in asdict(empty) if field != "name"})

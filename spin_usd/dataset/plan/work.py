@@ -1,4 +1,4 @@
-"""What making a picture amounts to: of each kind of work how many of its units, such as samples on the target.
+"""The work of making a picture: of each kind of work how many of its units, such as samples on the target.
 
 Kinds of work have the names that workers report. What a unit costs is in `cost`.
 """
@@ -19,7 +19,7 @@ from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
 from spin_usd.scene.model import Scene
 
-Amounts = dict[str, float]
+Units = dict[str, float]
 BEHIND = ("planet", "stars", "back plate", "dome")
 THROUGH_OPTICS, NOISE = ("vignetting", "spread", "glare", "bloom"), "noise"
 DEVELOPED = (*THROUGH_OPTICS, NOISE)
@@ -30,7 +30,7 @@ ADAPTIVE_SAMPLES, ADAPTIVE_POWER = 3.0, -1.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Making:
+class Task:
     """A picture to make, and which passes it takes of its own: others are in the cache by then."""
 
     picture: PlannedPicture
@@ -39,7 +39,7 @@ class Making:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Method:
+class RunOptions:
     """How all pictures of a run are made: renderer, effort, kinds of file, pixels of the whole frame."""
 
     renderer: str
@@ -79,25 +79,25 @@ def features(scene: Scene) -> list[str]:
     return [name for name, there in has.items() if there]
 
 
-def amounts(making: Making, method: Method) -> dict[str, Amounts]:
+def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
     """By kind of work the units of each that the picture takes."""
-    picture, frame = making.picture, float(method.frame_pixels)
-    files = sum(making.label_pass or kind not in LABELS for kind in method.kinds)
-    found: dict[str, Amounts] = {"stage": {"picture": 1}, "cache": {"picture": 1}, "files": {"pixel": files * frame}}
-    if making.label_pass:
-        found[LABEL_PASS] = {"picture": 1, **_traced(picture, method.renderer, samples=1)}
+    picture, frame = task.picture, float(options.frame_pixels)
+    files = sum(task.label_pass or kind not in LABELS for kind in options.kinds)
+    found: dict[str, Units] = {"stage": {"picture": 1}, "cache": {"picture": 1}, "files": {"pixel": files * frame}}
+    if task.label_pass:
+        found[LABEL_PASS] = {"picture": 1, **_traced(picture, options.renderer, samples=1)}
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels}
-    if making.render:
-        found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, method))}
-    elif method.lit:
+    if task.render:
+        found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, options))}
+    elif options.lit:
         found["cache"]["pixel"] = picture.region_pixels
-    if IMAGE in method.kinds:
+    if IMAGE in options.kinds:
         found["background"] = {name: frame for name in picture.features if name in BEHIND}
         found["sensor"] = {"pixel": frame, **{name: frame for name in picture.features if name in DEVELOPED}}
     return found
 
 
-def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bool = False) -> Amounts:
+def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bool = False) -> Units:
     """Of one pass: boxes of pixels, their pixels, and the samples of those on the target and beside it. `whole`: the
     region is not cut into bands."""
     count, pixels = (
@@ -120,12 +120,12 @@ def _bands(picture: PlannedPicture, samples: float) -> tuple[float, float]:
     return count, least + (region - least) / count
 
 
-def _light(picture: PlannedPicture, method: Method) -> Iterator[tuple[str, float]]:
+def _light(picture: PlannedPicture, options: RunOptions) -> Iterator[tuple[str, float]]:
     """Of a render."""
-    effort, pixels = method.effort, float(picture.region_pixels)
+    effort, pixels = options.effort, float(picture.region_pixels)
     share = 1 / effort.reduction**2
     samples = expected_samples(effort, glossy="glossy" in picture.features)
-    traced = _traced(picture, method.renderer, samples=samples * share, whole=bool(effort.adaptive))
+    traced = _traced(picture, options.renderer, samples=samples * share, whole=bool(effort.adaptive))
     yield from {**traced, "pixel": traced["pixel"] * share}.items()
     for name in LIT:
         if name in picture.features:

@@ -14,31 +14,31 @@ from spin_usd.errors import InputError
 SHOWN = 3
 
 
-def foreign_pictures(store: Store, plan: Plan) -> list[Path]:
+def orphaned_pictures(store: Store, plan: Plan) -> list[Path]:
     """The records of pictures that are in the dataset and not in the stage, whatever part of that is wanted."""
     names, variants = set(plan.names), set(plan.known_variants)
     return [path for path in store.records() if path.stem not in names or path.parent.name not in variants]
 
 
-def refuse(store: Store, foreign: Sequence[Path]) -> None:
+def refuse(store: Store, orphans: Sequence[Path]) -> None:
     """Raise InputError where there are any."""
-    if foreign:
+    if orphans:
         do = "choose another folder, or add --prune, which removes them"
-        raise InputError(in_words(foreign), where=store.root, do=do)
+        raise InputError(in_words(orphans), where=store.root, do=do)
 
 
-def in_words(foreign: Sequence[Path]) -> str:
+def in_words(orphans: Sequence[Path]) -> str:
     """What the dataset does with these records' pictures."""
-    names = ", ".join(f"{record.parent.name}/{record.stem}" for record in foreign[:SHOWN])
-    count = "1 picture" if len(foreign) == 1 else f"{len(foreign)} pictures"
-    return f"holds {count} that this stage does not have ({names}{', ...' if len(foreign) > SHOWN else ''})"
+    names = ", ".join(f"{record.parent.name}/{record.stem}" for record in orphans[:SHOWN])
+    count = "1 picture" if len(orphans) == 1 else f"{len(orphans)} pictures"
+    return f"holds {count} that this stage does not have ({names}{', ...' if len(orphans) > SHOWN else ''})"
 
 
-def remove(store: Store, foreign: Sequence[Path]) -> None:
+def remove(store: Store, orphans: Sequence[Path]) -> None:
     """Remove the pictures of these records: each one's record first, so that none ever describes files that are gone,
     then the files that it lists, and the folders left empty. Raises InputError where one is no record, having removed
     nothing, and OutputError."""
-    pictures = [(store.relative(record), *_files_of(store, record)) for record in foreign]
+    pictures = [(store.relative(record), *_files_of(store, record)) for record in orphans]
     for names in pictures:
         for name in names:
             remove_file(store.root, name)

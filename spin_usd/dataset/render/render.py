@@ -18,13 +18,13 @@ from spin_usd.dataset.plan.cost import Timings, expected_work, write_measured
 from spin_usd.dataset.plan.effort_choice import Chosen, doubts
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.wall_time import one_core
-from spin_usd.dataset.plan.work import Making, Method
+from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry, require_renderer
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render import same_stage
 from spin_usd.dataset.render.dataset_json import describe
-from spin_usd.dataset.render.orphans import foreign_pictures, refuse, remove
+from spin_usd.dataset.render.orphans import orphaned_pictures, refuse, remove
 from spin_usd.dataset.render.supervise import supervise
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -112,10 +112,12 @@ def plan(request: RenderRequest, *, progress: Progress, explain: bool = False) -
     return _plan(request, None, progress, explain=explain)
 
 
-def method_of(request: RenderRequest, plan: Plan) -> Method:
+def run_options(request: RenderRequest, plan: Plan) -> RunOptions:
     """How all pictures of the run are made."""
     width, height = plan.description["camera"]
-    return Method(renderer=request.renderer, effort=request.effort, kinds=request.kinds, frame_pixels=width * height)
+    return RunOptions(
+        renderer=request.renderer, effort=request.effort, kinds=request.kinds, frame_pixels=width * height
+    )
 
 
 def render(
@@ -203,7 +205,7 @@ def _render(
         )
         count = min(options.workers or default_workers(), len(tasks))
         alone = partial(one_core, workers=count, cores=len(usable_cpus()))
-        listener = _Listener(report, progress, method_of(request, plan), alone)
+        listener = _Listener(report, progress, run_options(request, plan), alone)
         _run(for_workers, tasks, count, lease, listener)
         if report.made:
             write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
@@ -216,7 +218,7 @@ def _remove_unwanted(store: Store, plan: Plan, options: _RunOptions) -> int:
     other = same_stage.other_origin(store, plan)
     if not options.replace:
         same_stage.refuse(store, other)
-    unwanted = list(store.records()) if other else foreign_pictures(store, plan)
+    unwanted = list(store.records()) if other else orphaned_pictures(store, plan)
     (remove if other or options.prune else refuse)(store, unwanted)
     return len(unwanted)
 
@@ -244,7 +246,7 @@ class _Listener:
         self,
         report: RenderReport,
         progress: Progress,
-        method: Method,
+        method: RunOptions,
         alone: Callable[[Mapping[str, float]], Mapping[str, float]],
     ) -> None:
         self.report, self.progress, self.method, self.alone = report, progress, method, alone
@@ -267,7 +269,7 @@ class _Listener:
             case "shared":
                 self.report.renders_shared += 1
         own = {name: result["passes"].get(name) == "made" for name in ("labels", "render")}
-        making = Making(picture=picture, label_pass=own["labels"], render=own["render"])
+        making = Task(picture=picture, label_pass=own["labels"], render=own["render"])
         self.measured.add(expected_work(making, self.method), self.alone(result["seconds"]))
         for work, seconds in result["seconds"].items():
             self.report.work[work] = self.report.work.get(work, 0.0) + seconds

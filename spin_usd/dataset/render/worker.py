@@ -28,7 +28,7 @@ from spin_usd.dataset.process.processors import hold_to
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
-from spin_usd.dataset.store.cache import RENDERS, Cache, Entry
+from spin_usd.dataset.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import remove_file
@@ -72,27 +72,27 @@ class Worker:
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
-        making = _Making(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
+        picture = _CurrentPicture(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
         before = self.withdraw(variant, scene.frame.name)
-        files = self._write_all(making, keep_render=keep_render)
+        files = self._write_all(picture, keep_render=keep_render)
         with watch("files"):
-            record = make_record(reader, making, self.options, files, self.versions)
+            record = make_record(reader, picture, self.options, files, self.versions)
             write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
                 remove_file(self.store.root, stale)
         memory = psutil.Process().memory_info().rss
-        return {"seconds": watch.seconds, "memory": memory, "passes": making.passes, "faults": faults(record)}
+        return {"seconds": watch.seconds, "memory": memory, "passes": picture.passes, "faults": faults(record)}
 
-    def _write_all(self, making: "_Making", *, keep_render: bool) -> dict[str, dict[str, Any]]:
+    def _write_all(self, picture: "_CurrentPicture", *, keep_render: bool) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
         writing: dict[str, Future[dict[str, Any]]] = {}
         try:
             with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
-                self._labels(making, writers, writing)
-                kept = self._image(making, writers, writing, keep_render=keep_render)
-                with making.watch("files"):
+                self._labels(picture, writers, writing)
+                kept = self._image(picture, writers, writing, keep_render=keep_render)
+                with picture.watch("files"):
                     kept.result()
                     return {kind: written.result() for kind, written in writing.items()}
         except Exception:
@@ -101,24 +101,26 @@ class Worker:
                     remove_file(self.store.root, written.result()["path"])
             raise
 
-    def _labels(self, making: "_Making", writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
+    def _labels(
+        self, picture: "_CurrentPicture", writers: Executor, writing: dict[str, Future[dict[str, Any]]]
+    ) -> None:
         """The labels: those that the cache has, and one pass for those that it has not."""
-        wanted = [kind for kind in LABELS if kind in making.kinds]
-        key = making.keys["geometry"]
-        with making.watch("cache"):
+        wanted = [kind for kind in LABELS if kind in picture.kinds]
+        key = picture.keys["geometry"]
+        with picture.watch("cache"):
             found = {kind: entry for kind in wanted if (entry := self.cache.find(kind, key))}
         for kind, entry in found.items():
-            writing[kind] = writers.submit(self._link, making.scene, entry)
+            writing[kind] = writers.submit(self._link, picture.scene, entry)
         missing = [kind for kind in wanted if kind not in found]
         if missing:
-            for kind, array, channels in make_labels(making.scene, self.renderer, missing, making.watch):
-                writing[kind] = writers.submit(self._label, making.scene, key, kind, array, channels)
+            for kind, array, channels in make_labels(picture.scene, self.renderer, missing, picture.watch):
+                writing[kind] = writers.submit(self._label, picture.scene, key, kind, array, channels)
         if wanted:
-            making.passes["labels"] = "made" if missing else "shared"
+            picture.passes["labels"] = "made" if missing else "shared"
 
     def _image(
         self,
-        making: "_Making",
+        picture: "_CurrentPicture",
         writers: Executor,
         writing: dict[str, Future[dict[str, Any]]],
         *,
@@ -127,22 +129,22 @@ class Worker:
         """The image and the radiance file, from the cache's render or a new one; the result tells when that is kept."""
         kept: Future[Any] = Future()
         kept.set_result(None)
-        if IMAGE not in making.kinds and RADIANCE not in making.kinds:
+        if IMAGE not in picture.kinds and RADIANCE not in picture.kinds:
             return kept
-        scene, settings, key = making.scene, self.options.settings, making.keys["radiance"]
+        scene, settings, key = picture.scene, self.options.settings, picture.keys["radiance"]
         light = in_unit_light(scene)
-        with making.watch("cache"):
+        with picture.watch("cache"):
             rendered = self._cached_render(key, scene, groups=len(light.gains))
-        making.passes["render"] = "shared" if rendered else "made"
+        picture.passes["render"] = "shared" if rendered else "made"
         if rendered is None:
-            rendered = in_order(render_in(light, self.renderer, settings, making.watch))
+            rendered = in_order(render_in(light, self.renderer, settings, picture.watch))
             if keep_render:
                 write = partial(write_render, radiance=rendered)
                 kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
         radiance = rendered.relit(light.gains)
-        for kind, array, channels in make_image(scene, radiance, settings, making.kinds, making.watch, making.notes):
+        for kind, array, channels in make_image(scene, radiance, settings, picture.kinds, picture.watch, picture.notes):
             if kind == IMAGE:
-                making.tones = image_tones(scene, radiance, array)
+                picture.tones = image_tones(scene, radiance, array)
             writing[kind] = writers.submit(self._write, scene, kind, array, channels)
         return kept
 
@@ -160,7 +162,7 @@ class Worker:
         """Write one label into the cache and link it; returns its entry in the record."""
         return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, _writing(kind, array, channels)))
 
-    def _link(self, scene: Scene, cached: Entry) -> dict[str, Any]:
+    def _link(self, scene: Scene, cached: CacheEntry) -> dict[str, Any]:
         """Link one label; returns its entry in the record."""
         kind = cached.purpose.kind
         path = self._path(scene, kind)
@@ -190,7 +192,7 @@ class Worker:
 
 
 @dataclass(kw_only=True)
-class _Making:
+class _CurrentPicture:
     """A picture while it is made: its scene, kinds of file and keys; the time that it takes, which passes were made or
     shared, and what its record must say of them and of the target's tones."""
 
@@ -216,10 +218,14 @@ def suffix_of(kind: str, image_suffix: str) -> str:
 
 
 def make_record(
-    reader: StageReader, making: _Making, options: WorkerOptions, files: dict[str, Any], versions: dict[str, str]
+    reader: StageReader,
+    picture: _CurrentPicture,
+    options: WorkerOptions,
+    files: dict[str, Any],
+    versions: dict[str, str],
 ) -> dict[str, Any]:
     """The picture's record, by schema record-1."""
-    scene = making.scene
+    scene = picture.scene
     camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
     sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
     return {
@@ -240,11 +246,11 @@ def make_record(
         },
         "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
         **({"sun": recorded_sun(sun)} if sun else {}),
-        **({"tones": making.tones} if making.tones else {}),
+        **({"tones": picture.tones} if picture.tones else {}),
         "files": files,
         "provenance": {
             "stage": {"root": options.stage, **stage_provenance(reader)},
-            "keys": making.keys,
+            "keys": picture.keys,
             "render": {
                 "renderer": options.settings.renderer,
                 "effort": asdict(options.settings.effort),
@@ -258,7 +264,7 @@ def make_record(
                 "picture": picture_seed(scene, options.settings),
             },
             "versions": versions,
-            **making.notes,
+            **picture.notes,
         },
     }
 

@@ -40,7 +40,7 @@ class Purpose:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class CacheEntry:
     """A cached file, the `sha256` that its bytes must have, and what it is good for."""
 
     purpose: Purpose
@@ -65,13 +65,13 @@ class Cache:
     versions: Mapping[str, str]
     work: Path
 
-    def find(self, kind: str, key: str) -> Entry | None:
+    def find(self, kind: str, key: str) -> CacheEntry | None:
         """The file of that kind and key, every byte verified."""
         wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
         found = _entries(self.root, f"{kind}/{key[:2]}")
         return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
 
-    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> Entry:
+    def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> CacheEntry:
         """The file that `write` fills, kept from now on. Raises as write_atomically does."""
         purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
 
@@ -79,7 +79,7 @@ class Cache:
             return self.root / kind / key[:2] / f"{key}.{purpose.versions}.{sha256}{suffix}"
 
         sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, work=self.work, place=place)
-        return Entry(purpose=purpose, sha256=sha256, path=place(sha256))
+        return CacheEntry(purpose=purpose, sha256=sha256, path=place(sha256))
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
@@ -89,7 +89,7 @@ def made_by(versions: Mapping[str, str], kind: str) -> str:
     return digest(dict(versions), *written)[:VERSION_DIGITS]
 
 
-def entries(store: Store) -> Iterator[Entry]:
+def entries(store: Store) -> Iterator[CacheEntry]:
     """All files of the dataset's cache, unverified."""
     if type_of(store.cache) is NodeType.FOLDER:
         for kind in CACHED:
@@ -130,7 +130,7 @@ def remove_entries(store: Store, *, but: set[Purpose]) -> None:
             remove_emptied(store.root, store.relative(entry.path))
 
 
-def _entries(cache: Path, folder: str) -> Iterator[Entry]:
+def _entries(cache: Path, folder: str) -> Iterator[CacheEntry]:
     """Those in that folder of the cache."""
     for name in files(cache, folder):
         match name.split("/"):
@@ -138,7 +138,7 @@ def _entries(cache: Path, folder: str) -> Iterator[Entry]:
                 yield from _entry(cache / name, kind, file)
 
 
-def _entry(path: Path, kind: str, name: str) -> Iterator[Entry]:
+def _entry(path: Path, kind: str, name: str) -> Iterator[CacheEntry]:
     match name.split("."):
         case [key, versions, sha256, _]:
-            yield Entry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, path=path)
+            yield CacheEntry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, path=path)

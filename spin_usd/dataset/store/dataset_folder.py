@@ -20,7 +20,7 @@ from pathlib import Path
 
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.lock import Lock, create_lock, new_token, refuse_foreign, take_lock, token_in
+from spin_usd.dataset.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
 from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE
 from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
 from spin_usd.errors import InputError, OutputError
@@ -152,10 +152,10 @@ class Store:
                 if lock := take_lock(self.lock):
                     return lock
             except OSError as e:
-                refuse_foreign(self.lock)
+                refuse_other_file(self.lock)
                 raise self._unwritable(e) from e
             if time.monotonic() > give_up:
-                refuse_foreign(self.lock)
+                refuse_other_file(self.lock)
                 do = "wait for it, or end it"
                 raise InputError("another run is writing this dataset", where=self.root, do=do)
             time.sleep(0.05)

@@ -15,7 +15,7 @@ from spin_usd.errors import OutputError
 LOCK = ".lock"
 
 
-class Hidden(NamedTuple):
+class HiddenFolder(NamedTuple):
     """The folder, and a file beside another that bears the same token and may be written too, where one is wanted."""
 
     folder: Path
@@ -23,7 +23,7 @@ class Hidden(NamedTuple):
 
 
 @contextmanager
-def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[Hidden]:
+def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[HiddenFolder]:
     """The folder `.NAME.TOKEN` in `parent`, and a file for the same time there, called after the file `beside`: both
     are gone in the end.
 
@@ -53,7 +53,7 @@ def _sweep(parent: Path, name: str, beside: str) -> None:
             _sweep_one(_hidden(parent, name, beside, found[1]), found[1])
 
 
-def _sweep_one(left: Hidden, token: str) -> None:
+def _sweep_one(left: HiddenFolder, token: str) -> None:
     if type_of(left.folder) is not NodeType.FOLDER:
         return
     with suppress(OSError):  # another user's
@@ -63,12 +63,12 @@ def _sweep_one(left: Hidden, token: str) -> None:
             os.close(lock.descriptor)
 
 
-def _hidden(parent: Path, name: str, beside: str, token: str) -> Hidden:
+def _hidden(parent: Path, name: str, beside: str, token: str) -> HiddenFolder:
     file = Path(beside)
-    return Hidden(parent / f".{name}.{token}", parent / f".{file.stem}.{token}{file.suffix}")
+    return HiddenFolder(parent / f".{name}.{token}", parent / f".{file.stem}.{token}{file.suffix}")
 
 
-def _remove(hidden: Hidden) -> None:
+def _remove(hidden: HiddenFolder) -> None:
     if type_of(hidden.beside) is NodeType.FILE:
         hidden.beside.unlink(missing_ok=True)
     shutil.rmtree(hidden.folder, ignore_errors=True)

@@ -70,7 +70,7 @@ def take_lock(path: Path) -> Lock | None:
     return None
 
 
-def refuse_foreign(path: Path) -> None:
+def refuse_other_file(path: Path) -> None:
     """Raise InputError where something is at `path` and is no lock of ours."""
     if os.path.lexists(path) and token_in(path) is None:
         raise InputError("is there and is no lock of spin-usd", where=path, do="move it elsewhere, or remove it")

@@ -11,7 +11,7 @@ from scipy.stats import ks_2samp
 
 from spin_usd.dataset.author.author import author_example
 from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import draw_poses, shots
+from spin_usd.dataset.author.example_pictures import draw_poses, example_pictures
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
@@ -40,7 +40,7 @@ def drawn(name, count=None, seed=0, step=1):
     example = open_example(name)
     camera = lens_of(open_camera_layer(bundled("camera", example.camera)))
     corners = box_corners(describe(bundled("target", example.target), example.target))
-    chosen = shots(example, count)[::step]
+    chosen = example_pictures(example, count)[::step]
     return camera, chosen, draw_poses(chosen, seed, camera, corners, name)
 
 
@@ -83,7 +83,7 @@ def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_pat
     report = author_example(example=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
     reader, renderer = StageReader(report.root), RaycastRenderer()
-    chosen = shots(open_example(name), 3)
+    chosen = example_pictures(open_example(name), 3)
     assert [frame.name for frame in reader.frames] == [shot.name for shot in chosen]
     for scene, _, _ in lit(report.root):
         assert (renderer.visibility(scene).face >= 0).sum() > 200
@@ -163,13 +163,17 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) 
 
 def test_a_count_is_shared_out_among_the_parts() -> None:
     example = open_example("swisscube")
-    assert Counter(shot.part.name for shot in shots(example, 10)) == {"training": 7, "validation": 1, "testing": 2}
-    assert len(shots(example)) == example.count
+    assert Counter(shot.part.name for shot in example_pictures(example, 10)) == {
+        "training": 7,
+        "validation": 1,
+        "testing": 2,
+    }
+    assert len(example_pictures(example)) == example.count
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_are_unique_and_counts_are_the_published_ones(name) -> None:
-    chosen = shots(open_example(name))
+    chosen = example_pictures(open_example(name))
     names = [shot.name for shot in chosen]
     assert repeated_name(names) is None
     assert all(FRAME_NAME.fullmatch(each) for each in names)

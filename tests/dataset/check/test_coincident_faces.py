@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.dataset.check.coincident_faces import LEAST_SHARE, face_findings
+from spin_usd.dataset.check.coincident_faces import MIN_SHARE, face_findings
 from spin_usd.scene.derived.coincidence import GAP
 from tests.cases.scenes import box, target
 
@@ -52,7 +52,7 @@ def test_a_part_with_itself() -> None:
 
 
 def test_little_is_not_worth_a_word() -> None:
-    half = 0.5 * np.sqrt(0.9 * LEAST_SHARE * AREA)
+    half = 0.5 * np.sqrt(0.9 * MIN_SHARE * AREA)
     assert told(BOX, patch(0.5, half)) == []
     assert told(BOX, patch(0.5, half * 1.1))
 

@@ -7,8 +7,8 @@ import pytest
 
 from spin_usd.accuracy.error import FLOOR
 from spin_usd.accuracy.measurement import Configuration
-from spin_usd.dataset.measure.figures import MeasuredPicture
-from spin_usd.dataset.measure.renders import Cost, Runs
+from spin_usd.dataset.measure.figures import PictureFigures
+from spin_usd.dataset.measure.renders import RenderCost, RenderStore
 from spin_usd.errors import InputError
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -35,7 +35,7 @@ def scene():
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("measured")
-    return Runs(root=folder / "runs", work=folder / "work")
+    return RenderStore(root=folder / "runs", work=folder / "work")
 
 
 def same(image):
@@ -48,7 +48,9 @@ def make(runs, scene, name, *, samples, seeds, change=same, cover=same, cpu_s=1.
     for seed in seeds:
         found = RaycastRenderer().radiance(in_unit_light(scene).scene, Effort(samples=samples), seed=seed)
         changed = Radiance(region=found.region, groups=change(found.groups), coverage=cover(found.coverage))
-        cost = Cost(cpu_s=cpu_s + seed % 10, wall_s=cpu_s / 2, memory_bytes=100 + seed, warm=warm and seed != seeds[0])
+        cost = RenderCost(
+            cpu_s=cpu_s + seed % 10, wall_s=cpu_s / 2, memory_bytes=100 + seed, warm=warm and seed != seeds[0]
+        )
         runs.keep(f"{name}{seed}", changed, cost)
         keys.append(f"{name}{seed}")
     return keys
@@ -56,7 +58,7 @@ def make(runs, scene, name, *, samples, seeds, change=same, cover=same, cpu_s=1.
 
 @pytest.fixture(scope="module")
 def picture(runs, scene):
-    return MeasuredPicture(scene, runs, make(runs, scene, "reference", samples=64, seeds=PARTS))
+    return PictureFigures(scene, runs, make(runs, scene, "reference", samples=64, seeds=PARTS))
 
 
 def counted(picture):
@@ -100,14 +102,14 @@ def test_the_detectors_noise_is_its_own(picture, scene, runs) -> None:
     """Without gain there is only rounding to whole numbers."""
     assert picture.developed(seed=0).noise > 1
     ideal = replace(scene, sensor=Sensor(auto_exposure=AutoExposure()))
-    assert 0 < MeasuredPicture(ideal, runs, REFERENCE).developed(seed=0).noise <= 0.5
+    assert 0 < PictureFigures(ideal, runs, REFERENCE).developed(seed=0).noise <= 0.5
 
 
 def test_a_reference_that_never_meets_the_target_has_no_image_of_it(runs, scene) -> None:
     """A target far smaller than a pixel: none of its figures would be a number."""
     nothing = make(runs, scene, "missed", samples=1, seeds=PARTS, change=np.zeros_like, cover=np.zeros_like)
     with pytest.raises(InputError, match=f"^{scene.frame.name}: no ray of the reference meets the target; "):
-        MeasuredPicture(scene, runs, nothing).developed(seed=0)
+        PictureFigures(scene, runs, nothing).developed(seed=0)
 
 
 def test_the_references_own_error_is_not_taken_for_the_settings(picture, runs, scene) -> None:
@@ -179,7 +181,7 @@ def test_a_run_that_was_damaged_is_not_there(runs, scene) -> None:
 
 def test_what_is_not_used_is_removed(tmp_path, scene) -> None:
     """And nothing that is no run."""
-    runs = Runs(root=tmp_path / "runs", work=tmp_path / "work")
+    runs = RenderStore(root=tmp_path / "runs", work=tmp_path / "work")
     one, other = make(runs, scene, "a" * 63, samples=1, seeds=range(2))
     result = "b" * 64
     runs.write_result(result, {"a": 1})

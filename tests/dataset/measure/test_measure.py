@@ -13,12 +13,12 @@ import pytest
 
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.accuracy.sweep import STEP, settings_to_measure
-from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, Tally
+from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, PercentDone
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.measure import measure
 from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
-from spin_usd.dataset.measure.renders import Runs
+from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import HANG_S, Child
@@ -169,12 +169,12 @@ def campaign(tmp_path, told=lambda *_: None, **fields):
     request = MeasureRequest(stage=tmp_path / "dataset.usda")
     usual = {
         "request": request,
-        "runs": Runs(root=tmp_path, work=tmp_path / "work"),
+        "runs": RenderStore(root=tmp_path, work=tmp_path / "work"),
         "seed": 7,
         "stage": "0" * 64,
         "versions": {"bpy": "5.2.3"},
         "machine": {"cores": 2},
-        "tally": Tally(told),
+        "percent_done": PercentDone(told),
         "processes": None,
     }
     return Campaign(**{**usual, **fields})
@@ -270,12 +270,12 @@ def test_what_is_left_out_is_measured_by_itself_and_all_together(tmp_path) -> No
 
 def test_work_is_told_of_once() -> None:
     heard = []
-    tally = Tally(lambda what, done, total: heard.append((done, total)))
-    tally.expect({"a": 30, "b": 60})
-    tally.expect({"a": 30, "c": 10})
-    tally.did(["a", "a", "unknown"])
-    tally.did(["b", "a"])
-    tally.did(["c"])
+    percent_done = PercentDone(lambda what, done, total: heard.append((done, total)))
+    percent_done.expect({"a": 30, "b": 60})
+    percent_done.expect({"a": 30, "c": 10})
+    percent_done.did(["a", "a", "unknown"])
+    percent_done.did(["b", "a"])
+    percent_done.did(["c"])
     assert heard == [(0, 100), (0, 100), (30, 100), (90, 100), (100, 100)]
 
 

@@ -1,4 +1,4 @@
-"""Plans: keys are those of freshly read scenes, the matrix counts each pass once, and measured costs scale the next."""
+"""Plans: keys are those of freshly read scenes, the table counts each pass once, and measured costs scale the next."""
 
 import json
 
@@ -8,13 +8,13 @@ from spin_usd.dataset.picture.make_picture import PASSES
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
-from spin_usd.dataset.plan.variant_table import MANY, Row, in_lines, matrix
-from spin_usd.dataset.plan.work import Making, Method
+from spin_usd.dataset.plan.variant_table import MANY, VariantRow, in_lines, variant_table
+from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 
-METHOD = Method(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)
+OPTIONS = RunOptions(renderer="blender", effort=Effort(samples=16), kinds=("image", "depth"), frame_pixels=1000)
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=3), seed=5)
 AUGMENTATIONS = """#usda 1.0
 over "World" (
@@ -126,7 +126,7 @@ def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmente
     monkeypatch.setattr("spin_usd.dataset.plan.make_plan.SHARED_FROM", 2)
     shared = asked(augmented, processes=2)
     assert (shared.pictures, shared.stages) == (alone.pictures, alone.stages)
-    cost = matrix(alone, METHOD, ".png")
+    cost = variant_table(alone, OPTIONS, ".png")
     assert [row.counts for row in cost.rows] == [(3, 3, 3, 3), (3, 0, 0, 3), (3, 0, 3, 3), (3, 0, 0, 3)]
 
 
@@ -146,7 +146,7 @@ def a_plan(pictures, variants):
 
 def test_what_two_variants_share_counts_for_the_first() -> None:
     pictures = [planned("a", 0, "g", "r", "e"), planned("b", 0, "g", "r", "f"), planned("c", 0, "g", "s", "h")]
-    cost = matrix(a_plan(pictures, ("a", "b", "c")), METHOD, ".png")
+    cost = variant_table(a_plan(pictures, ("a", "b", "c")), OPTIONS, ".png")
     assert [row.counts for row in cost.rows] == [(1, 1, 1, 1), (1, 0, 0, 1), (1, 0, 1, 1)]
     assert cost.total.counts == (3, 1, 2, 3)
     assert cost.rows[0].seconds > cost.rows[2].seconds > cost.rows[1].seconds > 0
@@ -155,7 +155,7 @@ def test_what_two_variants_share_counts_for_the_first() -> None:
 
 def test_many_variants_that_cost_alike_share_a_line() -> None:
     rows = [
-        Row(name=f"v{i}", pictures=5, label_passes=5 * (i == 0), renders=5, exposures=5, seconds=1.0, bytes=2.0)
+        VariantRow(name=f"v{i}", pictures=5, label_passes=5 * (i == 0), renders=5, exposures=5, seconds=1.0, bytes=2.0)
         for i in range(MANY + 1)
     ]
     first, others = in_lines(rows)
@@ -164,8 +164,8 @@ def test_many_variants_that_cost_alike_share_a_line() -> None:
 
 
 def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
-    making = Making(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
-    expected = expected_work(making, METHOD)
+    task = Task(picture=planned("a", 0, "g", "r", "e"), label_pass=True, render=True)
+    expected = expected_work(task, OPTIONS)
     of_run = Timings()
     for _ in range(100):
         of_run.add(expected, {kind: 3 * seconds for kind, seconds in expected.items()})
@@ -175,7 +175,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
     scaled = read_measured(file).scaled(expected)
     for kind in PASSES:
         assert scaled[kind] == pytest.approx(3 * expected[kind])
-    assert expected_bytes(making, METHOD) > 0
+    assert expected_bytes(task, OPTIONS) > 0
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"expected": 3}', '{"expected": {"stage": NaN}, "taken": {}}'])
@@ -209,20 +209,20 @@ def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path) 
 
 def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeypatch) -> None:
     alone = asked(augmented, explain=True, renderer="blender")
-    assert {each.what for each in alone.spared} >= {
+    assert {each.what for each in alone.skipped} >= {
         "light tree",
         "world",
         "stars",
         "pixels outside the target's region",
     }
-    for each in alone.spared:
+    for each in alone.skipped:
         assert all(1 <= count <= 3 for count in each.pictures.values())
     expected = dict.fromkeys(alone.variants, 3)
-    assert next(each for each in alone.spared if each.what == "volumes").pictures == expected
+    assert next(each for each in alone.skipped if each.what == "volumes").pictures == expected
     monkeypatch.setattr("spin_usd.dataset.plan.make_plan.SHARED_FROM", 2)
-    assert asked(augmented, processes=2, explain=True, renderer="blender").spared == alone.spared
-    assert asked(augmented, renderer="blender").spared == ()
-    assert "light tree" not in {each.what for each in asked(augmented, explain=True).spared}  # the preview has none
+    assert asked(augmented, processes=2, explain=True, renderer="blender").skipped == alone.skipped
+    assert asked(augmented, renderer="blender").skipped == ()
+    assert "light tree" not in {each.what for each in asked(augmented, explain=True).skipped}  # the preview has none
 
 
 def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small_stage) -> None:

@@ -1,4 +1,4 @@
-"""What a picture amounts to and how long a run takes: against the bands that are rendered, and laws of scheduling."""
+"""The work of a picture and how long a run takes: against the bands that are rendered, and laws of scheduling."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from spin_usd.dataset.plan.in_child import Extents
 from spin_usd.dataset.plan.make_plan import SHARED_FROM, Question, make_plan
 from spin_usd.dataset.plan.measured_cost import measured_renders
 from spin_usd.dataset.plan.wall_time import BESIDE, PLANNED_S, Work, one_core, wall_seconds
-from spin_usd.dataset.plan.work import Making, Method, amounts
+from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.renderers.crop import picture_bands
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
@@ -20,7 +20,7 @@ from tests.cases import measurements
 from tests.cases.scenes import SPEEDPLUS
 
 OFF = 0.2  # of the pixels in bands: rows are filled more or less than half up to the outline
-METHOD = Method(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)
+OPTIONS = RunOptions(renderer="blender", effort=Effort(), kinds=("image", "depth"), frame_pixels=240 * 150)
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +41,9 @@ def planned(stage, frames=None):
     return make_plan(question, processes=1, progress=lambda *_: None)
 
 
-def light(picture, effort=METHOD.effort):
-    making = Making(picture=picture, label_pass=True, render=True)
-    return amounts(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
+def light(picture, effort=OPTIONS.effort):
+    task = Task(picture=picture, label_pass=True, render=True)
+    return work_units(task, replace(OPTIONS, effort=effort))[BEAUTY_PASS]
 
 
 @pytest.mark.parametrize("samples", [1, 16, 256])
@@ -61,8 +61,8 @@ def test_bands_have_about_the_pixels_that_are_rendered(small_stage, pictures, sa
 
 def test_more_of_anything_costs_more(pictures) -> None:
     def seconds(effort):
-        making = Making(picture=pictures[0], label_pass=True, render=True)
-        return expected_work(making, replace(METHOD, effort=effort))[BEAUTY_PASS]
+        task = Task(picture=pictures[0], label_pass=True, render=True)
+        return expected_work(task, replace(OPTIONS, effort=effort))[BEAUTY_PASS]
 
     usual = seconds(Effort())
     for more in (Effort(samples=32), Effort(denoiser="fast")):
@@ -131,14 +131,14 @@ def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(c
 
 def test_measured_pictures_are_expected_to_take_what_they_took_and_the_rest_as_ever(small_stage) -> None:
     plan = planned(small_stage, frames="0:3")
-    method = replace(METHOD, effort=Effort(samples=64))
+    options = replace(OPTIONS, effort=Effort(samples=64))
     made = [
         measurements.figures(measurements.setting("samples=64"), cpu_s=3, frame=picture.frame)
         for picture in plan.pictures
     ]
     other = measurements.figures(measurements.setting("samples=1"), cpu_s=100, frame=plan.pictures[0].frame)
-    found = measured_renders(measurements.measurement([*made, other]), plan, method)
-    expected = [expected_work(Making(picture=each, label_pass=True, render=True), method) for each in plan.pictures]
+    found = measured_renders(measurements.measurement([*made, other]), plan, options)
+    expected = [expected_work(Task(picture=each, label_pass=True, render=True), options) for each in plan.pictures]
     scaled = [found.scaled(each) for each in expected]
     assert sum(each[BEAUTY_PASS] for each in expected) != pytest.approx(9, rel=0.1)
     assert sum(each[BEAUTY_PASS] for each in scaled) == pytest.approx(9)

@@ -364,7 +364,7 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
     (dataset / "image" / "nominal" / "notes.txt").write_text("mine")
     before = digests(dataset)
     planned = json.loads(spin_usd("plan", shorter, "--out", dataset, "--json").stdout)
-    assert planned["foreign"] == 5
+    assert planned["orphans"] == 5
     assert "5 pictures" in spin_usd("plan", shorter, "--out", dataset).stdout
     refused = spin_usd("render", shorter, "--out", dataset, "--renderer", "raycast", code=2).stderr
     assert "5 pictures" in refused
