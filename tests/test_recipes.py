@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.sha256 import sha256_of
 from tests.conftest import REPOSITORY
@@ -172,6 +173,7 @@ def test_render_shows_every_recipes_work(dataset: Path) -> None:
     record = json.loads((dataset / "records" / "nominal" / "middle.json").read_text())
     assert record["provenance"]["render"]["renderer"] == "silhouette"
     assert record["files"]["radius"]["unit"] == "m"
+    assert np.array_equal(Dataset(dataset).picture("middle").label("radius"), radius)
 
 
 def test_check_tells_of_the_new_rule_and_the_new_label(copy: Copy, dataset: Path) -> None:

@@ -9,14 +9,15 @@ from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_position
 from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
 
 
-def dense_pose(surface: Surface, shape: tuple[int, int]) -> NDArray[np.float32]:
+def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """(H, W, 3) float32: X, Y, Z in the target's body frame, metres; 0 where there is no surface."""
-    frame = np.zeros((*shape, 3), np.float32)
+    frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
     frame[surface.rows, surface.columns] = surface.body
     return frame
 

@@ -9,14 +9,15 @@ from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture, largest_relative_difference
 from spin_usd.labels.preview import by_distance
 from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
 RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as much
 
 
-def depth(surface: Surface, shape: tuple[int, int]) -> NDArray[np.float32]:
+def depth(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """(H, W) float32: z in the camera's frame, metres; 0 where there is no surface."""
-    frame = np.zeros(shape, np.float32)
+    frame = np.zeros(scene.camera.frame.shape, np.float32)
     frame[surface.rows, surface.columns] = surface.z
     return frame
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
 
@@ -17,7 +18,7 @@ class Label:
     """A kind of ground truth. All that spin_usd knows of it stands here.
 
     name: in `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"
-    make: the label (H, W), or (H, W, C) where it has several channels, from the visible surface and (H, W)
+    make: the label (H, W), or (H, W, C) where it has several channels, of a scene and its visible surface
     channels: what its numbers are; `channels.meaning` is what dataset.json says of it
     suffix: of its files, ".exr" for float32, ".png" for uint16
     usd_type: of a pixel in USD; authored stages list the default labels as UsdRender variables
@@ -31,7 +32,7 @@ class Label:
     """
 
     name: str
-    make: Callable[[Surface, tuple[int, int]], NDArray[Any]]
+    make: Callable[[Scene, Surface], NDArray[Any]]
     channels: Channels
     suffix: str
     usd_type: str

@@ -9,12 +9,13 @@ from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_id
 from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
 
-def segmentation(surface: Surface, shape: tuple[int, int]) -> NDArray[np.uint16]:
+def segmentation(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """(H, W) uint16: part ids, which count from 1; 0 where there is no surface."""
-    frame = np.zeros(shape, np.uint16)
+    frame = np.zeros(scene.camera.frame.shape, np.uint16)
     frame[surface.rows, surface.columns] = surface.part
     return frame
 

@@ -53,7 +53,7 @@ def judged(case, renderer):
     surface = visible_surface(s, visibility)
     face = np.full(s.camera.frame.shape, -1)
     face[surface.rows, surface.columns] = surface.face
-    labels = depth(surface, face.shape).ravel(), dense_pose(surface, face.shape).reshape(-1, 3)
+    labels = depth(s, surface).ravel(), dense_pose(s, surface).reshape(-1, 3)
     return _Judge(case, s, truth(case), face.ravel()).judged(*labels, blender=renderer.name == "blender")
 
 

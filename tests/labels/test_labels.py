@@ -25,7 +25,7 @@ def labelled(request):
     s = scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(*POSES[i]))
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     assert len(surface.z) > 100
-    return s, surface, {name: label.make(surface, camera.frame.shape) for name, label in LABELS.items()}
+    return s, surface, {name: label.make(s, surface) for name, label in LABELS.items()}
 
 
 def test_shapes_and_types_are_the_contracts(labelled) -> None:
@@ -93,7 +93,7 @@ def test_part_ids_of_sixteen_bits_survive() -> None:
     many = target(points, faces, parts=np.array([1, 40000, 65535]))
     s = scene(many)
     surface = visible_surface(s, RaycastRenderer().visibility(s))
-    ids = LABELS["segmentation"].make(surface, s.camera.frame.shape)
+    ids = LABELS["segmentation"].make(s, surface)
     assert set(np.unique(ids)) == {0, 1, 40000, 65535}
 
 
@@ -101,6 +101,6 @@ def test_nothing_visible_is_an_empty_frame() -> None:
     s = scene(target(*soup(0)[:2]), T_cam_body=pose(t=(0, 0, -9)))
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     for label in LABELS.values():
-        array = label.make(surface, s.camera.frame.shape)
+        array = label.make(s, surface)
         assert array.shape[:2] == s.camera.frame.shape
         assert not array.any()

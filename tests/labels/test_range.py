@@ -28,7 +28,7 @@ def labelled(request):
     made = scene(target(points, faces, parts=parts), camera=BARREL, T_cam_body=ASIDE)
     surface = visible_surface(made, renderer.visibility(made))
     assert len(surface.z) > 5000
-    return made, {name: label.make(surface, BARREL.frame.shape) for name, label in LABELS.items()}
+    return made, {name: label.make(made, surface) for name, label in LABELS.items()}
 
 
 def opencv_rays(camera, rows, columns):

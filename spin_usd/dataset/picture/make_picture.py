@@ -75,7 +75,7 @@ def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: S
         surface = visible_surface(scene, visibility)
     for label in labels:
         with watch("labels"):
-            array = label.make(surface, scene.camera.frame.shape)
+            array = label.make(scene, surface)
         yield label.name, array, label.channels
 
 
