@@ -94,7 +94,7 @@ def check_appearances(dataset, spin_usd) -> None:
     assert not {"nearly-black", "nearly-white", "exposure-end"} & {finding["code"] for finding in found}
 
 
-def check_layers(document, stages):
+def check_layers(document, stages) -> None:
     """The document lists all layers that lie directly in the folder of layers."""
     listed = set(re.findall(r"^my_stage/layers/(\S+)", document.read_text(), re.MULTILINE))
     made = {path.name for stage in stages for path in (stage / "layers").iterdir() if path.is_file()}

@@ -73,6 +73,6 @@ def test_a_real_mesh(shared, renderer, away, focal) -> None:
 def tango(file, away, focal):
     """Once for both renderers, so that its truth is. The file's unit is the centimetre."""
     model = trimesh.load(file, force="mesh", process=False)
-    through = replace(camera(focal), width=24, height=18, cx=12.3, cy=8.7)
+    through = replace(camera(focal), width=16, height=12, cx=8.3, cy=5.7)
     mesh = np.asarray(model.vertices) / 100, np.asarray(model.faces)
     return Case(group="real", name="Tango", camera=through, mesh=mesh, t=(0.0, 0.0, away))

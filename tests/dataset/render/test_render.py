@@ -1,7 +1,6 @@
 """The main job on a small real stage: real workers, real Cycles, real kills."""
 
 import json
-import random
 import shutil
 import signal
 import subprocess
@@ -224,28 +223,26 @@ def records_of(out):
     return len(list((out / "records").glob("*/*.json")))
 
 
-def killed(victims, chance) -> bool:
-    """Kill one of these; False where it ended by itself since it was listed."""
+def killed(victims) -> bool:
+    """Kill the last of these; False where it ended by itself since it was listed."""
     with suppress(psutil.NoSuchProcess):
         if victims:
-            chance.choice(victims).kill()
+            victims[-1].kill()
             return True
     return False
 
 
-def kill_at_random(stage, out, renderer, seed, *, supervisor) -> None:
-    """Start a render and kill a worker or the supervisor when a random number of pictures is done.
+def kill(stage, out, renderer, *, after, wait_s, supervisor) -> None:
+    """Start a render of eight pictures and kill a worker or the supervisor a moment after so many of them are done.
 
     A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
     """
-    chance = random.Random(seed)
     process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
-    after = chance.randrange(1, 4)  # of eight: two workers have at least two more each, so that one is there to kill
     while records_of(out) < after:
         assert process.poll() is None
         time.sleep(0.002)
-    time.sleep(chance.uniform(0, 0.03))
-    while not killed([process] if supervisor else workers_of(process), chance):
+    time.sleep(wait_s)
+    while not killed([process] if supervisor else workers_of(process)):
         assert process.poll() is None
     code = process.wait(timeout=120)
     if not supervisor:
@@ -266,20 +263,21 @@ def assert_whole(out, expected) -> None:
 def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor) -> None:
     make(small_stage, tmp_path / "whole")
     expected = digests(tmp_path / "whole")
-    kill_at_random(small_stage, tmp_path / "killed", "raycast", 1, supervisor=supervisor)
+    kill(small_stage, tmp_path / "killed", "raycast", after=1, wait_s=0, supervisor=supervisor)
     assert_whole(tmp_path / "killed", expected)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("supervisor", [False, True])
-def test_ten_kills_at_random_lose_nothing(small_stage, tmp_path, supervisor, spin_usd) -> None:
-    make(small_stage, tmp_path / "whole", renderer="blender", workers=2)
-    expected = digests(tmp_path / "whole")
-    for seed in range(10):
-        out = tmp_path / f"killed{seed}"
-        kill_at_random(small_stage, out, "blender", seed, supervisor=supervisor)
+def test_kills_of_blender_lose_nothing(small_stage, blender_dataset, tmp_path, supervisor, spin_usd) -> None:
+    """Early and late, right after a record was written and while the next files are: two workers have at least two more
+    pictures each, so that one is there to kill."""
+    expected = {path: sha256 for path, sha256 in digests(blender_dataset).items() if not path.startswith("radiance/")}
+    for after, wait_s in ((1, 0), (3, 0.03)):
+        out = tmp_path / f"killed{after}"
+        kill(small_stage, out, "blender", after=after, wait_s=wait_s, supervisor=supervisor)
         assert_whole(out, expected)
-    spin_usd("check", tmp_path / "killed0")
+    spin_usd("check", tmp_path / "killed1")
 
 
 def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path) -> None:

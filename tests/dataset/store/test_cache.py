@@ -183,12 +183,11 @@ def test_a_picture_alone_without_a_cache_is_the_picture_among_others(stage, whol
 
 
 @pytest.mark.slow
-def test_every_picture_of_blender_alone_is_the_picture_among_others(stage, tmp_path) -> None:
+def test_every_variant_of_blender_alone_is_the_picture_among_others(stage, tmp_path) -> None:
     whole = tmp_path / "whole"
     assert passes(make(stage, whole, renderer="blender", workers=2)) == (18, 6, 12, 9, 9)
-    for variant in VARIANTS:
-        for index in range(3):
-            assert_alone_is_the_same(stage, whole, tmp_path, variant, index, "blender")
+    for i, variant in enumerate(VARIANTS):
+        assert_alone_is_the_same(stage, whole, tmp_path, variant, i % 3, "blender")
 
 
 def test_blenders_picture_from_another_variants_render_is_its_own(stage, tmp_path) -> None:
