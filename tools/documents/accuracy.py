@@ -75,7 +75,7 @@ def savings(folder: Path) -> str:
     intro = (
         "What is skipped on those stages, and what that saves: processor time of the same render with all of that work "
         "over that without it, least to most of the seeds. Item by item, which timing hardly tells apart, it is in the "
-        "tables above:"
+        "tables of each stage:"
     )
     rows = [_saved(stage, found.savings) for stage, found in measurements(folder).items()]
     headings = ("stage", "skipped", "with / without", "relative difference", "another seed's")
