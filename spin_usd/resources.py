@@ -14,8 +14,8 @@ HEAD = 1000  # characters of a layer in which its default prim stands
 class BundledKind:
     """A kind of files that travel with spin_usd.
 
-    pattern: their paths below `stages` · instead: what a user may give in place of a name · default_prim: tells layers
-    of this kind from others in their folder, "" where all are of this kind.
+    pattern: their paths below `stages` · instead: what a user may give in place of a name · default_prim: distinguishes
+    layers of this kind from others in their folder, "" where all are of this kind.
     """
 
     pattern: str

@@ -58,7 +58,7 @@ def choose(
     bound = AUTO if error is None else error
     if not 0 < bound < float("inf"):
         raise InputError(
-            f"an error of {bound:g} is no bound", do="make it a number above 0, such as 0.05 for 5 %, or auto"
+            f"an error of {bound:g} is not a bound", do="make it a number above 0, such as 0.05 for 5 %, or auto"
         )
     criterion = Criterion.IMAGE if auto else Criterion.LIGHT
     found = front(_measured(measurement, renderer), criterion)

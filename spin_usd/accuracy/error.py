@@ -52,7 +52,7 @@ class Reference:
             mean = mean + away / count
             squares = squares + away * (part - mean)
         if count < 2:
-            raise InputError(f"the reference has {count} parts", do="make at least 2: their spread tells its error")
+            raise InputError(f"the reference has {count} parts", do="make at least 2: their spread gives its error")
         return cls(radiance=mean, variance=squares / (count * (count - 1)), parts=count)
 
     @cached_property
@@ -91,7 +91,7 @@ class LinearError:
 def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
     """The error of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
     if len(renders) < 2:
-        raise InputError(f"{len(renders)} renders are given", do="make at least 2: their spread tells their variance")
+        raise InputError(f"{len(renders)} renders are given", do="make at least 2: their spread gives their variance")
     exact = renders.astype(np.float64)
     mean = exact.mean(0)
     variance = reference.relative(exact - mean) * len(exact) / (len(exact) - 1)

@@ -17,7 +17,7 @@ FRAMES = ("picture", "region", "target's pixels", "reference's samples", "refere
 LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
 EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
 FAILURES = ("what", "picture", "why")
-SAVINGS = ("left out", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
+SAVINGS = ("skipped", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
 MEANINGS = f"""
 Seconds are of a picture, the mean of the pictures; errors are those of the one whose error may be the greatest. Error:
 relative, in linear light, of each of the target's pixels its deviation over the root of its radiance squared plus the

@@ -6,7 +6,7 @@ from dataclasses import replace
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 
-BASE_SAMPLES = 16  # those of `render` unless told otherwise; one thing at a time is changed around them
+BASE_SAMPLES = 16  # the default of `render`; one setting at a time is changed around them
 STEP = 4  # from one number of samples to the next: half the noise
 DENOISERS = ("none", "fast", "high")
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop

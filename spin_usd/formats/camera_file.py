@@ -36,7 +36,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
     path = Path(path)
     document = read_json_file(path)
     if not isinstance(document, dict):
-        raise InputError("is no camera: it holds no JSON object", where=path)
+        raise InputError("is not a camera file: it holds no JSON object", where=path)
     width, height = (_size(document, key, path) for key in ("Nu", "Nv"))
     pitch = _pitch(document, "ppx", path)
     fx, fy, cx, cy = _calibration(document, path) if "cameraMatrix" in document else _nominal(document, path)
@@ -115,7 +115,7 @@ def _pitch(document: dict[str, Any], key: str, path: Path, *, required: bool = F
         return DEFAULT_PITCH
     value = _number(document, key, path)
     if not PITCH_RANGE[0] <= value <= PITCH_RANGE[1]:
-        raise InputError(f"'{key}' is {value!r}, which is no pixel pitch in metres", where=path)
+        raise InputError(f"'{key}' is {value!r}, which is not a pixel pitch in metres", where=path)
     return value
 
 

@@ -83,7 +83,7 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
     Channels come in the order of their names, R, G, B (and A) before all others. Raises InputError.
     """
     if not path.is_file():
-        raise InputError("is no file", where=path, do="check the path")
+        raise InputError("is not a file", where=path, do="check the path")
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise InputError(f"cannot be read as an image ({_error(None)})", where=path, do="make it again")
@@ -105,11 +105,11 @@ def _in_name_order(pixels: Image, names: list[str]) -> tuple[Image, tuple[str, .
 
 
 def _check_kind(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
-    known = KINDS.get(path.suffix)
-    if known is None:
+    types = KINDS.get(path.suffix)
+    if types is None:
         raise UnsupportedError(f"cannot write {path.suffix!r} files", where=path, do=f"choose {', '.join(KINDS)}")
-    if pixels.dtype.name not in known:
-        raise UnsupportedError(f"{path.suffix} cannot hold {pixels.dtype}", where=path, do=f"give {' or '.join(known)}")
+    if pixels.dtype.name not in types:
+        raise UnsupportedError(f"{path.suffix} cannot hold {pixels.dtype}", where=path, do=f"give {' or '.join(types)}")
     if pixels.ndim != 3 or pixels.shape[2] != len(channels):
         raise UnsupportedError(f"array {pixels.shape} does not have the channels {channels}", where=path)
     if path.suffix != ".exr" and len(channels) not in (1, 3):

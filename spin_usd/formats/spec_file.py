@@ -104,13 +104,13 @@ def _sentence(error: ValidationError) -> str:
     """The finding of jsonschema, shorter where it prints whole tables."""
     if error.validator == "additionalProperties" and isinstance(error.instance, dict):
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
-        known, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
-        named = [*known, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
-        strange = next(key for key in error.instance if key not in named)
-        if len(known) <= FEW:
-            return f"there is no {strange!r}; choose among {', '.join(known)}"
-        near = get_close_matches(strange, known)
-        return f"there is no {strange!r}; {f'is {near[0]} meant? ' if near else ''}spin-usd augment --list shows all"
+        choices, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
+        named = [*choices, *(key for key in error.instance if any(re.search(pattern, key) for pattern in patterns))]
+        unknown = next(key for key in error.instance if key not in named)
+        if len(choices) <= FEW:
+            return f"there is no {unknown!r}; choose among {', '.join(choices)}"
+        near = get_close_matches(unknown, choices)
+        return f"there is no {unknown!r}; {f'is {near[0]} meant? ' if near else ''}spin-usd augment --list shows all"
     if error.validator == "required":
         return str(error.message).replace(" is a required property", " is missing") + _choices_of_missing(error)
     return str(error.message)

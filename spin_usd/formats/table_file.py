@@ -75,13 +75,15 @@ def _structured(document: Any, path: Path, table: Table) -> Iterator[tuple[str, 
 
 def _row(where: str, raw: Any, table: Table, shape: str) -> Row:
     """`shape`: what a row looks like, for messages."""
-    known = (table.key, *table.columns)
+    columns = (table.key, *table.columns)
     if not isinstance(raw, dict):
-        raise InputError(f"is no row of {', '.join(table.columns)}", where=where, do=f"write {shape}")
+        raise InputError(f"is not a row of {', '.join(table.columns)}", where=where, do=f"write {shape}")
     if missing := [name for name in (table.key, *table.required) if raw.get(name) in (None, "")]:
-        raise InputError(f"has no {missing[0]!r}", where=where, do=f"give each row {', '.join(known)}")
-    if strange := [name for name in raw if name not in known]:
-        raise InputError(f"has {strange[0]!r}, which means nothing here", where=where, do=f"keep to {', '.join(known)}")
+        raise InputError(f"has no {missing[0]!r}", where=where, do=f"give each row {', '.join(columns)}")
+    if unknown := [name for name in raw if name not in columns]:
+        raise InputError(
+            f"has {unknown[0]!r}, which means nothing here", where=where, do=f"keep to {', '.join(columns)}"
+        )
     name = raw[table.key]
     if not isinstance(name, str) or not name.isprintable() or name != name.strip():
         raise InputError(

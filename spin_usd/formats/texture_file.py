@@ -89,6 +89,6 @@ def _decoded(name: str, data: bytes) -> Image.Image:
     except Exception as error:
         reason = str(error).split(" <")[0]
         raise InputError(
-            f"the texture {name!r} is no PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
+            f"the texture {name!r} is not a PNG, JPEG, EXR, BMP, TGA, TIFF, WebP or GIF image ({reason})"
         ) from None
     raise InputError(f"the texture {name!r} has {image.width} x {image.height} pixels, more than {MAX_PIXELS}")

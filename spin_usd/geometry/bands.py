@@ -22,13 +22,13 @@ def tight_bands(
     region: Region,
     *,
     band_cost_px: float,
-    reach_px: float = 0.0,
+    blur_px: float = 0.0,
 ) -> list[Region]:
     """Boxes that together hold every pixel of `region` that a mesh can touch, chosen so that their pixels and
     `band_cost_px` for each of them are fewest.
 
     points_cam (P, 3) metres and edges (E, 2) are the mesh's, in the camera frame; every point may be blurred by
-    `reach_px`. Within a slice of rows a triangle extends as far as its edges. The region itself where a point lies
+    `blur_px`. Within a slice of rows a triangle extends as far as its edges. The region itself where a point lies
     behind the camera or far outside the frame.
     """
     if region.empty:
@@ -38,7 +38,7 @@ def tight_bands(
     if not np.abs(uv).max() < FAR_FRAMES * max(camera.width, camera.height):  # NaN is not less
         return [region]
     start, end = _pieces(camera, p[:, :2] / p[:, 2:], uv, edges)
-    low, high = _extents(start, end, region, PADDING_PX + reach_px)
+    low, high = _extents(start, end, region, PADDING_PX + blur_px)
     bands = [
         Region(
             x0=int(low[a:b].min()),

@@ -24,8 +24,8 @@ def circle_of_confusion(depth: ArrayLike, *, radius: float, focus: float) -> Flo
     X/z + L (1/focus - 1/z). Source: M. Potmesil and I. Chakravarty, "A lens and aperture camera model" (1981).
     """
     with np.errstate(divide="ignore"):
-        reach: Float = radius * np.abs(1 / np.asarray(depth, np.float64) - 1 / focus)
-    return reach
+        blur_radius: Float = radius * np.abs(1 / np.asarray(depth, np.float64) - 1 / focus)
+    return blur_radius
 
 
 def arc_height(radius: float, poses: tuple[Transform, ...]) -> float:

@@ -23,14 +23,14 @@ NEAR = 1e-6  # metres before the camera: what is nearer has no place in the pict
 
 
 def region_of_interest(
-    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, reach: ArrayLike | None = None
+    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, blur_radius: ArrayLike | None = None
 ) -> Region:
     """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres, each
-    blurred by `reach` (N,) in undistorted normalised coordinates.
+    blurred by `blur_radius` (N,) in undistorted normalised coordinates.
 
     The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
     """
-    uv = outline_of(camera, hull_cam, near, reach=reach)
+    uv = outline_of(camera, hull_cam, near, blur_radius=blur_radius)
     return camera.frame if uv is None else region_around(camera, uv)
 
 
@@ -45,7 +45,7 @@ def region_around(camera: Camera, outline: Float) -> Region:
 
 
 def outline_of(
-    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, reach: ArrayLike | None = None
+    camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, blur_radius: ArrayLike | None = None
 ) -> Float | None:
     """Pixels (N, 2) one after another around what the hull covers of the frame and 2 px more; arguments are those of
     `region_of_interest`. None of them when it lies behind the camera or out of view; None where it crosses the
@@ -53,12 +53,12 @@ def outline_of(
     p = np.asarray(hull_cam, np.float64)
     if not len(p) or (p[:, 2] <= near).all():
         return np.zeros((0, 2))
-    reach = np.zeros(len(p)) if reach is None else np.asarray(reach, np.float64)
-    if (p[:, 2] <= near).any() or not np.isfinite(reach).all():
+    blur_radius = np.zeros(len(p)) if blur_radius is None else np.asarray(blur_radius, np.float64)
+    if (p[:, 2] <= near).any() or not np.isfinite(blur_radius).all():
         return None
     xy = p[:, :2] / p[:, 2:]
-    if reach.any():
-        xy = (xy[:, None] + reach[:, None, None] * SQUARE).reshape(-1, 2)
+    if blur_radius.any():
+        xy = (xy[:, None] + blur_radius[:, None, None] * SQUARE).reshape(-1, 2)
     return _outline_pixels(camera, convex_hull_2d(xy))
 
 
@@ -95,8 +95,8 @@ def convex_hull_2d(points: ArrayLike) -> Float:
 
 
 def _without_inner(points: Float) -> Float:
-    """`points` (N, 2) but those that lie well within the polygon of the furthest in some directions, and so are none of
-    the hull's: a few operations on all points at once avoid most of the slow search.
+    """`points` (N, 2) but those that lie well within the polygon of the furthest in some directions, and so not corners
+    of the hull's: a few operations on all points at once avoid most of the slow search.
 
     Source: S. G. Akl and G. T. Toussaint, "A fast convex hull algorithm" (1978).
     """

@@ -14,7 +14,7 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry import lens
 from spin_usd.geometry.region import Region
 
-MAX_PIXELS_PER_SIDE = 65536  # Blender clamps above this without a word
+MAX_PIXELS_PER_SIDE = 65536  # Blender silently clamps above this
 RIM_STEPS = 128  # pixels per side of the frame that are tried
 MAX_GRID_PIXELS = 2**23  # cameras up to this keep their pixel centres' inverse, 16 bytes a pixel, for the next frames
 
@@ -121,15 +121,15 @@ class Camera:
     def _folded(self, uv: Float) -> GeometryError:
         """The error for the pixels `uv` (N, 2), which have no ray: it says where the lens ends on the way to the
         furthest."""
-        reach = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
-        worst = int(np.argmax(reach))
+        radius = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
+        worst = int(np.argmax(radius))
         towards = self._distorted(uv[worst])
         fold = lens.invertible_radius(self.distortion) * towards / np.linalg.norm(towards)
         end = float(np.linalg.norm(self.pixels(fold) - (self.cx, self.cy)))
         return GeometryError(
             f"the lens distortion {list(self.distortion)} cannot be inverted at pixel ({uv[worst, 0]:g}, "
             f"{uv[worst, 1]:g}): that way the image folds back {end:.4g} px from the principal point, "
-            f"and the frame reaches {reach[worst]:.4g} px",
+            f"and the frame reaches {radius[worst]:.4g} px",
             do=lens.MONOTONE,
         )
 

@@ -15,7 +15,7 @@ MAX_DISTANCES = 1 << 29  # from corners to faces, that are worked out at all: so
 
 def is_convex(points: Float, faces: NDArray[np.integer]) -> bool:
     """Return whether the triangles `faces` (F, 3) of `points` (P, 3) are one closed convex surface, each place of it
-    covered once; whichever way they are turned. False too for a surface of so many corners and faces that it is not
+    covered once; whichever way they face. False too for a surface of so many corners and faces that it is not
     examined."""
     from scipy.spatial import ConvexHull, QhullError
 

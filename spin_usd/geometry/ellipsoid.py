@@ -49,7 +49,7 @@ def meets_cone(radii: Float, apex: Float, centre: Float, radius: float) -> bool:
     ellipsoid is convex in s, for the ellipsoid is: its least value lies beside the least of any row of places.
     """
     low, high = 0.0, 1.0
-    if _nearest(apex, centre) - radius > radii.max():  # as is usual: the ball around the ellipsoid is clear of it all
+    if _nearest(apex, centre) - radius > radii.max():  # as is usual: the ball around the ellipsoid is far from it all
         return False
     for _ in range(CONE_ROUNDS):
         s = np.linspace(low, high, CONE_STEPS)

@@ -13,7 +13,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError
 
 Coefficients = tuple[float, ...]
-NEWTON_STEP = 1e-8  # of the points' reach; Newton squares the error, so a step of 1e-8 leaves 1e-16
+NEWTON_STEP = 1e-8  # of the points' largest radius; Newton squares the error, so a step of 1e-8 leaves 1e-16
 MAX_STEPS = 200  # most lenses take four; next to the fold steps are halved
 START = 0.9  # of the invertible radius: no search begins further out
 CHUNK = 16384  # points worked on at once: their dozen temporaries fit a core's cache
@@ -53,9 +53,11 @@ def undistort(xy: ArrayLike, distortion: ArrayLike) -> Float:
     """
     found, there = inverse(xy, distortion)
     if not there.all():
-        reach = np.linalg.norm(np.asarray(xy, np.float64)[~there], axis=-1).max()
+        radius = np.linalg.norm(np.asarray(xy, np.float64)[~there], axis=-1).max()
         k = np.asarray(distortion, np.float64).tolist()
-        raise GeometryError(f"the lens distortion {k} cannot be inverted at normalised radius {reach:.4g}", do=MONOTONE)
+        raise GeometryError(
+            f"the lens distortion {k} cannot be inverted at normalised radius {radius:.4g}", do=MONOTONE
+        )
     return found
 
 

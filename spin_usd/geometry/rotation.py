@@ -23,7 +23,7 @@ def unit_quaternion(q: ArrayLike) -> Float:
     values = finite(q, (4,), "quaternion")
     norm = float(np.linalg.norm(values))
     if norm == 0:
-        raise GeometryError("quaternion is zero, which is no rotation")
+        raise GeometryError("quaternion is zero, which is not a rotation")
     if abs(norm - 1) > QUATERNION_NORM_TOLERANCE:
         raise GeometryError(f"quaternion has norm {norm:.9g}, expected 1", do="normalise it")
     return values / norm

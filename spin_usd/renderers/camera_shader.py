@@ -26,7 +26,7 @@ PLAIN_FOCAL = (1 / 8, 16.0)  # fx / width within which Blender's own camera is o
 INVERSE_ERROR_PX = 1e-5  # what the lens inverse may leave; float32 itself costs some 1e-4 px
 INVERSE_DEGREE = 6  # of the start's polynomial in the squared radius
 MAX_INVERSE_STEPS = 12
-BEYOND = 1 + 1e-6  # of the frame's own reach, so that the corners' last steps are free
+BEYOND = 1 + 1e-6  # of the frame's own radius, so that the corners' last steps are free
 SUBPIXELS = 65536  # places per pixel side that a ray can go through
 FIRST_RAY_PX = 0.0006  # that Cycles' first ray misses its pixel's centre by along an axis (1/2048), with room
 RASTER_ROUNDINGS = 4  # of float32, on the way of a ray's place in the frame to its place in the pixel
@@ -112,8 +112,8 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
   float s = x0 * x0 + y0 * y0, start = {_horner(inverse.start, "s")}, x = x0 * start, y = y0 * start;
   for (int step = 0; step < {inverse.steps}; ++step) {{
     float xx = x * x, yy = y * y, r2 = xx + yy;
-    if (r2 > {_number(inverse.reach**2)}) {{
-      float back = {_number(inverse.reach)} / sqrt(r2);
+    if (r2 > {_number(inverse.max_radius**2)}) {{
+      float back = {_number(inverse.max_radius)} / sqrt(r2);
       x *= back;
       y *= back;
       xx = x * x;
@@ -177,14 +177,14 @@ class LensInverse:
     in which float32 neither overflows nor loses digits, however long the focal length.
 
     start: a polynomial in the squared distorted radius, lowest power first, that scales distorted to undistorted
-    coordinates · steps: how many Newton steps must follow, none of which begins beyond the undistorted radius `reach`,
-    that of the frame · distortion: the lens's coefficients in that unit.
+    coordinates · steps: how many Newton steps must follow, none of which begins beyond the undistorted radius
+    `max_radius`, that of the frame · distortion: the lens's coefficients in that unit.
     """
 
     unit: float
     start: tuple[float, ...]
     steps: int
-    reach: float
+    max_radius: float
     distortion: tuple[float, float, float, float, float]
 
 
@@ -195,7 +195,7 @@ def lens_inverse(camera: Camera) -> LensInverse:
     Raises RenderError when MAX_INVERSE_STEPS do not reach INVERSE_ERROR_PX somewhere in the frame.
     """
     if not camera.distorted:
-        return LensInverse(unit=1.0, start=(1.0,), steps=0, reach=1.0, distortion=camera.distortion)
+        return LensInverse(unit=1.0, start=(1.0,), steps=0, max_radius=1.0, distortion=camera.distortion)
     u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     pixels = np.stack([u.ravel(), v.ravel()], -1)
     normalised = (pixels - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
@@ -206,7 +206,7 @@ def lens_inverse(camera: Camera) -> LensInverse:
         unit=float(unit),
         start=_radial_start(distorted, true),
         steps=0,
-        reach=BEYOND * float(np.linalg.norm(true, axis=1).max()),
+        max_radius=BEYOND * float(np.linalg.norm(true, axis=1).max()),
         distortion=(k1 * unit**2, k2 * unit**4, p1 * unit, p2 * unit, k3 * unit**6),
     )
     guess = distorted * np.polynomial.polynomial.polyval((distorted**2).sum(1), made.start)[:, None]
@@ -231,7 +231,7 @@ def _radial_start(distorted: Float, true: Float) -> tuple[float, ...]:
 def _newton_step(xy: Float, distorted: Float, inverse: LensInverse) -> Float:
     """One Newton step of the shader's; points (N, 2)."""
     radius = np.linalg.norm(xy, axis=1, keepdims=True)
-    xy = xy * (inverse.reach / np.maximum(radius, inverse.reach))
+    xy = xy * (inverse.max_radius / np.maximum(radius, inverse.max_radius))
     error = lens.distort(xy, inverse.distortion) - distorted
     jacobian = lens.distortion_jacobian(xy, inverse.distortion)
     return xy - np.linalg.solve(jacobian, error[..., None])[..., 0]

@@ -23,18 +23,18 @@ def label_bands(scene: Scene) -> list[Region]:
 
 
 def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
-    """Boxes that hold every pixel of `scene.picture_region` that the target, smeared or not, can touch."""
+    """Boxes that hold every pixel of `scene.picture_region` that the target, blurred or not, can touch."""
     (spots, lines), region, cost = scene.target.mesh.outline, scene.picture_region, BAND_COST_SAMPLES / samples
     places = np.stack([pose.points(spots) for pose in scene.poses])
-    reach = scene.reach(places.reshape(-1, 3))
-    if (places[..., 2] <= 0).any() or not np.isfinite(reach).all():
+    blur_radius = scene.blur_radius(places.reshape(-1, 3))
+    if (places[..., 2] <= 0).any() or not np.isfinite(blur_radius).all():
         return [region]
     xy = places[..., :2] / places[..., 2:]
-    chosen, smear = _stops(scene.camera.pixels(xy))
-    smear += magnification(scene.camera) * float(reach.max())
+    chosen, blur_px = _stops(scene.camera.pixels(xy))
+    blur_px += magnification(scene.camera) * float(blur_radius.max())
     points = places[chosen].reshape(-1, 3)
     edges = np.concatenate([lines + stop * len(spots) for stop in range(len(places[chosen]))])
-    return tight_bands(scene.camera, points, edges, region, band_cost_px=cost, reach_px=smear)
+    return tight_bands(scene.camera, points, edges, region, band_cost_px=cost, blur_px=blur_px)
 
 
 def _stops(uv: Float) -> tuple[slice, float]:

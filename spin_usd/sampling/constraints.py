@@ -1,4 +1,4 @@
-"""Constraints on what is drawn: angles between camera, Sun, target and planet, in camera axes.
+"""Constraints on sampled values: angles between camera, Sun, target and planet, in camera axes.
 
 A planet is taken for the shell between two spheres, of its shortest and of its longest semi-axis.
 """
@@ -14,12 +14,12 @@ from spin_usd.scene.sky import Sky
 SUN = ("sun.direction",)
 PLANET = ("earth.direction", "earth.altitude")
 GROUPS = (SUN, PLANET)
-"""What is drawn together, in the order in which it is drawn: the planet's place never changes the Sun's."""
+"""The parameters that are sampled together, in this order: the planet's place never changes the Sun's."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint:
-    """`bears_on`: the parameters whose draws decide it, any of them enough · `needs_planet`: it is about one."""
+    """`bears_on`: the parameters whose values decide it, any of them enough · `needs_planet`: it is about one."""
 
     description: str
     holds: Callable[[Sky, float], np.ndarray]

@@ -66,7 +66,7 @@ class LogUniform:
     def __post_init__(self) -> None:
         _check_range(self.low, self.high)
         if self.low <= 0:
-            raise InputError(f"low is {self.low:g}, which has no logarithm", do="make it positive, or draw uniformly")
+            raise InputError(f"low is {self.low:g}, which has no logarithm", do="make it positive, or sample uniformly")
 
     def draw(self, rng: np.random.Generator) -> float:
         return rounded(math.exp(rng.uniform(math.log(self.low), math.log(self.high))))

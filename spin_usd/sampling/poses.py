@@ -70,7 +70,7 @@ def quaternion(law: Distribution, rng: np.random.Generator) -> Float:
     q = np.array(law.draw(rng), np.float64)
     if q.shape != (4,) or not np.linalg.norm(q) > 0:
         raise InputError(
-            f"attitude {q.tolist()} is no quaternion", do="draw 'attitudes', or fix four numbers w, x, y, z"
+            f"attitude {q.tolist()} is not a quaternion", do="sample 'attitudes', or fix four numbers w, x, y, z"
         )
     unit: Float = q / np.linalg.norm(q)
     return unit
@@ -80,5 +80,5 @@ def number(law: Distribution, rng: np.random.Generator) -> float:
     """A draw of one number."""
     value = law.draw(rng)
     if not isinstance(value, float | int):
-        raise InputError(f"{value!r} is no number", do="draw from a distribution of numbers")
+        raise InputError(f"{value!r} is not a number", do="sample from a distribution of numbers")
     return float(value)

@@ -1,4 +1,4 @@
-"""Chance that can be asked for again: a generator for each thing that is drawn, whatever else is drawn beside it."""
+"""Reproducible chance: a generator for each sampled value, whatever else is sampled beside it."""
 
 import numpy as np
 

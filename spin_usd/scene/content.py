@@ -14,7 +14,7 @@ from spin_usd.arrays import digest
 NAME = {"name": True}
 """Metadata of a dataclass field that no picture depends on."""
 
-PLAIN = frozenset((str, int, float, bool, type(None)))  # most of what there is: told apart first
+PLAIN = frozenset((str, int, float, bool, type(None)))  # most values: they are recognised first
 
 
 def key_of(value: Any) -> str:

@@ -81,7 +81,7 @@ def parse_effort(text: str) -> Effort:
         name, equals, value = (each.strip() for each in part.partition("="))
         if name not in kinds or not equals or name in given:
             do = f"write name=value,... with each at most once of {', '.join(kinds)}"
-            raise InputError(f"{part.strip()!r} says no effort", where=text, do=do)
+            raise InputError(f"{part.strip()!r} is not an effort setting", where=text, do=do)
         given[name] = _parsed(name, value, text)
     return Effort(**given)
 

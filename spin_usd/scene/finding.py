@@ -23,9 +23,9 @@ def in_sentences(findings: Iterable[Finding]) -> list[str]:
     by_code: dict[str, list[str]] = {}
     for finding in findings:
         by_code.setdefault(finding.code, []).append(f"{finding.where}: {finding.message}")
-    return [text for told in by_code.values() for text in (*told[:MAX_SENTENCES], *_rest(told))]
+    return [text for lines in by_code.values() for text in (*lines[:MAX_SENTENCES], *_rest(lines))]
 
 
-def _rest(told: list[str]) -> list[str]:
-    more = len(told) - MAX_SENTENCES
+def _rest(lines: list[str]) -> list[str]:
+    more = len(lines) - MAX_SENTENCES
     return [f"{more} more prims are rendered likewise; spin-usd check names them"] if more > 0 else []

@@ -13,12 +13,12 @@ from spin_usd.geometry.triangles import affine, unit_vectors
 from spin_usd.scene.shape import Shape
 
 Value = TypeVar("Value", bound=np.generic)
-TURNED = [0, 2, 1]  # a mirrored triangle's corners, so that they go counter-clockwise again
+MIRRORED_CORNERS = [0, 2, 1]  # a mirrored triangle's corners, so that they go counter-clockwise again
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Instances:
-    """The `shape` in K places. A face is known by its place, 0 to K - 1, and its number in the shape.
+    """The `shape` in K places. A face is identified by its place, 0 to K - 1, and its number in the shape.
 
     shape: its face_part are columns of `parts`, and its face_group is ignored · matrices (K, 3, 4) from the shape's
     axes to the body's, metres, none of them flat · parts (K, C) uint16 part ids · groups (K,) uint16 numbers that light
@@ -77,24 +77,24 @@ class Instances:
         are as long as their areas."""
         linear = self.matrices[..., :3]
         cofactors = np.linalg.det(linear)[:, None, None] * np.linalg.inv(linear).mT
-        turned: Float = vectors @ cofactors.mT
-        return turned.reshape(-1, 3)
+        vectors_in_body: Float = vectors @ cofactors.mT
+        return vectors_in_body.reshape(-1, 3)
 
     def faces(self, place: int) -> NDArray[np.int32]:
         """(F, 3) indices into the shape's points, counter-clockwise in this place."""
-        return self.shape.faces[:, TURNED] if self.mirrored[place] else self.shape.faces
+        return self.shape.faces[:, MIRRORED_CORNERS] if self.mirrored[place] else self.shape.faces
 
     def corners(self, place: NDArray[np.integer], face: NDArray[np.integer]) -> Float:
         """(N, 3, 3) body axes, metres, of the faces (N,) in their places (N,): to the bit as `moved` has them."""
-        return self.turned(place, affine(self.matrices[place, None], self.shape.points[self.shape.faces[face]]))
+        return self.in_place_order(place, affine(self.matrices[place, None], self.shape.points[self.shape.faces[face]]))
 
     def normals(self, place: NDArray[np.integer], face: NDArray[np.integer]) -> NDArray[np.float32]:
         """(N, 3, 3) unit shading normals at the corners, body axes."""
-        turned = affine(self._normal_matrices[place, None], self.shape.corner_normals[face].astype(np.float64))
-        return self.turned(place, unit_vectors(turned)).astype(np.float32)
+        normals = affine(self._normal_matrices[place, None], self.shape.corner_normals[face].astype(np.float64))
+        return self.in_place_order(place, unit_vectors(normals)).astype(np.float32)
 
-    def turned(self, place: NDArray[np.integer], values: NDArray[Value]) -> NDArray[Value]:
+    def in_place_order(self, place: NDArray[np.integer], values: NDArray[Value]) -> NDArray[Value]:
         """`values` (N, 3, ...) at the corners of faces in their places (N,), in the order of the corners there."""
         if not self.mirrored.any():
             return values
-        return np.where(self.mirrored[place][:, None, None], values[:, TURNED], values)
+        return np.where(self.mirrored[place][:, None, None], values[:, MIRRORED_CORNERS], values)

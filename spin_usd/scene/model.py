@@ -121,7 +121,7 @@ class Scene:
     @cached_property
     def _picture_outline(self) -> Float | None:
         places = np.concatenate([pose.points(self.target.mesh.hull) for pose in self.poses])
-        return outline_of(self.camera, places, reach=self.reach(places) if self.blurred else None)
+        return outline_of(self.camera, places, blur_radius=self.blur_radius(places) if self.blurred else None)
 
     def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
         """The same scene with other lights; what was computed of its geometry stays."""
@@ -147,13 +147,13 @@ class Scene:
         """The target's poses while the shutter is open; its one pose where there is no motion."""
         return self.shutter.poses if self.shutter else (self.T_cam_body,)
 
-    def reach(self, points_cam: Float) -> Float:
+    def blur_radius(self, points_cam: Float) -> Float:
         """The radii (N,), in undistorted normalised coordinates, by which lens and motion blur the target's points (N,
         3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
-        reach = offset_blur_radius(points_cam, self._arc_height)
+        radius = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
-            reach += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)
-        return reach
+            radius += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)
+        return radius
 
     @cached_property
     def _arc_height(self) -> float:

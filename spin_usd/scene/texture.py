@@ -1,4 +1,4 @@
-"""Values that vary over a surface: images, how they lie on it, and primvars. The words of UsdUVTexture.
+"""Values that vary over a surface: images, how they lie on it, and primvars. The terms are those of UsdUVTexture.
 
 Colours are linear RGB with Rec. 709 primaries, raw numbers where an image holds none.
 """

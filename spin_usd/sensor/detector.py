@@ -5,7 +5,7 @@ electrons           Poisson(mu_e), at most the full well, plus normal read noise
 ADC steps           electrons / (gain x 100 / iso) + black level, rounded and clipped to adc_bits
 
 `gain` is EMVA's 1 / K at ISO 100, in electrons per step. A film grain texture, which other simulators lay over
-their pictures, is no noise of a detector and is not built.
+their pictures, is not noise of a detector and is not part of it.
 """
 
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
 
 def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[Any]:
     """The image (H, W), or (H, W, 3) for an rgb sensor, uint8 or uint16, of `light` (H, W, C): W/m2/sr as `collect`
-    gives it. Noise is drawn from `seed`; without `gain` there is neither noise nor ADC.
+    gives it. Noise is sampled from `seed`; without `gain` there is neither noise nor ADC.
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """

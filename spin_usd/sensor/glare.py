@@ -23,14 +23,14 @@ def scatter(light: Image, optics: Optics) -> Image:
     """`light` with the share `optics.glare` of it in the halo. The halo is normalised over the infinite plane."""
     height, width = light.shape[:2]
     halo = halo_scales(optics.glare_core, optics.glare_falloff, LARGEST * float(np.hypot(width, height)))
-    glowing = spread(light, [(variance, weight * optics.glare) for variance, weight in halo])
-    glowing += np.float32(1 - optics.glare) * light
-    return glowing
+    scattered = spread(light, [(variance, weight * optics.glare) for variance, weight in halo])
+    scattered += np.float32(1 - optics.glare) * light
+    return scattered
 
 
 @lru_cache(maxsize=16)
 def halo_scales(core: float, falloff: float, widest: float) -> tuple[Scale, ...]:
-    """The Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are left out."""
+    """The Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are skipped."""
     shape = falloff / 2 - 1
     first, last = gammaincinv(shape, WIDEST), gammainccinv(shape, NARROWEST)
     s = np.exp(np.arange(np.log(first), np.log(last) + STEP, STEP))

@@ -23,9 +23,9 @@ Scale = tuple[float, float]
 DIRECT = 10.0  # variance that is convolved at the resolution at hand; what is left to the next is then at least 2,
 # for which the resolution at hand is fine enough
 HALVING = 2.0  # variance of a halving and its doubling: 1 each
-PAD = 8  # dark pixels around the frame before a halving: more than its kernels reach
+PAD = 8  # dark pixels around the frame before a halving: more than the radius of its kernels
 EXACT = 2.0  # variance from which samples of a Gaussian have its variance, to 1e-15
-REACH = 6.0  # standard deviations that a kernel reaches
+KERNEL_SIGMAS = 6.0  # standard deviations to which a kernel extends
 NEGLIGIBLE = 1e-8  # of a kernel's middle
 
 
@@ -57,7 +57,10 @@ def gaussian(variance: float) -> Image:
 
     Samples of exp(-x^2 / (2 variance)) have that variance only from about a pixel up; below, a wider one is sampled.
     """
-    n = np.arange(-int(REACH * np.sqrt(variance) + REACH), int(REACH * np.sqrt(variance) + REACH) + 1)
+    n = np.arange(
+        -int(KERNEL_SIGMAS * np.sqrt(variance) + KERNEL_SIGMAS),
+        int(KERNEL_SIGMAS * np.sqrt(variance) + KERNEL_SIGMAS) + 1,
+    )
     exponent = 1 / (2 * variance)
     if variance < EXACT:
         exponent = brentq(lambda e: _variance(n, e) - variance, exponent / 100, exponent, xtol=1e-15)

@@ -176,8 +176,8 @@ def test_auto_says_what_it_is_held_against() -> None:
     [
         ({}, "neither or both of error and auto"),
         ({"error": 0.1, "auto": True}, "neither or both of error and auto"),
-        ({"error": 0.0}, "an error of 0 is no bound"),
-        ({"error": float("nan")}, "an error of nan is no bound"),
+        ({"error": 0.0}, "an error of 0 is not a bound"),
+        ({"error": float("nan")}, "an error of nan is not a bound"),
         ({"error": 0.01}, "no setting measured has an error of at most 1 % in every picture: the least is"),
         ({"error": 0.5, "renderer": "raycast"}, "the least is 70 %, of raycast samples=1"),
         ({"error": 0.5, "renderer": "other"}, "no setting of the renderer other was measured on all pictures"),

@@ -51,7 +51,7 @@ def test_rules_are_the_same_in_every_form(tmp_path, name) -> None:
         ("a.json", '"tip"', "holds no table"),
         ("a.json", "{}", "holds no name"),
         ("a.csv", "name,x,y,z\n", "holds no name"),
-        ("a.json", '{"tip": [0, 0]}', "a.json, 'tip': is no row of x, y, z; write {"),
+        ("a.json", '{"tip": [0, 0]}', "a.json, 'tip': is not a row of x, y, z; write {"),
         ("a.json", '{"tip": [0, 0, 1], "tip": [0, 0, 2]}', "has the key 'tip' twice"),
         ("a.csv", "name,x,y,z\ntip,0,0,1\ntip,0,0,2\n", "line 3: names 'tip' a second time"),
         ("a.csv", "name,x,y\ntip,0,0\n", "line 2: has no 'z'"),
@@ -66,7 +66,7 @@ def test_rules_are_the_same_in_every_form(tmp_path, name) -> None:
         (
             "a.toml",
             '[[keypoint]]\nname = "tip"\nx = 0\ny = 0\nz = 1\n',
-            r"a.toml, 'keypoint': is no row of x, y, z; write \"NAME\" = \[x, y, z\], one such line for each name$",
+            r"a.toml, 'keypoint': is not a row of x, y, z; write \"NAME\" = \[x, y, z\], one such line for each name$",
         ),
         ("a.csv", "name;x;y;z\ntip;0;0;1\n", "a.csv: has ';' between its columns; put commas between them"),
         ("a.csv", "name\tx\ty\tz\ntip\t0\t0\t1\n", r"a.csv: has '\\t' between its columns"),

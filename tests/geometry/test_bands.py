@@ -51,8 +51,8 @@ def test_every_surface_point_lies_in_just_one_band(camera, q, t, cost) -> None:
 @given(st.sampled_from([SPEEDPLUS, BARREL, SMALL]), unit_quaternions(), st.floats(0, 40), st.floats(0, 2 * np.pi))
 def test_every_smeared_point_lies_in_a_band(camera, q, smear, turn) -> None:
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(0.3, 0, 5)).points(CORNERS)
-    region = region_of_interest(camera, points, reach=np.full(8, smear / 50))
-    bands = tight_bands(camera, points, EDGES, region, band_cost_px=50.0, reach_px=smear)
+    region = region_of_interest(camera, points, blur_radius=np.full(8, smear / 50))
+    bands = tight_bands(camera, points, EDGES, region, band_cost_px=50.0, blur_px=smear)
     inside = np.zeros((camera.height, camera.width), bool)
     for band in bands:
         inside[band.slices] = True

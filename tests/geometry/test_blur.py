@@ -53,10 +53,10 @@ def test_a_point_moved_by_an_offset_stays_within_its_reach(point, offset, seed) 
     where = np.array([point])
     aside = np.random.default_rng(seed).normal(size=(50, 3))
     moved = where + offset * aside / np.linalg.norm(aside, axis=1, keepdims=True)
-    reach = offset_blur_radius(where, offset)[0]
+    radius = offset_blur_radius(where, offset)[0]
     seen = np.linalg.norm(moved[:, :2] / moved[:, 2:] - where[:, :2] / where[:, 2:], axis=1)
-    assert reach == np.inf or seen.max() <= reach + ROUNDING
-    assert reach == np.inf or offset < point[2]
+    assert radius == np.inf or seen.max() <= radius + ROUNDING
+    assert radius == np.inf or offset < point[2]
 
 
 @given(st.sampled_from([SPEEDPLUS, BARREL, PINCUSHION]), st.integers(0, 2**32 - 1))

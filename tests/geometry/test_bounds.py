@@ -68,13 +68,13 @@ def test_is_no_larger_than_needed(camera, q, z) -> None:
 
 @given(st.sampled_from([STRAIGHT, BARREL, FOLDING]), unit_quaternions(), st.floats(-0.4, 0.4), st.floats(0, 0.1))
 def test_holds_every_point_smeared_and_no_more(camera, q, aside, most) -> None:
-    """Each corner by a reach of its own, in normalised coordinates."""
+    """Each corner by a blur of its own, in normalised coordinates."""
     points = Transform.from_quaternion(to="cam", of="body", q=q, t=(4 * aside, 3 * aside, 8)).points(CORNERS)
-    reach = most * np.arange(1, 9) / 8
-    region = region_of_interest(camera, points, reach=reach)
+    blur = most * np.arange(1, 9) / 8
+    region = region_of_interest(camera, points, blur_radius=blur)
     turn = np.arange(360) * np.pi / 180
     rim = np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
-    uv = covered(camera, ((points / points[:, 2:])[:, None] + reach[:, None, None] * rim).reshape(-1, 3))
+    uv = covered(camera, ((points / points[:, 2:])[:, None] + blur[:, None, None] * rim).reshape(-1, 3))
     assert ((uv >= (region.x0, region.y0)) & (uv <= (region.x1, region.y1))).all()
     if not camera.distorted and region.padded(1) & camera.frame == region.padded(1):  # a lens bends the circles
         assert np.abs(uv.min(0) - (region.x0, region.y0)).max() <= PADDING_PX + SLACK_PX + 1
@@ -82,7 +82,9 @@ def test_holds_every_point_smeared_and_no_more(camera, q, aside, most) -> None:
 
 
 def test_an_unbounded_smear_is_seen_everywhere() -> None:
-    assert region_of_interest(SPEEDPLUS, CORNERS + np.array([0, 0, 5]), reach=np.full(8, np.inf)) == SPEEDPLUS.frame
+    assert (
+        region_of_interest(SPEEDPLUS, CORNERS + np.array([0, 0, 5]), blur_radius=np.full(8, np.inf)) == SPEEDPLUS.frame
+    )
 
 
 @pytest.mark.parametrize("t", [(0, 0, -3), (40, 0, 5), (0, -40, 5), (3e6, 0, 1e6)])

@@ -61,9 +61,9 @@ def test_a_target_behind_the_camera_is_not_in_the_picture() -> None:
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
-        ({"attitude": Fixed(value=1.0)}, "no quaternion"),
-        ({"attitude": Fixed(value=(0.0, 0.0, 0.0, 0.0))}, "no quaternion"),
-        ({"place": replace(PLACE, range=Choice(values=("far",)))}, "no number"),
+        ({"attitude": Fixed(value=1.0)}, "is not a quaternion"),
+        ({"attitude": Fixed(value=(0.0, 0.0, 0.0, 0.0))}, "is not a quaternion"),
+        ({"place": replace(PLACE, range=Choice(values=("far",)))}, "is not a number"),
         ({"place": replace(PLACE, range=Fixed(value=0.3)), "whole": True}, "none of 10000"),
     ],
 )

@@ -43,10 +43,10 @@ def test_numbers_are_written_with_all_their_digits_and_no_more() -> None:
         ("clamp=inf", "clamp is inf"),
         ("light_tree=yes", "light_tree is 'yes'"),
         ("reduction=3", "reduction is 3"),
-        ("samples", "'samples' says no effort"),
-        ("sampels=4", "'sampels=4' says no effort"),
-        ("samples=4,samples=5", "'samples=5' says no effort"),
-        ("", "'' says no effort"),
+        ("samples", "'samples' is not an effort setting"),
+        ("sampels=4", "'sampels=4' is not an effort setting"),
+        ("samples=4,samples=5", "'samples=5' is not an effort setting"),
+        ("", "'' is not an effort setting"),
     ],
 )
 def test_what_is_no_effort_is_refused(text, names) -> None:

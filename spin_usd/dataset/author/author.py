@@ -267,7 +267,7 @@ def _target_file(given: str) -> Path:
             raise InputError("is no model file", where=given, do=f"give one of {', '.join(READERS)} or USD")
         return bundled("target", given)
     if not Path(given).is_file():
-        raise InputError("is not there, or is no file", where=given)
+        raise InputError("is not there, or is not a file", where=given)
     return Path(given)
 
 

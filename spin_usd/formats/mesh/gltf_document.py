@@ -126,7 +126,7 @@ class Document:
 
 
 def read_document(path: Path) -> Document:
-    """The file at `path`. Raises OSError or ValueError's kind for what is no glTF 2.0."""
+    """The file at `path`. Raises OSError, or a kind of ValueError for a file that is not glTF 2.0."""
     data, binary = path.read_bytes(), b""
     if data[:4] == GLB_MAGIC:
         (length,) = struct.unpack_from("<I", data, 12)

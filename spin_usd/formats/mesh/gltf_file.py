@@ -142,17 +142,17 @@ def _local(node: dict[str, Any]) -> Float:
 
 def _read_primitive(model: _Model, primitive: Mapping[str, Any], to_body: Float, name: str) -> None:
     if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
-        model.notes[f"{name!r} is made of points or lines, which are left out"] = None
+        model.notes[f"{name!r} is made of points or lines, which are skipped"] = None
         return
     if _is_empty(model.document, primitive):
-        model.notes[f"{name!r} has no faces and is left out"] = None
+        model.notes[f"{name!r} has no faces and is skipped"] = None
         return
     primitive, decoded = decompressed(model.document, primitive)
     values, attributes = partial(model.document.values, decoded=decoded), primitive["attributes"]
     points, linear = values(attributes["POSITION"]).astype(np.float64), to_body[:3, :3]
-    faces, spare = _faces(values, primitive, len(points))
-    if spare:
-        model.notes[f"{name!r} ends with {spare} corners that make no triangle, which are left out"] = None
+    faces, rest = _faces(values, primitive, len(points))
+    if rest:
+        model.notes[f"{name!r} ends with {rest} corners that make no triangle, which are skipped"] = None
     volume = np.linalg.det(linear)
     if volume < 0:
         faces = faces[:, ::-1]  # a mirrored face is seen from its other side
@@ -194,8 +194,8 @@ def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[N
         order = values(primitive["indices"])[:, 0].astype(np.int64)
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
-        spare = len(order) % 3
-        return order[: len(order) - spare].reshape(-1, 3), spare
+        rest = len(order) % 3
+        return order[: len(order) - rest].reshape(-1, 3), rest
     if mode == FAN:
         return np.stack([order[1:-1], order[2:], np.full(max(len(order) - 2, 0), order[0])], axis=1), 0
     return strip_triangles(order), 0

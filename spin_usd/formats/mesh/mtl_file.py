@@ -81,7 +81,7 @@ def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: lis
 def _state(entry: _Entry, key: str, fields: list[str], where: str) -> None:
     """Take over what the statement `key` says of the material."""
     if fields[:1] == ["-halo"]:  # of d: fading towards the silhouette, which a surface's opacity cannot do
-        entry.moved.append("the option -halo of its d is left out")
+        entry.moved.append("the option -halo of its d is ignored")
         fields = fields[1:]
     color = _color(fields, where) if CONSTANTS[key] == COLOR else (_number(fields, where),) * 3
     high = HIGHEST.get(key, 1.0)

@@ -52,12 +52,12 @@ def map_statement(key: str, rest: str, where: str) -> MapStatement:
     options: dict[str, tuple[str, ...]] = {}
     rest = rest.strip()
     while rest.startswith("-"):
-        option, *words = rest.split()
+        option, *arguments = rest.split()
         wanted = ARGUMENTS.get(option, 1)
         given = 0
-        while given < min(wanted, len(words)) and (wanted != 3 or _is_number(words[given])):
+        while given < min(wanted, len(arguments)) and (wanted != 3 or _is_number(arguments[given])):
             given += 1
-        options[option] = tuple(words[:given])
+        options[option] = tuple(arguments[:given])
         for _ in range(given + 1):
             rest = rest.partition(" ")[2].lstrip()
     if not rest:
@@ -97,13 +97,13 @@ def image_of(
 
 
 def _refuse_options(statement: MapStatement) -> None:
-    """InputError for options that change what the texture shows and that USD has no word for."""
+    """InputError for options that change what the texture shows and that USD has no equivalent of."""
     for option, given in statement.options.items():
         if option in (*CARRIED, *WITHOUT_EFFECT):
             continue
         neutral = NEUTRAL.get(option, ())
         if not neutral or any(_number(text, statement) != n for text, n in zip(given, neutral, strict=False)):
-            raise InputError(f"USD has no word for its option {option} {' '.join(given)}")
+            raise InputError(f"USD has no equivalent of its option {option} {' '.join(given)}")
 
 
 def _channel(statement: MapStatement, file: ImageFile) -> str:

@@ -126,7 +126,7 @@ def _coordinates(rest: str, where: str) -> list[float]:
     try:
         u, v = (float(text) for text in [*rest.split(), "0"][:2])
     except ValueError:
-        raise InputError(f"{rest[:60]!r} are no texture coordinates", where=where) from None
+        raise InputError(f"{rest[:60]!r} are not texture coordinates", where=where) from None
     return [u, v]
 
 

@@ -16,7 +16,7 @@ def read_materials(
 
     Raises InputError that names a library and the line in it.
     """
-    known: dict[str, ModelMaterial] = {}
+    materials: dict[str, ModelMaterial] = {}
     notes: list[str] = []
     for library in (name for argument in libraries for name in _names(path.parent, argument)):
         file = file_within(path.parent, path.parent, library)
@@ -26,13 +26,13 @@ def read_materials(
             notes.append(f"the material library {library!r} is missing")
         else:
             found, remarks = read_mtl(file, read_text(file), path.parent)
-            known |= found
+            materials |= found
             notes += remarks
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        notes.append(f"{len(unknown)} of {len(names)} materials have no definition and are neutral grey")
-    grey = {name: ModelMaterial(constants=Material(path=name)) for name in unknown}
-    return tuple((known | grey)[name] for name in names), tuple(notes)
+    missing = [name for name in names if name not in materials]
+    if missing:
+        notes.append(f"{len(missing)} of {len(names)} materials have no definition and are neutral grey")
+    grey = {name: ModelMaterial(constants=Material(path=name)) for name in missing}
+    return tuple((materials | grey)[name] for name in names), tuple(notes)
 
 
 def _names(folder: Path, argument: str) -> list[str]:

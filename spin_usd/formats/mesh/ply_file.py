@@ -71,8 +71,8 @@ def _with_plain_header(data: bytes) -> bytes:
     """The file with each header line that the format does not know made a comment: Blender 2.47 wrote its name so."""
     head, end, body = data.partition(b"end_header")
     lines = head.splitlines(keepends=True)
-    known = [line if line.split()[:1] and line.split()[0] in KEYWORDS else b"comment " + line for line in lines]
-    return b"".join([*known, end, body])
+    commented = [line if line.split()[:1] and line.split()[0] in KEYWORDS else b"comment " + line for line in lines]
+    return b"".join([*commented, end, body])
 
 
 def _part(name: str, points: Float, faces: _PlyFaces) -> MeshPart:
@@ -87,7 +87,7 @@ def _part(name: str, points: Float, faces: _PlyFaces) -> MeshPart:
 
 
 def _faces(data: PlyData) -> _PlyFaces:
-    """The file's polygons, or the triangles of its strips; polygons of fewer than three corners are none."""
+    """The file's polygons, or the triangles of its strips; polygons of fewer than three corners are skipped."""
     if "face" in data and data["face"].count:
         element = data["face"]
         lists = _lists(element, INDICES)

@@ -15,7 +15,7 @@ DISPLAY_COLOR = "displayColor"
 UNSAID = Material(path="vertex_colors")
 TAKEN_AS_SRGB = "its colours are taken as sRGB"
 BESIDE_TEXTURE = (
-    "its vertex colours are left out where a material has a texture: UsdPreviewSurface cannot multiply the two"
+    "its vertex colours are ignored where a material has a texture: UsdPreviewSurface cannot multiply the two"
 )
 
 

@@ -58,7 +58,7 @@ def _check_norms(q: Float, names: list[str], path: Path) -> None:
     if not len(off):
         return
     i = int(off[0])
-    found = "is zero, which is no rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
+    found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
     raise InputError(
         f"the quaternion {found}", where=f"{path}, entry {i} ({names[i]!r})", do="give a unit quaternion, scalar first"
     )

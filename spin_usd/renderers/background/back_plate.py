@@ -10,7 +10,7 @@ from spin_usd.renderers.background.latlong import Float32, bilinear, repeated
 from spin_usd.scene.environment import BackPlate
 from spin_usd.scene.texture import Image
 
-PLATE = 1  # tells this use of a picture's seed from others
+PLATE = 1  # separates this use of a picture's seed from others
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,22 +32,22 @@ def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
     return PlacedImage(image=image, roll=least + turn * (most - least), mirrored=bool(mirror < plate.mirror))
 
 
-def plate_radiance(lie: PlacedImage, frame: Region, band: Region) -> list[Float32]:
+def plate_radiance(placed: PlacedImage, frame: Region, band: Region) -> list[Float32]:
     """R, G, B (N,) of the image behind the pixels of `band`, in the same order; 1 is white.
 
     The image is as small as it can be without an edge in the frame, its middle in the frame's middle.
     """
-    cos, sin = np.cos(lie.roll), np.sin(lie.roll)
+    cos, sin = np.cos(placed.roll), np.sin(placed.roll)
     wide = frame.width * abs(cos) + frame.height * abs(sin)
     high = frame.width * abs(sin) + frame.height * abs(cos)
-    rows, columns = lie.image.pixels.shape[:2]
+    rows, columns = placed.image.pixels.shape[:2]
     scale = min(columns / wide, rows / high)  # of the image's pixels to the frame's
-    tables = _reduced(lie.image, max(int(scale), 1))
+    tables = _reduced(placed.image, max(int(scale), 1))
     rows, columns = tables.shape[1] - 1, tables.shape[2] - 1
     scale = min(columns / wide, rows / high)
     x = np.arange(band.x0, band.x1) + 0.5 - frame.width / 2
     y = (np.arange(band.y0, band.y1) + 0.5 - frame.height / 2)[:, None]
-    across = (x * cos + y * sin) * (-scale if lie.mirrored else scale) + columns / 2 - 0.5
+    across = (x * cos + y * sin) * (-scale if placed.mirrored else scale) + columns / 2 - 0.5
     down = (y * cos - x * sin) * scale + rows / 2 - 0.5
     u, v = np.clip(across, 0, columns - 1), np.clip(down, 0, rows - 1)
     return bilinear(tables, u.ravel().astype(np.float32), v.ravel().astype(np.float32))

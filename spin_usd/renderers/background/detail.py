@@ -15,7 +15,7 @@ COARSE, FINE = 24.0, 6.0  # texels: the longest and shortest waves of the tile
 RATIO = 4  # of the wavelengths of neighbouring layers
 GAIN = 0.62  # of their amplitudes
 MAX_LAYERS = 8
-NEGLIGIBLE = 0.02  # of its amplitude, a layer is left out
+NEGLIGIBLE = 0.02  # of its amplitude, below which a layer is skipped
 POLAR = (0.75, 0.85)  # sine of the latitude where one map fades into the other
 SEED = 20
 

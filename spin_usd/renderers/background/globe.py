@@ -60,7 +60,7 @@ class Globe:
         return float(np.linalg.norm(self.centre))
 
     @cached_property
-    def reach(self) -> float:
+    def angular_radius_sine(self) -> float:
         """Sine of the angular radius within which it and its air lie."""
         planet = self.planet
         air = AIR_HEIGHTS * planet.atmosphere if any(planet.haze) else 0.0

@@ -57,8 +57,8 @@ def splat(frame: Float32, camera: Camera, directions: Float, irradiance: Float) 
     """
     ahead = directions[:, 2] > 0
     xyz, light = directions[ahead], irradiance[ahead]
-    reach = np.hypot(*camera.normalised(camera.rim(64)).T).max() * 1.02 + 2 / camera.fx
-    near = np.hypot(xyz[:, 0], xyz[:, 1]) < reach * xyz[:, 2]
+    field_radius = np.hypot(*camera.normalised(camera.rim(64)).T).max() * 1.02 + 2 / camera.fx
+    near = np.hypot(xyz[:, 0], xyz[:, 1]) < field_radius * xyz[:, 2]
     xyz, light = xyz[near], light[near]
     uv = camera.project(xyz)
     seen = np.isfinite(uv).all(1)

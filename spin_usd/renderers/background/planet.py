@@ -71,7 +71,7 @@ def _through_air(
     """
     density, covered = air.thinned(meeting.height), meeting.covered
     mass = density * (covered * air.mass(meeting.toward) + (1 - covered) * np.float32(air.limb_mass))
-    clear = [np.exp(mass * np.float32(-air.depth[c])) for c in RGB]
+    transmittance = [np.exp(mass * np.float32(-air.depth[c])) for c in RGB]
     radiance = [np.zeros_like(covered) for _ in RGB]
     for sun in suns:
         cosine = _cosine(planet, sun, meeting)
@@ -84,9 +84,9 @@ def _through_air(
         )
         for c in RGB:
             sun_clear = np.exp(sun_mass * np.float32(-air.depth[c]))
-            ground = albedo[c] * lit * clear[c] * (1 + sun_clear) * np.float32(0.5 / np.pi)
-            radiance[c] += np.float32(sun.irradiance[c]) * (ground + scattered * (1 - clear[c] * sun_clear))
-    return PlanetRadiance(radiance=radiance, transmittance=[(1 - covered) * clear[c] for c in RGB])
+            ground = albedo[c] * lit * transmittance[c] * (1 + sun_clear) * np.float32(0.5 / np.pi)
+            radiance[c] += np.float32(sun.irradiance[c]) * (ground + scattered * (1 - transmittance[c] * sun_clear))
+    return PlanetRadiance(radiance=radiance, transmittance=[(1 - covered) * transmittance[c] for c in RGB])
 
 
 def _cosine(planet: Planet, sun: DistantLight, meeting: Meeting) -> Float32:
@@ -166,7 +166,7 @@ def filling_rays(globe: Globe, steps: int) -> tuple[Rays, float]:
     across /= np.linalg.norm(across)
     up = np.cross(axis, across)
     # Rings of equal solid angle: 1 - cos grows evenly.
-    versine = globe.reach**2 / (1 + np.sqrt(1 - globe.reach**2))
+    versine = globe.angular_radius_sine**2 / (1 + np.sqrt(1 - globe.angular_radius_sine**2))
     v = (np.arange(steps) + 0.5) / steps * versine
     turn = (np.arange(2 * steps) + 0.5) / (2 * steps) * 2 * np.pi
     sine = np.sqrt(v * (2 - v))

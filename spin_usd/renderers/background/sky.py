@@ -12,33 +12,33 @@ from spin_usd.renderers.background.planet import filling_rays, planet_radiance, 
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 
-SMALL_PX = 8.0  # radius of a planet that is drawn ray by ray, not pixel by pixel
+SMALL_PX = 8.0  # radius of a planet that is rendered ray by ray, not pixel by pixel
 SMALL_STEPS = 64
 
 
 def sky(scene: Scene, *, seed: int) -> Float32 | None:
     """(H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back plate."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    drawn = [
-        _draw_plate(scene, frame, seed) or _draw_domes(scene, frame) + _draw_stars(scene, frame),
-        _draw_planets(scene, frame),
+    rendered = [
+        _add_plate(scene, frame, seed) or _add_domes(scene, frame) + _add_stars(scene, frame),
+        _add_planets(scene, frame),
     ]
-    return frame if any(drawn) else None
+    return frame if any(rendered) else None
 
 
-def _draw_plate(scene: Scene, frame: Float32, seed: int) -> int:
+def _add_plate(scene: Scene, frame: Float32, seed: int) -> int:
     plate = scene.environment.back_plate
-    lie = plate and place_image(plate, seed)
-    if not plate or not lie:
+    placed = plate and place_image(plate, seed)
+    if not plate or not placed:
         return 0
     white = np.array(plate.radiance, np.float32)
     for band in scene.camera.frame.bands():
-        image = plate_radiance(lie, scene.camera.frame, band)
+        image = plate_radiance(placed, scene.camera.frame, band)
         frame[band.slices] = np.stack(image, -1).reshape(*band.shape, 3) * white
     return 1
 
 
-def _draw_domes(scene: Scene, frame: Float32) -> int:
+def _add_domes(scene: Scene, frame: Float32) -> int:
     domes = [light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance)]
     for dome in domes:
         if dome.image is None:
@@ -49,30 +49,30 @@ def _draw_domes(scene: Scene, frame: Float32) -> int:
     return len(domes)
 
 
-def _draw_stars(scene: Scene, frame: Float32) -> int:
-    """Stars behind planets too small for `_draw_planets` to hide them pixel by pixel are left out here."""
+def _add_stars(scene: Scene, frame: Float32) -> int:
+    """Stars behind planets too small for `_add_planets` to hide them pixel by pixel are skipped here."""
     small = [globe for globe in _globes(scene) if _is_small(scene, globe)]
     for stars in scene.environment.stars:
         directions, irradiance = stars.T_cam_sky.directions(stars.directions), stars.irradiance
         for globe in small:
-            beside = directions @ globe.centre / globe.distance < np.sqrt(1 - globe.reach**2)
+            beside = directions @ globe.centre / globe.distance < np.sqrt(1 - globe.angular_radius_sine**2)
             directions, irradiance = directions[beside], irradiance[beside]
         splat(frame, scene.camera, directions, irradiance)
     return len(scene.environment.stars)
 
 
-def _draw_planets(scene: Scene, frame: Float32) -> int:
+def _add_planets(scene: Scene, frame: Float32) -> int:
     """The farthest first."""
-    suns, drawn = suns_of_planets(scene.lights), 0
+    suns, rendered = suns_of_planets(scene.lights), 0
     for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
         if _is_small(scene, globe):
-            drawn += _draw_small(scene, frame, globe, suns)
+            rendered += _add_small(scene, frame, globe, suns)
         else:
-            drawn += _draw_globe(scene, frame, globe, suns)
-    return drawn
+            rendered += _add_globe(scene, frame, globe, suns)
+    return rendered
 
 
-def _draw_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
+def _add_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
     rays, solid_angle = filling_rays(globe, SMALL_STEPS)
     light = planet_radiance(globe, suns, rays, globe.meet(rays), fine=False)
     irradiance = np.stack(light.radiance, -1).astype(np.float64) * solid_angle
@@ -80,9 +80,9 @@ def _draw_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantL
     return 1
 
 
-def _draw_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
-    region = region_of_cone(scene.camera, globe.centre / globe.distance, globe.reach)
-    drawn = 0
+def _add_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
+    region = region_of_cone(scene.camera, globe.centre / globe.distance, globe.angular_radius_sine)
+    rendered = 0
     for band, rays in bands(scene.camera, region):
         meeting = globe.meet(rays)
         if not globe.touches(meeting):
@@ -91,8 +91,8 @@ def _draw_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantL
         for channel in range(3):
             part[..., channel] *= light.transmittance[channel].reshape(band.shape)
         _add(frame, band, light.radiance)
-        drawn += 1
-    return drawn
+        rendered += 1
+    return rendered
 
 
 def _add(frame: Float32, band: Region, radiance: list[Float32]) -> None:
@@ -106,4 +106,4 @@ def _globes(scene: Scene) -> list[Globe]:
 
 
 def _is_small(scene: Scene, globe: Globe) -> bool:
-    return bool(globe.reach * max(scene.camera.fx, scene.camera.fy) < SMALL_PX)
+    return bool(globe.angular_radius_sine * max(scene.camera.fx, scene.camera.fy) < SMALL_PX)

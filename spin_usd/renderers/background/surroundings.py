@@ -129,7 +129,7 @@ def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantL
     filling, solid_angle = filling_rays(globe, STEPS)
     sent = planet_radiance(globe, suns, filling, globe.meet(filling), fine=False).radiance
     light = np.stack(sent) * np.float32(solid_angle)
-    if globe.reach * grid.height / np.pi < SMALL_TEXELS:
+    if globe.angular_radius_sine * grid.height / np.pi < SMALL_TEXELS:
         radiance += grid.spread(filling, light)
         return
     rendered = planet_radiance(globe, suns, grid.rays, globe.meet(grid.rays), fine=False)

@@ -36,8 +36,8 @@ class TargetObject:
         self._materials = MaterialLibrary()
 
     def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool, primvars: frozenset[str]) -> None:
-        """Make Blender's target `mesh`, so turned, its centre at `location` (3,) metres; `split` into face groups. It
-        has at least these of the mesh's `primvars`."""
+        """Make Blender's target `mesh`, with this attitude, its centre at `location` (3,) metres; `split` into face
+        groups. It has at least these of the mesh's `primvars`."""
         if mesh is not self._mesh or split != self._split or not primvars <= self._primvars:
             self._primvars = primvars | self._primvars if mesh is self._mesh else primvars
             self._replace(mesh, split=split)
@@ -72,18 +72,18 @@ class TargetObject:
 
     def _replace(self, mesh: Mesh, *, split: bool) -> None:
         """Show another mesh, in the objects that there are as far as they go; free the rest of the one before."""
-        stale, spare = self._data, iter(self._shown)
+        stale, unused = self._data, iter(self._shown)
         self._data, self._shown, self._objects = [], [], {}
         for shared in shared_meshes(mesh, split=split):
             data = build_mesh(shared.shape, shared.centre, shared.chosen, self._primvars)
             self._data.append(data)
             for copy in shared.copies:
-                shown = next(spare, None) or self._new(data)
+                shown = next(unused, None) or self._new(data)
                 shown.data, shown[FIRST_NUMBER] = data, float(copy.first)
                 assign_matrix(shown, copy.matrix)
                 self._shown.append(shown)
                 self._objects.setdefault(copy.group, []).append(shown)
-        for shown in spare:
+        for shown in unused:
             bpy.data.objects.remove(shown)
         for data in stale:
             bpy.data.meshes.remove(data)

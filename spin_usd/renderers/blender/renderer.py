@@ -151,8 +151,8 @@ class BlenderRenderer:
         assign(layer.cycles, {"denoising_store_passes": guided})
 
     def _planes(self, scene: Scene, effort: Effort, passes: Sequence[str]) -> tuple[Float32, Float32]:
-        """The `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and clear where the
-        target cannot be, which is not rendered."""
+        """The `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and transparent where
+        the target cannot be, which is not rendered."""
         region = scene.picture_region
         box = region if self._crop else scene.camera.frame
         planes, coverage = np.zeros((len(passes), *box.shape, 3), np.float32), np.zeros(box.shape, np.float32)

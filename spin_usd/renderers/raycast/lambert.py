@@ -2,7 +2,7 @@
 
 Radiance is emission + sum over lights of irradiance x colour x cosine / pi: exact for diffuse surfaces in distant
 light. Colours and emission are textured, and cut-outs are not there. A preview lacks gloss, clearcoat, normal maps,
-opacity that is no cut-out, the light of planets. Area lights are points (see render.preview_light); a dome's light
+opacity that is not a cut-out, the light of planets. Area lights are points (see raycast.preview_light); a dome's light
 arrives from all around without shadows. A metal, which has no diffuse part, is shown in its own colour as if it were
 diffuse, so that it is not black.
 """
@@ -62,7 +62,7 @@ def _shade(
     """(N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
     target = scene.target
     weights = weights_at(target.mesh, face, body)
-    colours = _matt_colours(target, face, weights)
+    colours = _diffuse_colours(target, face, weights)
     normals = shading_normals(scene, face, body)
     lifted = body + LIFT * target.mesh.radius * geometric_normals(scene, face, body)
     for light in (scene.lights[index] for index in groups.placed):
@@ -98,7 +98,7 @@ def _lambert(
     return arriving.irradiance / np.pi * np.where(lit, cosine, 0)[:, None]
 
 
-def _matt_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
+def _diffuse_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
     """(N, 3) diffuse colours: in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow
     its specular."""
     diffuse = material_values(target, "diffuse_color", face, weights)

@@ -82,10 +82,10 @@ class RaycastRenderer:
         mesh = target.mesh
         origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
         directions = np.atleast_2d(to_light).astype(np.float32)
-        reach = None if distance is None else (distance / mesh.radius).astype(np.float32)
+        max_distance = None if distance is None else (distance / mesh.radius).astype(np.float32)
         embree = self._embree(mesh)
         if not target.cut_out_key and blockers is None:
-            return np.asarray(embree.run(origins, directions, dists=reach, query="OCCLUDED") != -1)
+            return np.asarray(embree.run(origins, directions, dists=max_distance, query="OCCLUDED") != -1)
         blocking = mesh.groups if blockers is None else blockers
         directions = np.broadcast_to(directions, origins.shape)
         hit = _first(
@@ -93,7 +93,7 @@ class RaycastRenderer:
             origins,
             directions,
             lambda f, w: np.isin(groups_of(mesh, f), list(blocking)) & is_there(target, f, w),
-            reach,
+            max_distance,
         )
         return np.asarray(hit != -1)
 
@@ -116,12 +116,12 @@ def _first(
     origins: Float32,
     directions: Float32,
     stops: Callable[[NDArray[np.int32], Float], NDArray[np.bool_]],
-    reach: Float32 | None = None,
+    max_distance: Float32 | None = None,
 ) -> NDArray[np.int32]:
-    """The first face (N,) of each ray, within its `reach`, that stops it; -1 for none. A ray goes on from behind those
-    that do not; one that meets the same face again has only been rounded before it, and goes a longer step."""
+    """The first face (N,) of each ray, within its `max_distance`, that stops it; -1 for none. A ray goes on from behind
+    those that do not; one that meets the same face again has only been rounded before it, and goes a longer step."""
     face = np.full(len(origins), -1, np.int32)
-    left = np.full(len(origins), FAR, np.float32) if reach is None else reach
+    left = np.full(len(origins), FAR, np.float32) if max_distance is None else max_distance
     rays = np.arange(len(origins))
     origins, directions = origins.astype(np.float64), np.ascontiguousarray(directions)
     before, step = face.copy(), np.full(len(origins), BEHIND)

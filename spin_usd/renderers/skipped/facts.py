@@ -73,8 +73,8 @@ class Facts:
         lens, places = self.scene.thin_lens, self._places
         if lens is None or places[..., 2].min() <= 0:
             return np.inf if lens else 0.0
-        reach = circle_of_confusion(places[..., 2], radius=lens.radius, focus=lens.focus)
-        return float(reach.max()) * magnification(self.scene.camera)
+        blur_radius = circle_of_confusion(places[..., 2], radius=lens.radius, focus=lens.focus)
+        return float(blur_radius.max()) * magnification(self.scene.camera)
 
     @cached_property
     def motion_px(self) -> float:

@@ -163,7 +163,7 @@ def _range(value: Any, where: Where) -> Float:
     if isinstance(value, Texture):
         return extremes(value)
     if isinstance(value, Primvar):
-        if any(value.name not in shape.primvars for shape, _ in where):  # refused when it is drawn
+        if any(value.name not in shape.primvars for shape, _ in where):  # refused when it is rendered
             return np.array([[-np.inf], [np.inf]])
         numbers = [shape.primvars[value.name][faces].astype(np.float64) for shape, faces in where]
         return np.stack([np.min([n.min((0, 1)) for n in numbers], 0), np.max([n.max((0, 1)) for n in numbers], 0)])

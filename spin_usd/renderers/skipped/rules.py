@@ -9,8 +9,8 @@ from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.skipped.facts import Facts
 
 BITS, ROUNDING, MEASURED = "the same bits", "the same but for rounding", "measured to be the same"
-DARK_ENOUGH = 1e-4  # of the light reflected once, that later bounces may hold and be left out
-STILL_PX = 1e-3  # smear that no picture shows: a pixel's rays go through one of 65,536 places a side
+DARK_ENOUGH = 1e-4  # of the light reflected once, that bounces may hold that are skipped
+STILL_PX = 1e-3  # blur that no picture shows: a pixel's rays go through one of 65,536 places a side
 TREE_FROM = 2  # as many lights are chosen among by what they do where they are looked for: a third of the noise
 
 
@@ -24,7 +24,7 @@ class SkippedWork:
 
 
 Reason = tuple[str, str] | None
-"""Why something may be left out and how surely; None where it may not."""
+"""Why some work may be skipped and how surely nothing changes; None where it may not."""
 
 
 def late_bounces(facts: Facts) -> int:
@@ -61,11 +61,11 @@ def _late_bounces(facts: Facts) -> Reason:
 
 
 def _glossy(facts: Facts) -> Reason:
-    return ("all materials are matt", BITS) if facts.surfaces.diffuse and facts.effort.bounces else None
+    return ("all materials are diffuse", BITS) if facts.surfaces.diffuse and facts.effort.bounces else None
 
 
 def _transmission(facts: Facts) -> Reason:
-    return ("nothing refracts: what is clear lets light straight through", BITS) if facts.effort.bounces else None
+    return ("nothing refracts: transparent surfaces let light straight through", BITS) if facts.effort.bounces else None
 
 
 def _volumes(_: Facts) -> Reason:
@@ -73,7 +73,7 @@ def _volumes(_: Facts) -> Reason:
 
 
 def _transparent(facts: Facts) -> Reason:
-    return None if facts.surfaces.transparent or facts.lamps else ("nothing is clear or cut out", BITS)
+    return None if facts.surfaces.transparent or facts.lamps else ("nothing is transparent or cut out", BITS)
 
 
 def _tree(facts: Facts) -> Reason:
@@ -111,7 +111,7 @@ def _world_sampling(facts: Facts) -> Reason:
 def _depth_of_field(facts: Facts) -> Reason:
     if facts.scene.thin_lens is None or facts.defocus_px > STILL_PX:
         return None
-    return f"it smears the target by at most {STILL_PX:g} px", MEASURED
+    return f"it blurs the target by at most {STILL_PX:g} px", MEASURED
 
 
 def _motion_blur(facts: Facts) -> Reason:
@@ -169,14 +169,14 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "primvars": _primvars,
     }
 )
-"""By name, what a renderer may leave out. The names are those of `BlenderRenderer(keep=...)`."""
+"""The rules for work that a renderer may skip, by name. The names are those of `BlenderRenderer(keep=...)`."""
 
 
 def check_rule_names(names: Collection[str]) -> frozenset[str]:
     """`names` as those of RULES. Raises InputError for another."""
     for name in names:
         if name not in RULES:
-            raise InputError(f"nothing that may be left out is called {name!r}", do=f"choose among {', '.join(RULES)}")
+            raise InputError(f"no rule for skipped work is called {name!r}", do=f"choose among {', '.join(RULES)}")
     return frozenset(names)
 
 

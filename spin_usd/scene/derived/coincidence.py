@@ -11,7 +11,7 @@ from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.mesh import Mesh
 
 # Of the target's radius. A renderer's float32 resolves a range of 16 radii, beyond which its rays start at the target,
-# to 2**-24 of that: surfaces nearer to each other are drawn in random order.
+# to 2**-24 of that: surfaces nearer to each other are rendered in random order.
 GAP = 2.0**-20
 MAX_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
 CHUNK = 4096  # faces whose neighbourhoods are looked at together
@@ -26,7 +26,7 @@ def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
 
 def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
     """(K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or as near to it
-    as no renderer can tell.
+    as no renderer can resolve.
 
     Both orders of a pair are there where the two are alike.
     """

@@ -22,7 +22,7 @@ def dim_emissions(scene: Scene) -> tuple[str, ...]:
     peaks = [(material.path, _peak(material, scene.target.mesh)) for material in scene.target.materials]
     return tuple(
         f"{path} emits at most {peak:.3g} W/m2/sr, {peak / white:.2g} of the {white:.3g} of a white surface in this "
-        "stage's Sun, so it will look dark: raise its emissiveColor if it should glow"
+        "stage's Sun, so it will look dark: raise its emissiveColor if it should be visible"
         for path, peak in peaks
         if 0 < peak < DIM * white
     )

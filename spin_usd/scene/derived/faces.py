@@ -48,7 +48,7 @@ def primvar_of(mesh: Mesh, name: str, face: Numbers) -> NDArray[np.float32]:
     nothing = np.zeros((1, 3, channels), np.float32)
 
     def values(each: Instances, place: Numbers, n: Numbers) -> NDArray[np.float32]:
-        return each.turned(place, each.shape.primvars[name][n]) if name in each.shape.primvars else nothing
+        return each.in_place_order(place, each.shape.primvars[name][n]) if name in each.shape.primvars else nothing
 
     return _looked_up(mesh, face, lambda own: mesh.primvars[name][own] if name in mesh.primvars else nothing, values)
 

@@ -1,7 +1,7 @@
 """Three keys per picture: content digests of at least all that labels, render and image depend on.
 
 Equal keys mean equal results, so the work is done once. Equal results may have other keys: that of the radiance also
-holds what a render of this scene leaves out and is the same without (renderers.skipped), as materials on no face,
+holds content that a render of this scene skips and does not depend on (renderers.skipped): materials on no face,
 inputs that change nothing, and bounces of a convex target's light.
 """
 

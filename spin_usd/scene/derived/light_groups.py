@@ -85,7 +85,7 @@ def in_unit_light(scene: Scene) -> UnitLight:
 
 
 def _is_placed(light: Light) -> bool:
-    return not isinstance(light, DomeLight) and any(_reaching(light))
+    return not isinstance(light, DomeLight) and any(_at_target(light))
 
 
 def _around(scene: Scene) -> list[int]:
@@ -131,10 +131,10 @@ def _emitting(light: Light, emission: Color) -> Light:
 
 
 def _gain(light: Light, unit: Light) -> Color:
-    return _divided(_reaching(light), _reaching(unit))
+    return _divided(_at_target(light), _at_target(unit))
 
 
-def _reaching(light: Light) -> Color:
+def _at_target(light: Light) -> Color:
     """The number that the target's light is proportional to."""
     return light.at_target if isinstance(light, DistantLight) else _emission(light)
 

@@ -32,7 +32,7 @@ def suns_of(scene: Scene) -> Suns:
 
 def lit_shares(axes: Float, centres: Float, rotations: Float, suns: Sequence[Suns]) -> Float:
     """(M,) the share of what each picture shows of a surface that faces a Sun, 1 where other lights reach it: of the
-    surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, turned by
+    surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, rotated by
     `rotations` (M, 3, 3) from body to camera."""
     shares = np.array([float(each is None) for each in suns])
     picture = [i for i, each in enumerate(suns) for _ in each or ()]

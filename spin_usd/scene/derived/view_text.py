@@ -41,7 +41,7 @@ MESSAGES: Mapping[ViewKind, ViewMessage] = {
         do="labels, which are of pixel centres, may show nothing of it, and its light needs many samples",
     ),
     ViewKind.UNLIT: ViewMessage(
-        found="the side of the target that the camera sees is turned away from the Sun",
+        found="the side of the target that the camera sees faces away from the Sun",
         do="such pictures are all but black; turn the Sun, or sample it with the constraint target_lit_deg",
     ),
     ViewKind.DARK: ViewMessage(

@@ -46,8 +46,8 @@ class ImageMap:
     bias: RGBA = (0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        known = self.output in OUTPUTS and set(self.wrap) <= set(WRAPS) and self.color_space in (SRGB, RAW)
-        if not known:
+        valid = self.output in OUTPUTS and set(self.wrap) <= set(WRAPS) and self.color_space in (SRGB, RAW)
+        if not valid:
             raise GeometryError(f"image {self.file.name} is used as {self.output}, {self.wrap}, {self.color_space}")
 
 

@@ -21,5 +21,5 @@ class PartRule:
 
 def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:
     """The first of the `rules` that matches one of the names, if any does."""
-    known = tuple(names)
-    return next((rule for rule in rules if rule.matches(known)), None)
+    listed = tuple(names)
+    return next((rule for rule in rules if rule.matches(listed)), None)

@@ -8,7 +8,7 @@ from spin_usd.arrays import Float
 
 ROUNDING = 1e-5  # of the largest coordinate: points and transforms in float32, a hundred times over
 LOOSENESS = 6.0
-"""How far two boxes' diagonals may be apart where one is no tight box: a box turned in space has a box of its own, each
+"""How far two boxes' diagonals may be apart where one is not a tight box: a rotated box has a box of its own, each
 of whose edges is at most the first one's diagonal (sqrt 3), that of a diagonal rod is sqrt 3 longer than the rod, and
 Loop's scheme leaves of a tetrahedron, of which it leaves the least, 1 / 3.43 (7 / 24)."""
 

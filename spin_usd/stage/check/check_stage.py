@@ -35,7 +35,7 @@ def check_stage(
     when there is no file at `path`.
     """
     if not Path(path).is_file():
-        raise InputError("is not there, or is no file", where=path)
+        raise InputError("is not there, or is not a file", where=path)
     try:
         stage = open_for_check(path)
     except StageError as refusal:

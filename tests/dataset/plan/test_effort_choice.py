@@ -166,7 +166,7 @@ def test_another_measurement_can_be_named(tmp_path, name) -> None:
         ({"error": "1_0"}, "--error is '1_0'; make it a number above 0"),
         ({"effort": ""}, "^--effort is empty; write name=value"),
         ({"quality": "preview", "renderer": "raycast"}, "--quality preview needs blender: raycast has no denoiser"),
-        ({"error": "-1"}, "an error of -1 is no bound"),
+        ({"error": "-1"}, "an error of -1 is not a bound"),
         ({"error": "0.0001"}, "no setting measured has an error of at most 0.01 %"),
         ({"error": "auto", "measured": Path("nowhere")}, "nowhere: cannot be read"),
     ],

@@ -235,6 +235,6 @@ def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small
     assert of["render", "volumes"]["pictures"] == {"nominal": 2, "matt": 2}
     assert of["render", "glossy bounces"]["pictures"] == {"matt": 2}
     text = spin_usd(*command).stdout
-    assert "render: no glossy bounces: all materials are matt (the same bits; 2 of 2 of matt)" in text
+    assert "render: no glossy bounces: all materials are diffuse (the same bits; 2 of 2 of matt)" in text
     assert "all pictures)" in text
     assert "geometry is not simplified" in text

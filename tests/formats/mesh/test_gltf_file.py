@@ -234,8 +234,8 @@ def test_vertex_colours_multiply_the_base_colour(gltf: GltfWriter) -> None:
         ({"images": [{"uri": "none.png"}]}, "'none.png' is missing"),
         ({"images": [{"uri": "../model.gltf"}]}, "outside the model's folder"),
         ({"images": [{"uri": "/etc/hostname"}]}, "outside the model's folder"),
-        ({"images": [{"uri": "model.gltf"}]}, "is no PNG"),
-        ({"images": [{"uri": uri(PICTURE[:50])}]}, "is no PNG"),
+        ({"images": [{"uri": "model.gltf"}]}, "is not a PNG"),
+        ({"images": [{"uri": uri(PICTURE[:50])}]}, "is not a PNG"),
         ({"textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]}, "only there as KHR_texture_basisu"),
     ],
 )
@@ -307,13 +307,13 @@ def test_a_mesh_without_faces_among_full_ones_is_noted(gltf: GltfWriter, emptied
     path.write_text(json.dumps(document))
     asset = read_mesh_file(path)
     assert [part.name for part in asset.parts] == ["panel"]
-    assert asset.notes == ("'empty' has no faces and is left out",)
+    assert asset.notes == ("'empty' has no faces and is skipped",)
 
 
 def test_corners_that_make_no_triangle_are_left_out_with_a_note(gltf: GltfWriter) -> None:
     asset = read_mesh_file(gltf(indices=np.append(FACES, FACES[:2])))
     assert asset.faces == 2
-    assert asset.notes == ("'panel' ends with 2 corners that make no triangle, which are left out",)
+    assert asset.notes == ("'panel' ends with 2 corners that make no triangle, which are skipped",)
 
 
 def test_a_webp_image_becomes_png_without_loss(gltf: GltfWriter) -> None:

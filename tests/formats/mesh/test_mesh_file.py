@@ -198,7 +198,7 @@ def test_units_are_asked_for_and_never_guessed(tmp_path: Path) -> None:
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="none of the mesh formats"):
+    with pytest.raises(InputError, match="not one of the mesh formats"):
         read_mesh_file(write(tmp_path, CUBE, "model.step"), 1)
     with pytest.raises(InputError, match="not there"):
         read_mesh_file(tmp_path / "none.obj", 1)

@@ -114,7 +114,7 @@ def test_options_place_the_image(tmp_path: Path, options: str, placement: ImageT
         ("map_Kd ../colored.png", "outside"),
         ("map_Kd /etc/hostname", "outside"),
         (r"map_Kd C:\wood.png", "outside"),
-        ("map_Kd model.obj", "is no PNG"),
+        ("map_Kd model.obj", "is not a PNG"),
     ],
 )
 def test_what_cannot_be_carried_over_is_noted_by_name(tmp_path: Path, statement: str, found: str) -> None:

@@ -300,7 +300,7 @@ def test_what_is_no_stage_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not there"):
         check_stage(tmp_path / "none.usda")
     os.mkfifo(tmp_path / "pipe.usda")
-    with pytest.raises(InputError, match="no file"):
+    with pytest.raises(InputError, match="not a file"):
         check_stage(tmp_path / "pipe.usda")
 
 

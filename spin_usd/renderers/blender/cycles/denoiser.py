@@ -97,7 +97,7 @@ class Denoiser:
 
 def _as_bright(clean: Float32, noisy: Float32) -> Float32:
     """`clean` (N, rows, columns, 3), each times what gives it the light of the `noisy` in all. The network takes for
-    noise what it cannot tell from it, such as a target of one pixel; the sum over the target has little noise."""
+    noise whatever looks like it, such as a target of one pixel; the sum over the target has little noise."""
     before, after = (planes.sum((1, 2, 3), dtype=np.float64) for planes in (noisy, clean))
     factor = np.divide(before, after, out=np.ones_like(before), where=after > 0).astype(np.float32)
     return np.where((after > 0)[:, None, None, None], clean * factor[:, None, None, None], noisy)

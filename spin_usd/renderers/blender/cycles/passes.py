@@ -104,5 +104,5 @@ def face_indices(numbers: Float32, count: int) -> NDArray[np.int32]:
     """
     whole = np.rint(numbers)
     if not np.array_equal(whole, numbers) or (whole.size and not 0 <= whole.min() <= whole.max() <= count):
-        raise RenderError(f"the label picture holds numbers that are no face's, expected 0 to {count}")
+        raise RenderError(f"the label picture holds numbers of no face, expected 0 to {count}")
     return whole.astype(np.int32) - 1

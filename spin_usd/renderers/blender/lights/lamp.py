@@ -65,4 +65,4 @@ def _size(light: AreaLight) -> dict[str, Any]:
             return {"shape": "ELLIPSE", "size": 2 * x, "size_y": 2 * y, "spread": math.pi}
         case RectLight(width=width, height=height):
             return {"shape": "RECTANGLE", "size": width, "size_y": height, "spread": math.pi}
-    raise UnsupportedError(f"is a {light.shape}, which is no Blender light", where=light.path)
+    raise UnsupportedError(f"is a {light.shape}, which Blender has no light for", where=light.path)

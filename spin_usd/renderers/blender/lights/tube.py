@@ -32,7 +32,7 @@ class Tube:
     def show(self, light: CylinderLight, place: LightPlacement) -> None:
         """Make it `light`, at `place`."""
         place.move(self.object, (light.length, light.radius, light.radius))
-        before, self._material = self._material, _glow(light, place)
+        before, self._material = self._material, _emissive_material(light, place)
         slots = self.object.data.materials
         if before is None:
             slots.append(self._material)
@@ -74,13 +74,13 @@ def _unit_tube() -> Any:
     return data
 
 
-def _glow(light: CylinderLight, place: LightPlacement) -> Any:
+def _emissive_material(light: CylinderLight, place: LightPlacement) -> Any:
     """A material that emits outwards, and is transparent to rays that pass."""
     nodes = Nodes("tube")
     color = shaped(nodes, light.shaping, place.axis, light.emission)
     outside = nodes.math("SUBTRACT", 1.0, nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"])
-    glow = nodes.add("ShaderNodeEmission", [color, outside]).outputs[0]
-    clear = nodes.add("ShaderNodeBsdfTransparent").outputs[0]
-    material = nodes.surface(nodes.add("ShaderNodeAddShader", [glow, clear]).outputs[0])
+    emission = nodes.add("ShaderNodeEmission", [color, outside]).outputs[0]
+    transparent = nodes.add("ShaderNodeBsdfTransparent").outputs[0]
+    material = nodes.surface(nodes.add("ShaderNodeAddShader", [emission, transparent]).outputs[0])
     material.cycles.emission_sampling = "FRONT"
     return material

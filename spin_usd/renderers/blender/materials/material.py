@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spin_usd.renderers.blender.materials.limits import check_material
 from spin_usd.renderers.blender.materials.nodes import Nodes, Value, varies
-from spin_usd.renderers.blender.materials.reflection import principled_inputs, tilted
+from spin_usd.renderers.blender.materials.reflection import mapped_normal, principled_inputs
 from spin_usd.renderers.blender.materials.see_through import absent, coverage, faded
 from spin_usd.renderers.blender.materials.textures import ImageLibrary, attribute_name, node_value
 from spin_usd.scene.material import LIMITS, Material
@@ -20,7 +20,7 @@ from spin_usd.scene.shape import Shape
 FACE_NUMBER = "face"  # the mesh attribute that holds a face's index in its mesh + 1, so that 0 is nothing
 FIRST_NUMBER = "first"  # the object's property that holds how many faces are numbered before its own
 LABEL = "label"
-GLOWING_ONLY = "glowing, but no light"
+EMISSIVE_ONLY = "emissive, but not sampled as a light"
 EVERY = tuple(LIMITS)
 CUT = ("opacity",)  # the inputs that labels depend on
 # fmt: off
@@ -73,9 +73,9 @@ class MaterialLibrary:
         """Check what was not checked before with this mesh; for the labels only what cuts it out."""
         if again:
             self._checked.clear()
-        known = self._checked.get(inputs, set())
+        checked = self._checked.get(inputs, set())
         for index, material in enumerate(materials):
-            if material not in known and (inputs is EVERY or material.cut_out):
+            if material not in checked and (inputs is EVERY or material.cut_out):
                 for shape, faces in _showing(mesh, index):
                     check_material(material, shape, faces, inputs)
         self._checked[inputs] = set(materials)
@@ -110,7 +110,7 @@ def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
 
 
 def _surface_key(material: Material, *, emissive_lights: bool) -> str:
-    return material.key if emissive_lights else f"{material.key} {GLOWING_ONLY}"
+    return material.key if emissive_lights else f"{material.key} {EMISSIVE_ONLY}"
 
 
 def _label_key(material: Material) -> str:
@@ -157,7 +157,7 @@ def surface_material(material: Material, images: ImageLibrary, *, emissive_light
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
     normal = _normal(nodes, images, material)
     feeds = principled_inputs(nodes, inputs, specular_workflow=material.use_specular_workflow)
-    principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **tilted(normal, "Normal", "Coat Normal")})
+    principled = nodes.add("ShaderNodeBsdfPrincipled", {**feeds, **mapped_normal(normal, "Normal", "Coat Normal")})
     surface = nodes.surface(faded(nodes, principled.outputs["BSDF"], material, inputs, normal))
     if not emissive_lights:
         surface.cycles.emission_sampling = "NONE"

@@ -27,12 +27,12 @@ def principled_inputs(nodes: Nodes, inputs: Inputs, *, specular_workflow: bool) 
         "Coat Weight": inputs["clearcoat"],
         "Coat Roughness": inputs["clearcoat_roughness"],
         "Emission Color": emission,
-        "Emission Strength": 1.0 if glows(emission) else 0.0,
+        "Emission Strength": 1.0 if is_emissive(emission) else 0.0,
         **reflection,
     }
 
 
-def glows(emission: Value) -> bool:
+def is_emissive(emission: Value) -> bool:
     """Return whether an emission is more than black."""
     return varies(emission) or any(emission)
 
@@ -77,16 +77,16 @@ def fresnel(nodes: Nodes, ior: Value, normal: Any) -> Any:
     """
     inside = nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"]
     index = nodes.between(inside, ior, nodes.math("DIVIDE", 1.0, ior))
-    return nodes.add("ShaderNodeFresnel", {"IOR": index, **tilted(normal)}).outputs["Fac"]
+    return nodes.add("ShaderNodeFresnel", {"IOR": index, **mapped_normal(normal)}).outputs["Fac"]
 
 
 def _schlick(nodes: Nodes, f0: Value, normal: Any) -> Any:
     """The colour F0 + (1 - F0) (1 - cosine)^5."""
-    facing = nodes.add("ShaderNodeLayerWeight", {"Blend": 0.5, **tilted(normal)}).outputs["Facing"]
+    facing = nodes.add("ShaderNodeLayerWeight", {"Blend": 0.5, **mapped_normal(normal)}).outputs["Facing"]
     fifth = nodes.add("ShaderNodeMath", [facing, 5.0], operation="POWER").outputs[0]
     return nodes.vector("MULTIPLY_ADD", nodes.vector("SUBTRACT", 1.0, f0), fifth, f0)
 
 
-def tilted(normal: Any, *names: str) -> dict[str, Any]:
+def mapped_normal(normal: Any, *names: str) -> dict[str, Any]:
     """`normal` for the inputs of those names ("Normal" unless given); nothing where a surface has its own."""
     return {} if normal is None else dict.fromkeys(names or ("Normal",), normal)

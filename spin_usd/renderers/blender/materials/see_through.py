@@ -1,13 +1,21 @@
 """Opacity: what of a surface is not there, or lets light through. Light that passes is not refracted.
 
-As UsdPreviewSurface's `transparent` mode asks, a clear surface keeps reflection and emission; only its matt body fades,
-and what neither clearcoat nor surface reflects passes. `presence` fades everything. A cut-out is there or not.
+As UsdPreviewSurface's `transparent` mode asks, a transparent surface keeps reflection and emission; only its diffuse
+body fades, and what neither clearcoat nor surface reflects passes. `presence` fades everything. A cut-out is there or
+not.
 """
 
 from typing import Any
 
 from spin_usd.renderers.blender.materials.nodes import Nodes, Value, varies
-from spin_usd.renderers.blender.materials.reflection import COAT_IOR, Inputs, fresnel, glows, reflectance, tilted
+from spin_usd.renderers.blender.materials.reflection import (
+    COAT_IOR,
+    Inputs,
+    fresnel,
+    is_emissive,
+    mapped_normal,
+    reflectance,
+)
 from spin_usd.scene.material import PRESENCE, Material
 
 
@@ -36,27 +44,27 @@ def absent(nodes: Nodes) -> Any:
 def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
     """The surface without its body: reflection, emission, and what passes."""
     share, colored = reflectance(nodes, inputs, normal, specular_workflow=material.use_specular_workflow)
-    gloss = {"Roughness": inputs["roughness"], **tilted(normal)}
+    gloss = {"Roughness": inputs["roughness"], **mapped_normal(normal)}
     if colored:
         passing = nodes.add("ShaderNodeBsdfTransparent", {"Color": nodes.vector("SUBTRACT", 1.0, share)}).outputs[0]
         glossy = nodes.add("ShaderNodeBsdfGlossy", {"Color": share, **gloss}).outputs[0]
-        clear = _sum(nodes, passing, glossy)
+        surface = _sum(nodes, passing, glossy)
     else:
         white = (1.0, 1.0, 1.0)
         glossy = nodes.add("ShaderNodeBsdfGlossy", {"Color": white, **gloss}).outputs[0]
-        clear = nodes.mixed(share, absent(nodes), glossy)
-    if glows(inputs["emissive_color"]):
-        clear = _sum(nodes, clear, nodes.add("ShaderNodeEmission", {"Color": inputs["emissive_color"]}).outputs[0])
-    return _coated(nodes, clear, inputs, normal)
+        surface = nodes.mixed(share, absent(nodes), glossy)
+    if is_emissive(inputs["emissive_color"]):
+        surface = _sum(nodes, surface, nodes.add("ShaderNodeEmission", {"Color": inputs["emissive_color"]}).outputs[0])
+    return _coated(nodes, surface, inputs, normal)
 
 
-def _coated(nodes: Nodes, clear: Any, inputs: Inputs, normal: Any) -> Any:
+def _coated(nodes: Nodes, surface: Any, inputs: Inputs, normal: Any) -> Any:
     weight = inputs["clearcoat"]
     if not varies(weight) and weight == 0:
-        return clear
+        return surface
     share = nodes.math("MULTIPLY", weight, fresnel(nodes, COAT_IOR, normal))
-    gloss = {"Color": (1.0, 1.0, 1.0), "Roughness": inputs["clearcoat_roughness"], **tilted(normal)}
-    return nodes.mixed(share, clear, nodes.add("ShaderNodeBsdfGlossy", gloss).outputs[0])
+    gloss = {"Color": (1.0, 1.0, 1.0), "Roughness": inputs["clearcoat_roughness"], **mapped_normal(normal)}
+    return nodes.mixed(share, surface, nodes.add("ShaderNodeBsdfGlossy", gloss).outputs[0])
 
 
 def _sum(nodes: Nodes, first: Any, second: Any) -> Any:

@@ -60,7 +60,7 @@ class ImageLibrary:
 
 
 def forget_render_data() -> None:
-    """Let Cycles free all that it kept from its last render: Blender does so when told to keep nothing."""
+    """Let Cycles free all that it kept from its last render: Blender does so when it is set to keep nothing."""
     for kept in (False, True):
         bpy.context.scene.render.use_persistent_data = kept
 
