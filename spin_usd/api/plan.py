@@ -5,7 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.plan_report import PlanReport, report_of
 from spin_usd.api.request import render_request
-from spin_usd.dataset.render import render as rendering
+from spin_usd.dataset.render import request as rendering
 from spin_usd.progress import Progress, ignore
 
 

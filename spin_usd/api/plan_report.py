@@ -13,8 +13,9 @@ from spin_usd.dataset.plan.skipped_work import SkippedCount
 from spin_usd.dataset.plan.variant_table import VariantTable, variant_table
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.orphans import orphaned_pictures
-from spin_usd.dataset.render.render import RenderRequest, default_workers, run_options
+from spin_usd.dataset.render.request import RenderRequest, run_options
 from spin_usd.dataset.render.same_stage import other_origin
+from spin_usd.dataset.render.workers import default_workers
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views

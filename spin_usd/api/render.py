@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.request import render_request
 from spin_usd.dataset.render import render as rendering
+from spin_usd.dataset.render.report import RenderReport
 from spin_usd.progress import Progress, ignore
 
 
@@ -31,7 +32,7 @@ def render(
     replace: bool = False,
     verify: bool = False,
     on_progress: Progress = ignore,
-) -> rendering.RenderReport:
+) -> RenderReport:
     """Render and label a stage into a dataset. Run again, it makes what is missing.
 
     Pictures that fail do not raise: the report's `failed` has their names and reasons.

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from spin_usd.api.effort import setting_of
-from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.errors import InputError
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS

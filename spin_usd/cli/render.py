@@ -15,7 +15,7 @@ from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 
 if TYPE_CHECKING:
-    from spin_usd.dataset.render.render import RenderReport
+    from spin_usd.dataset.render.report import RenderReport
 
 
 def render(

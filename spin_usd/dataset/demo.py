@@ -6,7 +6,9 @@ from pathlib import Path
 from spin_usd import resources
 from spin_usd.dataset.contact_sheet import write_contact_sheet
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.render.render import RenderReport, RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.report import RenderReport
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort

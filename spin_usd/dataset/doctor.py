@@ -16,7 +16,7 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.versions import LIBRARIES
-from spin_usd.dataset.render.render import MEMORY_PER_WORKER, default_workers
+from spin_usd.dataset.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import SpinError
 
 DISK_WANTED = 5 << 30

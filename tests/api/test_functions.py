@@ -8,7 +8,7 @@ import pytest
 
 import spin_usd
 from spin_usd.api.plan_report import PlanReport
-from spin_usd.dataset.render.render import RenderReport
+from spin_usd.dataset.render.report import RenderReport
 from tests.conftest import REPOSITORY, speedplus_camera
 
 POSES = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"

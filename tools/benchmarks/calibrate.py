@@ -27,7 +27,7 @@ from spin_usd.dataset.plan.cost import EVERYWHERE, expected_work, tracing_costs
 from spin_usd.dataset.plan.make_plan import Question, make_plan
 from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort

@@ -24,7 +24,7 @@ from benchmarks.spread import shown, spread
 from spin_usd import resources
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.render import RenderRequest
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 from spin_usd.scene.effort import parse_effort

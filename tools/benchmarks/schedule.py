@@ -26,7 +26,7 @@ from spin_usd.dataset.plan.make_plan import sharing
 from spin_usd.dataset.plan.wall_time import Work
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.render import RenderRequest, plan
+from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.keys import RenderSettings
 

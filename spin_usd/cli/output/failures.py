@@ -9,7 +9,7 @@ import typer
 from spin_usd.errors import FINDINGS
 
 if TYPE_CHECKING:
-    from spin_usd.dataset.render.render import RenderReport
+    from spin_usd.dataset.render.report import RenderReport
 
 
 def warn_of_faults(report: "RenderReport", dataset: Path) -> None:

@@ -1,13 +1,12 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import psutil
 from numpy.typing import NDArray
 
@@ -26,6 +25,7 @@ from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.dataset.process.versions import library_versions
+from spin_usd.dataset.render.record import CurrentPicture, make_record
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.dataset.store.cache import RENDERS, Cache, CacheEntry
@@ -36,11 +36,10 @@ from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.table import LABELS
-from spin_usd.scene.derived.keys import KeyMaker, picture_seed, render_seed
+from spin_usd.scene.derived.keys import KeyMaker
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
-from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
 from spin_usd.scene.source.channels import Channels
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -72,11 +71,11 @@ class Worker:
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index])
-        picture = _CurrentPicture(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
+        picture = CurrentPicture(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(picture, keep_render=keep_render)
         with watch("files"):
-            record = make_record(reader, picture, self.options, files, self.versions)
+            record = make_record(stage_provenance(reader), picture, self.options, files, self.versions)
             write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
@@ -84,7 +83,7 @@ class Worker:
         memory = psutil.Process().memory_info().rss
         return {"seconds": watch.seconds, "memory": memory, "passes": picture.passes, "faults": faults(record)}
 
-    def _write_all(self, picture: "_CurrentPicture", *, keep_render: bool) -> dict[str, dict[str, Any]]:
+    def _write_all(self, picture: CurrentPicture, *, keep_render: bool) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
         writing: dict[str, Future[dict[str, Any]]] = {}
@@ -101,9 +100,7 @@ class Worker:
                     remove_file(self.store.root, written.result()["path"])
             raise
 
-    def _labels(
-        self, picture: "_CurrentPicture", writers: Executor, writing: dict[str, Future[dict[str, Any]]]
-    ) -> None:
+    def _labels(self, picture: CurrentPicture, writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
         """The labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
         key = picture.keys["geometry"]
@@ -120,7 +117,7 @@ class Worker:
 
     def _image(
         self,
-        picture: "_CurrentPicture",
+        picture: CurrentPicture,
         writers: Executor,
         writing: dict[str, Future[dict[str, Any]]],
         *,
@@ -191,20 +188,6 @@ class Worker:
         return self._reader
 
 
-@dataclass(kw_only=True)
-class _CurrentPicture:
-    """A picture while it is made: its scene, kinds of file and keys; the time that it takes, which passes were made or
-    shared, and what its record must say of them and of the target's tones."""
-
-    scene: Scene
-    kinds: Sequence[str]
-    keys: Mapping[str, str]
-    watch: Stopwatch
-    passes: dict[str, str] = field(default_factory=dict)
-    notes: dict[str, float] = field(default_factory=dict)
-    tones: dict[str, Any] | None = None
-
-
 def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
     """What writes a file of that `kind`."""
     return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
@@ -215,64 +198,3 @@ def suffix_of(kind: str, image_suffix: str) -> str:
     if kind == IMAGE:
         return image_suffix
     return ".exr" if kind == RADIANCE else LABELS[kind].suffix
-
-
-def make_record(
-    reader: StageReader,
-    picture: _CurrentPicture,
-    options: WorkerOptions,
-    files: dict[str, Any],
-    versions: dict[str, str],
-) -> dict[str, Any]:
-    """The picture's record, by schema record-1."""
-    scene = picture.scene
-    camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
-    sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
-    return {
-        "schema": "record-1",
-        "frame": scene.frame.name,
-        "index": scene.frame.index,
-        "variant": reader.variant,
-        **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
-        "target": {"name": scene.target.name, "range": float(np.linalg.norm(pose.translation))},
-        "camera": {
-            "width": camera.width,
-            "height": camera.height,
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-            "distortion": list(camera.distortion),
-        },
-        "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
-        **({"sun": recorded_sun(sun)} if sun else {}),
-        **({"tones": picture.tones} if picture.tones else {}),
-        "files": files,
-        "provenance": {
-            "stage": {"root": options.stage, **stage_provenance(reader)},
-            "keys": picture.keys,
-            "render": {
-                "renderer": options.settings.renderer,
-                "effort": asdict(options.settings.effort),
-                "region": [region.x0, region.y0, region.x1, region.y1],
-                **({"chosen": options.chosen.recorded} if options.chosen else {}),
-            },
-            "time_code": scene.frame.time_code,
-            "seed": {
-                "dataset": options.settings.seed,
-                "render": render_seed(scene, options.settings),
-                "picture": picture_seed(scene, options.settings),
-            },
-            "versions": versions,
-            **picture.notes,
-        },
-    }
-
-
-def recorded_sun(sun: Sunlight) -> dict[str, Any]:
-    """What the record says of it."""
-    return {
-        "towards_cam": sun.towards_cam.tolist(),
-        "towards_body": sun.towards_body.tolist(),
-        "obscured": sun.obscured,
-    }

@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.dataset.diff.in_child.compare import compare
 from spin_usd.dataset.diff.in_child.selection import Selection
-from spin_usd.dataset.render.render import RenderRequest, plan
+from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.keys import KEYS
 from tests.cases.root_layers import over_stage

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.formats.image_file import read_image
 from spin_usd.scene.effort import Effort
 from tests.authorities import photon_transfer

@@ -16,7 +16,8 @@ import pytest
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.cache import MEASURED

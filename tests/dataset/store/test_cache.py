@@ -12,7 +12,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.cache import Cache, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json

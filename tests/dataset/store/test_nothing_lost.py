@@ -12,7 +12,8 @@ import pytest
 
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.check.check import dataset_findings
-from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.dataset_folder import OWN
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.effort import Effort

@@ -1,0 +1,91 @@
+"""The record of a picture: what its worker knows of it once its files are written."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
+from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.scene.derived.keys import picture_seed, render_seed
+from spin_usd.scene.model import Scene
+from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
+
+
+@dataclass(kw_only=True)
+class CurrentPicture:
+    """A picture while it is made.
+
+    kinds: of file · keys: of its content · watch: the time that it takes · passes: which were made for it, and which
+    are shared · notes, tones: what its record must say of how it was made, and of the target's brightness.
+    """
+
+    scene: Scene
+    kinds: Sequence[str]
+    keys: Mapping[str, str]
+    watch: Stopwatch
+    passes: dict[str, str] = field(default_factory=dict)
+    notes: dict[str, float] = field(default_factory=dict)
+    tones: dict[str, Any] | None = None
+
+
+def make_record(
+    stage: Mapping[str, Any],
+    picture: CurrentPicture,
+    options: WorkerOptions,
+    files: dict[str, Any],
+    versions: dict[str, str],
+) -> dict[str, Any]:
+    """Return the picture's record, by schema record-1. `stage`: what in_child.stage_provenance says of it."""
+    scene = picture.scene
+    camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
+    sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
+    return {
+        "schema": "record-1",
+        "frame": scene.frame.name,
+        "index": scene.frame.index,
+        "variant": scene.frame.variant,
+        **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
+        "target": {"name": scene.target.name, "range": float(np.linalg.norm(pose.translation))},
+        "camera": {
+            "width": camera.width,
+            "height": camera.height,
+            "fx": camera.fx,
+            "fy": camera.fy,
+            "cx": camera.cx,
+            "cy": camera.cy,
+            "distortion": list(camera.distortion),
+        },
+        "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        **({"sun": recorded_sun(sun)} if sun else {}),
+        **({"tones": picture.tones} if picture.tones else {}),
+        "files": files,
+        "provenance": {
+            "stage": {"root": options.stage, **stage},
+            "keys": picture.keys,
+            "render": {
+                "renderer": options.settings.renderer,
+                "effort": asdict(options.settings.effort),
+                "region": [region.x0, region.y0, region.x1, region.y1],
+                **({"chosen": options.chosen.recorded} if options.chosen else {}),
+            },
+            "time_code": scene.frame.time_code,
+            "seed": {
+                "dataset": options.settings.seed,
+                "render": render_seed(scene, options.settings),
+                "picture": picture_seed(scene, options.settings),
+            },
+            "versions": versions,
+            **picture.notes,
+        },
+    }
+
+
+def recorded_sun(sun: Sunlight) -> dict[str, Any]:
+    """Return what the record says of the Sun."""
+    return {
+        "towards_cam": sun.towards_cam.tolist(),
+        "towards_body": sun.towards_body.tolist(),
+        "obscured": sun.obscured,
+    }

@@ -1,0 +1,80 @@
+"""What a user asks of `render` and `plan`, and the plan of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, RADIANCE
+from spin_usd.dataset.plan.effort_choice import Chosen
+from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
+from spin_usd.dataset.plan.work import RunOptions
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.errors import InputError
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+from spin_usd.progress import Progress
+from spin_usd.scene.effort import Effort
+
+IMAGE_SUFFIXES = (".png", ".jpg")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RenderRequest:
+    """What the user asks of `render` or `plan`. chosen: why the effort is what it is, where it was not given."""
+
+    stage: Path
+    frames: str | None = None
+    variants: tuple[str, ...] = ()
+    effort: Effort = Effort()  # noqa: RUF009 - frozen
+    chosen: Chosen | None = None
+    seed: int | None = None
+    renderer: str = DEFAULT_RENDERER
+    labels: tuple[str, ...] = DEFAULT_LABELS
+    image: bool = True
+    radiance: bool = False
+    image_suffix: str = ".png"
+
+    def __post_init__(self) -> None:
+        for label in self.labels:
+            if label not in LABELS:
+                raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
+        heeded = renderer_entry(self.renderer).effort
+        if unused := set(self.effort.unusual) - heeded:
+            found = f"{self.renderer} has no {' and no '.join(sorted(unused))}"
+            raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(heeded))}")
+        if self.image_suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"images cannot be {self.image_suffix!r}", do=f"choose {' or '.join(IMAGE_SUFFIXES)}")
+        if not self.kinds:
+            raise InputError("no file is asked for", do="ask for labels, the image, or both")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of file wanted of each picture."""
+        wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.radiance else [])}
+        return tuple(kind for kind in KINDS if kind in wanted)
+
+
+def plan(request: RenderRequest, *, progress: Progress, explain: bool = False, copy_to: Path | None = None) -> Plan:
+    """Plan what a run would make. With `explain` the plan also says what work is skipped, and why.
+
+    Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
+    """
+    question = Question(
+        stage=request.stage,
+        variants=request.variants,
+        frames=request.frames,
+        renderer=request.renderer,
+        effort=request.effort,
+        seed=request.seed,
+        image_suffix=request.image_suffix if request.image else None,
+        copy_to=copy_to,
+        explain=explain,
+    )
+    return make_plan(question, processes=len(usable_cpus()), progress=progress)
+
+
+def run_options(request: RenderRequest, plan: Plan) -> RunOptions:
+    """Return how all pictures of the run are made."""
+    width, height = plan.description["camera"]
+    return RunOptions(
+        renderer=request.renderer, effort=request.effort, kinds=request.kinds, frame_pixels=width * height
+    )

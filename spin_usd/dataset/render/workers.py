@@ -1,0 +1,33 @@
+"""The worker processes of a run: how many, on which processors, with how much memory."""
+
+import psutil
+
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.processors import share_of, usable_cpus
+from spin_usd.dataset.render.report import RunListener
+from spin_usd.dataset.render.supervise import supervise
+from spin_usd.dataset.render.task_queue import RenderTask
+from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.dataset.store.dataset_folder import Lease
+
+MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+
+
+def default_workers() -> int:
+    """Return as many as there are processors and memory for."""
+    return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
+
+
+def make_pictures(
+    options: WorkerOptions, tasks: list[RenderTask], workers: int, lease: Lease, listener: RunListener
+) -> None:
+    """Make the pictures of the tasks in so many worker processes. Raises as supervise does."""
+
+    def start(number: int) -> Child:
+        listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
+        child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
+        child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
+        return child
+
+    memory_limit = max(psutil.virtual_memory().total // 2 // workers, MEMORY_PER_WORKER)
+    supervise(tasks, workers=workers, start=start, listener=listener, memory_limit=memory_limit)
