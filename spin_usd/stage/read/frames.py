@@ -1,4 +1,4 @@
-"""Which pictures a stage holds: their names and time codes."""
+"""The frames of a stage: their names and time codes."""
 
 import numpy as np
 from pxr import Usd
@@ -13,16 +13,16 @@ MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
 
 def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
-    """One per time sample of spin:capture:frame on the default prim; else one per whole step from startTimeCode to
-    endTimeCode; else one at the stage's start.
+    """List one frame per time sample of spin:capture:frame on the default prim; else one per whole step from
+    startTimeCode to endTimeCode; else one at the stage's start.
 
-    Raises StageError for names that are no file stems or not unique, and for a range that is reversed or too long.
+    Raises StageError for names that are not valid or not unique, and for a range that is reversed or too long.
     """
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else None
     times = attribute.GetTimeSamples() if attribute else []
     if attribute and times:
-        query = Usd.AttributeQuery(attribute)  # which looks only once for where the values come from
+        query = Usd.AttributeQuery(attribute)  # resolves the source of the values only once
         named = [(float(time), str(query.Get(time))) for time in times]
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
@@ -35,14 +35,14 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
 
 
 def read_seed(stage: Usd.Stage) -> int:
-    """The dataset's seed, 0 unless authored."""
+    """Read the dataset's seed, 0 unless authored."""
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_SEED) if prim else None
     return int((attribute.Get() if attribute else 0) or 0)
 
 
 def _source_files(prim: Usd.Prim) -> dict[float, str]:
-    """By time code: the file that each picture's pose was given for, where that is known."""
+    """Map time codes to the image file for which the pose was given, where that is authored."""
     attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
     if not attribute:
         return {}
@@ -61,14 +61,14 @@ def _time_range(stage: Usd.Stage) -> list[float]:
     count = int(np.floor(end - start)) + 1
     if count > MAX_FRAMES:
         found = f"startTimeCode {start:g} to endTimeCode {end:g} are {count} frames, more than {MAX_FRAMES}"
-        raise StageError(found, where=where, do="shorten the range, or name the pictures by spin:capture:frame")
+        raise StageError(found, where=where, do="shorten the range, or name the frames by spin:capture:frame")
     return [start + step for step in range(count)]
 
 
 def _check_names(names: list[str], where: str) -> None:
     for name in names:
         if not FRAME_NAME.fullmatch(name):
-            raise StageError(f"{name!r} is no name for a picture", where=where, do=FRAME_NAME_RULE)
+            raise StageError(f"{name!r} is not a valid name for a frame", where=where, do=FRAME_NAME_RULE)
     if pair := repeated_name(names):
-        found = f"'{names[pair[1]]}' names two pictures (capitals do not count)"
+        found = f"'{names[pair[1]]}' names two frames (capitals do not count)"
         raise StageError(found, where=where, do="make the names unique")

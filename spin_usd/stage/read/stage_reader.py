@@ -42,7 +42,7 @@ from spin_usd.stage.usd.transforms import (
 )
 from spin_usd.stage.usd.visibility import PROXIES
 
-# What of a camera's attributes, by the beginnings of their names, only one part of a picture depends on.
+# Prefixes of the camera's attributes on which only the sensor, the optics, the shutter or the focus depends.
 SENSOR = ("exposure", "spin:sensor:")
 OPTICS = ("spin:optics:",)
 SHUTTER = ("shutter:", "spin:shutter:")
@@ -50,10 +50,10 @@ FOCUS = ("fStop", "focusDistance")
 
 
 class StageReader:
-    """Turns an opened stage into one Scene per frame; what does not change is read once and shared.
+    """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
 
-    frames: the stage's pictures · seed: the dataset's · variants: what it offers · variant: which is selected.
-    Raises StageError for a stage that lacks what a picture needs, UnsupportedError for what is not drawn yet.
+    frames: the stage's frames · seed: the dataset's · variants: all that the stage has · variant: the selected one.
+    Raises StageError for a stage that lacks what a picture needs, UnsupportedError for features not supported yet.
     """
 
     def __init__(
@@ -64,8 +64,9 @@ class StageReader:
         stage: Usd.Stage | None = None,
         after: "StageReader | None" = None,
     ):
-        """`stage`: that at `path` in that variant where it is open already, perhaps with other sets' selections.
-        `after`: a reader of another variant of the same files, whose images this one need not decode again."""
+        """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
+        sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used
+        again."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
@@ -98,12 +99,12 @@ class StageReader:
 
     @property
     def notes(self) -> tuple[Finding, ...]:
-        """What was read so far and is rendered otherwise than the stage says."""
+        """Warnings about what was read so far and is rendered differently from what the stage authors."""
         return self._notes.findings
 
     @property
     def camera_path(self) -> str:
-        """Where the camera is in the stage."""
+        """The path of the camera's prim."""
         return str(self._camera_prim.GetPath())
 
     @property
@@ -113,7 +114,7 @@ class StageReader:
 
     @cached_property
     def variant_selections(self) -> dict[str, str]:
-        """What is selected of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""
+        """The selection of each variant set: by its name for the default prim's, by "PATH{NAME}" for others."""
         default = self.stage.GetDefaultPrim()
         selections: dict[str, str] = {}
         for prim in Usd.PrimRange.Stage(self.stage, PROXIES):
@@ -123,8 +124,8 @@ class StageReader:
         return selections
 
     def scene(self, frame: FrameId) -> Scene:
-        """Everything that the picture `frame` needs, as it is in the middle of its exposure. The target is the same
-        object as long as it does not change."""
+        """Read everything that a picture of `frame` needs, at the middle of its exposure. The target is the same object
+        as long as it does not change."""
         opening = self._opening_at(frame.time_code)
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
@@ -148,18 +149,18 @@ class StageReader:
         )
 
     def target_at(self, time_code: float) -> Target:
-        """The target alone at a time code, metres."""
+        """Read the target alone at a time code, metres."""
         time = Usd.TimeCode(time_code)
         return self._target_at(time, self._body_at(time, UsdGeom.XformCache(time))[1])
 
     def pose_at(self, time_code: float) -> Transform:
-        """T_cam_body at a time code."""
+        """Compute T_cam_body at a time code."""
         time = Usd.TimeCode(time_code)
         return self._body_at(time, UsdGeom.XformCache(time))[0]
 
     def _body_at(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> tuple[Transform, float]:
-        """T_cam_body, and the scale of the body's axes in the world. Units come last: a far origin's product with
-        them would be rounded."""
+        """Compute T_cam_body, and the scale of the body's axes in the world. Units are applied last: a far origin would
+        be rounded by them."""
         usdcam, size = self._usdcam_below.at(time)
         body = placement_below(self._above, self._target_prim, world, frame="body")
         near = between(usdcam, body.transform)
@@ -169,9 +170,9 @@ class StageReader:
         ), size * body.scale
 
     def _read_camera_parts(self) -> None:
-        """Say how each part of the camera is read, and which of them can change in time.
+        """Set up how each part of the camera is read, and which of them can change in time.
 
-        The readers know the prim, not this object: a circle would keep its stage open for a while.
+        The readers refer to the prim, not to this object: a reference cycle would keep the stage open for a while.
         """
         prim, metres, names = self._camera_prim, self.metres, varying(self._camera_prim)
         lens = any(not name.startswith((*SENSOR, *OPTICS, *SHUTTER, *FOCUS)) for name in names)
@@ -194,7 +195,7 @@ class StageReader:
         self._opening: Opening | None = None
 
     def _opening_at(self, time_code: float) -> Opening:
-        """The exposure of the picture at `time_code`."""
+        """Return the exposure of the frame at `time_code`."""
         rows = self._camera.at(Usd.TimeCode(time_code)).height
         if self._shutter_varies:
             return read_opening(self._camera_prim, time_code, rows=rows)
@@ -203,7 +204,7 @@ class StageReader:
         return replace(self._opening, middle=time_code + self._opening.middle)
 
     def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:
-        """The target at `time`: the last one again where nothing below it can vary, or nothing did."""
+        """Return the target at `time`: the last one again where nothing below it can vary, or nothing did."""
         same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
         if self._target is not None and same_scale and not self._target_varies:
             return self._target
@@ -224,19 +225,19 @@ class StageReader:
 
 
 def _below(above: Usd.Prim, camera: Usd.Prim, time: Usd.TimeCode) -> tuple[Transform, float]:
-    """T_above_usdcam in units of `above`, and their size in the world's."""
+    """Compute T_above_usdcam in units of `above`, and the size of these units in the world."""
     world = UsdGeom.XformCache(time)
     size = _placement(above, world, "above", 1.0).scale
     return placement_below(above, camera, world, frame="usdcam").transform, size
 
 
 def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: float) -> Placement:
-    """Where `prim` is at the time of `world`, by the name `frame`."""
+    """Compute the placement of `prim` at the time of `world`, its frame named `frame`."""
     return placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=metres, where=prim.GetPath())
 
 
 def metres_per_unit(stage: Usd.Stage) -> float:
-    """Raises StageError for units or an up axis that are none."""
+    """Return the length of a stage unit. Raises StageError for units or an up axis that are not valid."""
     where = stage.GetRootLayer().realPath
     metres = root_number(stage, METRES_PER_UNIT)
     if not np.isfinite(metres) or metres <= 0:

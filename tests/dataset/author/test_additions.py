@@ -226,7 +226,7 @@ def test_one_part_of_two_classes_is_refused(inputs: dict[str, Any], tmp_path: Pa
             prim.AddAppliedSchema(f"SemanticsLabelsAPI:{taxonomy}")
             prim.GetAttribute(f"semantics:labels:{taxonomy}").Set([value])
     stage.Save()
-    with pytest.raises(StageError, match="is of the merged part 'all' and the class"):
+    with pytest.raises(StageError, match="belongs to the merged part 'all' and has the class"):
         scenes(made.root)
 
 

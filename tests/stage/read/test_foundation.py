@@ -72,7 +72,7 @@ EXPECTED = {
     f"{C}/class_inherit.usda": Read(
         parts={"cubeWithoutSetColor": (0, 0, 0), "cubeWithSetColor": (3, 0, 0)},
         colors={"cubeWithoutSetColor": GREEN, "cubeWithSetColor": RED},
-        why="green from the class; a local colour beats it; the class itself is not drawn",
+        why="green from the class; a local colour beats it; the class itself is not rendered",
     ),
     f"{C}/inherit_and_specialize.usda": Read(
         parts={

@@ -124,7 +124,7 @@ def test_frames_are_the_captures_samples(make_stage) -> None:
 
 @pytest.mark.parametrize("name", ["../evil", "", ".hidden", "a/b", "a b", "x" * 201, "{camera}", "café", "a.tmp-b"])
 def test_names_that_are_no_file_stem(make_stage, name) -> None:
-    with pytest.raises(StageError, match="is no name for a picture"):
+    with pytest.raises(StageError, match="is not a valid name for a frame"):
         StageReader(with_frames(make_stage(), ["good", name]))
 
 
@@ -176,9 +176,9 @@ def test_the_selections_of_every_prim_are_told(make_stage) -> None:
 
 
 def test_names_are_unique(make_stage) -> None:
-    with pytest.raises(StageError, match="'same' names two pictures"):
+    with pytest.raises(StageError, match="'same' names two frames"):
         StageReader(with_frames(make_stage(), ["same", "other", "same"]))
-    with pytest.raises(StageError, match="'SAME' names two pictures"):
+    with pytest.raises(StageError, match="'SAME' names two frames"):
         StageReader(with_frames(make_stage(name="capitals.usda"), ["same", "SAME"]))
 
 

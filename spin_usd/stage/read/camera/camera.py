@@ -11,13 +11,13 @@ from spin_usd.stage.usd import schema
 
 
 def find_camera(stage: Usd.Stage) -> Usd.Prim:
-    """The camera that the stage's RenderSettings name, else its only one. Raises StageError otherwise."""
+    """Find the camera that the stage's RenderSettings name, else its only one. Raises StageError otherwise."""
     settings = render_settings(stage)
     named = settings.GetCameraRel().GetTargets() if settings else []
     if settings and named:
         prim = stage.GetPrimAtPath(named[0])
         if not prim or not prim.IsA(UsdGeom.Camera):
-            found = f"its camera {named[0]} is no Camera prim"
+            found = f"its camera {named[0]} is not a Camera prim"
             raise StageError(found, where=settings.GetPath(), do="point it at a Camera")
         return prim
     cameras = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
@@ -31,13 +31,14 @@ def find_camera(stage: Usd.Stage) -> Usd.Prim:
 
 
 def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
-    """The RenderSettings that the stage's metadata name, if any. Raises StageError where it names something else."""
+    """Return the RenderSettings that the stage's metadata name, if any. Raises StageError where they name another
+    prim."""
     path = stage.GetMetadata("renderSettingsPrimPath")
     if not path:
         return None
     settings = UsdRender.Settings.GetStageRenderSettings(stage)
     if not settings:
-        found = f"renderSettingsPrimPath {path} is no RenderSettings prim"
+        found = f"renderSettingsPrimPath {path} is not a RenderSettings prim"
         raise StageError(found, where=_name(stage), do="fix the path")
     window = settings.GetDataWindowNDCAttr().Get()
     if tuple(window) != (0, 0, 1, 1):
@@ -46,7 +47,8 @@ def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
 
 
 def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
-    """Intrinsics: from SpinLensAPI where applied, else from USD's apertures and the RenderSettings' resolution."""
+    """Read the intrinsics: from SpinLensAPI where applied, else from USD's apertures and the RenderSettings'
+    resolution."""
     if prim.GetAttribute("projection").Get(time) != UsdGeom.Tokens.perspective:
         raise UnsupportedError("is not a perspective camera", where=prim.GetPath(), do="set projection to perspective")
     try:
@@ -80,7 +82,7 @@ def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
-    """Apertures, offsets and focal length share one unit, so only their ratios count."""
+    """Derive intrinsics from apertures, offsets and focal length, which share one unit: only their ratios count."""
     stage, camera = prim.GetStage(), UsdGeom.Camera(prim)
     resolution = _resolution(stage)
     if not resolution:
@@ -107,7 +109,7 @@ def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def _conformed(across: float, down: float, width: int, height: int, settings: Any) -> tuple[float, float]:
-    """The apertures after UsdRender's aspectRatioConformPolicy made their ratio the image's."""
+    """Return the apertures after UsdRender's aspectRatioConformPolicy made their ratio the image's."""
     ratio = width * float(settings.GetPixelAspectRatioAttr().Get()) / height
     policy = str(settings.GetAspectRatioConformPolicyAttr().Get())
     wider, taller = (down * ratio, down), (across, across / ratio)

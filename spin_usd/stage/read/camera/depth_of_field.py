@@ -7,11 +7,12 @@ from spin_usd.scene.model import ThinLens
 from spin_usd.stage.usd.values import ABOVE_0, Range, value_in
 
 FOCAL_UNITS = 0.1  # scene units in which USD gives a focal length
-F_STOPS = Range(0.1, 1e6, or_0=True)  # from beyond what glass can do (0.5) to pinholes
+F_STOPS = Range(0.1, 1e6, or_0=True)  # from below the fastest lenses (0.5) to pinholes
 
 
 def read_thin_lens(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> ThinLens | None:
-    """The thin lens of a camera in a stage of `metres` per unit; None, a pinhole, where its fStop is 0, USD's fallback.
+    """Read the thin lens of a camera in a stage of `metres` per unit; None, a pinhole, where its fStop is 0, USD's
+    fallback.
 
     The aperture's diameter is focalLength / fStop; exposure:fStop only scales the exposure. Raises StageError for an
     fStop without an authored focal length, or without a focus distance.

@@ -1,4 +1,4 @@
-"""The lens on a camera prim: spin:lens:* owns the numbers, USD's own attributes and omni:lensdistortion:* follow.
+"""The lens on a camera prim: spin:lens:* holds the numbers; USD's own attributes and omni:lensdistortion:* are derived.
 
 USD gives focal length, apertures and their offsets in tenths of a scene unit; scene units are metres here.
 Source of the apertures: UsdGeomCamera's schema; checked against OpenCV in the tests.
@@ -16,12 +16,13 @@ CLIPPING_RANGE = (0.01, 1e6)  # metres; for other viewers, our renderers do not 
 
 
 def usd_focal_length(camera: Camera, pixel_pitch: float) -> float:
-    """`focalLength` of a camera whose pixels are `pixel_pitch` metres wide, rounded to float32 as USD keeps it."""
+    """Compute the `focalLength` of a camera whose pixels are `pixel_pitch` metres wide, rounded to float32 as USD keeps
+    it."""
     return float(np.float32(10 * camera.fx * pixel_pitch))
 
 
 def derived_values(camera: Camera, focal_length: float) -> dict[str, object]:
-    """Every attribute that follows from the lens and the prim's `focalLength` (tenths of a metre), by name.
+    """Compute every attribute derived from the lens and the prim's `focalLength` (tenths of a metre), by name.
 
     The numbers are doubles; USD rounds them to float32.
     """
@@ -42,7 +43,7 @@ def derived_values(camera: Camera, focal_length: float) -> dict[str, object]:
 
 
 def author_lens(prim: Usd.Prim, camera: Camera, focal_length: float) -> None:
-    """Write the lens and all that follows from it on a Camera prim."""
+    """Author the lens and all attributes derived from it on a Camera prim."""
     prim.ApplyAPI(schema.LENS_API)
     prim.AddAppliedSchema(schema.OMNI_LENS_API)
     prim.GetAttribute(schema.LENS_MODEL).Set("brownConrady")
@@ -57,7 +58,7 @@ def author_lens(prim: Usd.Prim, camera: Camera, focal_length: float) -> None:
 
 
 def read_lens(prim: Usd.Prim) -> Camera:
-    """The camera of a prim with SpinLensAPI. Raises StageError that names the prim."""
+    """Read the intrinsics of a prim with SpinLensAPI. Raises StageError that names the prim."""
     if not prim.HasAPI(schema.LENS_API):
         raise StageError(f"has no {schema.LENS_API}", where=prim.GetPath(), do="give its lens in spin:lens:*")
     size = prim.GetAttribute(schema.LENS_IMAGE_SIZE).Get()

@@ -12,7 +12,7 @@ from spin_usd.stage.usd.values import SHARE, Range, refuse_unapplied, typed_valu
 RANGES = {
     "psf_sigma": Range(0, 100),
     "glare": SHARE,
-    "glare_core": Range(0.01, 10_000),  # wider than a picture, nothing of the halo would be left in it
+    "glare_core": Range(0.01, 10_000),  # a halo wider than a picture would hardly show in it
     "glare_falloff": Range(2, 100, open=True),
     "bloom_intensity": SHARE,
     "bloom_scatter": SHARE,
@@ -22,14 +22,16 @@ RANGES = {
 
 
 def read_optics(prim: Usd.Prim, camera: Camera, time: Usd.TimeCode) -> Optics:
-    """The optics of the camera `prim`, whose lens is `camera`. Raises StageError that names the attribute."""
+    """Read the optics of the camera `prim`, whose lens is `camera`. Raises StageError that names the attribute."""
     if not prim.HasAPI(schema.OPTICS_API):
         refuse_unapplied(prim, "spin:optics:", schema.OPTICS_API)
         return Optics()
     numbers = {field: value_in(prim, schema.OPTICS[field], allowed, time) for field, allowed in RANGES.items()}
     optics = Optics(cos_fourth=typed_value(prim, schema.OPTICS["cos_fourth"], time), **numbers)
-    least = least_gain(camera, optics.vignetting)
-    if least < 0:
+    minimum = least_gain(camera, optics.vignetting)
+    if minimum < 0:
         where = f"{prim.GetPath()}.{schema.OPTICS['vignetting']}"
-        raise StageError(f"makes light negative: its least gain is {least:.3g}", where=where, do="make it fall slower")
+        raise StageError(
+            f"makes light negative: its least gain is {minimum:.3g}", where=where, do="make it fall slower"
+        )
     return optics

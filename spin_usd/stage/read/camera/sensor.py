@@ -26,32 +26,32 @@ RANGES = {
     "filter": Range(0, 1e6),
     "gamma": Range(0.1, 10),
 }
-EXPOSURES = Range(1e-20, 1e20)  # exposes all from a star's light to a laser's, and times any light is finite in float32
+EXPOSURES = Range(1e-20, 1e20)  # for any light from a star's to a laser's; their product is finite in float32
 LEVELS = Range(1e-6, 10)  # of a unit range of 16 bits, and far over-exposed
 STOPS = Range(-100, 100)
 MIN_WEIGHT = 1e-6  # of all colours together
-OF_ELECTRONS = ("full_well", "read_noise", "dark_current", "prnu", "adc_bits", "black_level")
-"""What means nothing without a gain."""
+ELECTRON_FIELDS = ("full_well", "read_noise", "dark_current", "prnu", "adc_bits", "black_level")
+"""Fields that have no meaning without a gain."""
 
 
 def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
-    """The sensor of the camera `prim`. Raises StageError that names the attribute that is wrong."""
+    """Read the sensor of the camera `prim`. Raises StageError that names the attribute that is wrong."""
     camera = UsdGeom.Camera(prim)
     exposure = float(camera.ComputeLinearExposureScale(time))
     if exposure not in EXPOSURES:
         do = f"choose exposure attributes whose product is of {EXPOSURES}"
         raise StageError(f"its exposure scale is {exposure:g}", where=prim.GetPath(), do=do)
-    taking: dict[str, Any] = {
+    exposing: dict[str, Any] = {
         "exposure": exposure,
         "time": float(camera.GetExposureTimeAttr().Get(time)),
         "iso": float(camera.GetExposureIsoAttr().Get(time)),
     }
     if not prim.HasAPI(schema.SENSOR_API):
         refuse_unapplied(prim, "spin:sensor:", schema.SENSOR_API)
-        return Sensor(**taking)
+        return Sensor(**exposing)
     chosen = {field: _one_of(prim, schema.SENSOR[field], allowed, time) for field, allowed in ONE_OF.items()}
     numbers = {field: value_in(prim, schema.SENSOR[field], allowed, time) for field, allowed in RANGES.items()}
-    sensor = Sensor(auto_exposure=_auto_exposure(prim, time), **taking, **chosen, **numbers)
+    sensor = Sensor(auto_exposure=_auto_exposure(prim, time), **exposing, **chosen, **numbers)
     _check_combination(prim, sensor)
     return sensor
 
@@ -73,9 +73,9 @@ def _auto_exposure(prim: Usd.Prim, time: Usd.TimeCode) -> AutoExposure | None:
 
 
 def _check_combination(prim: Usd.Prim, sensor: Sensor) -> None:
-    """Refuse what is right alone, but not beside the others."""
+    """Raise StageError for values that are allowed alone, but not together."""
     if sensor.gain == 0:
-        for field in OF_ELECTRONS:
+        for field in ELECTRON_FIELDS:
             if getattr(sensor, field) != getattr(Sensor(), field):
                 found = f"is {getattr(sensor, field):g}, but the sensor has no gain"
                 raise StageError(

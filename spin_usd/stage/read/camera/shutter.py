@@ -1,4 +1,4 @@
-"""When the camera's shutter is open.
+"""The times at which the camera's shutter is open.
 
 `shutter:open` and `shutter:close` are time codes relative to the picture's own; equal ones, USD's fallback, are an
 instant. With a rolling shutter they are the middle row's: the rows above open earlier and those below later. The labels
@@ -21,15 +21,15 @@ from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
 OPENS, CLOSES = UsdGeom.Tokens.shutterOpen, UsdGeom.Tokens.shutterClose
 MIN_POSES, MAX_POSES = 9, 129
-STEP_RAD = np.radians(5.0)  # in which a chord is off its arc by a thousandth of the radius
+STEP_RAD = np.radians(5.0)  # a chord of this angle is off its arc by a thousandth of the radius
 TIMES = Range(-1e9, 1e9)  # time codes; a day has two million at 24 a second
 READOUTS = Range(0, 1e6)  # seconds
 
 
 @dataclass(frozen=True, kw_only=True)
 class Opening:
-    """Time codes: the middle of the exposure; from the first row's opening to the last row's closing; and which share
-    of that lies between the first row's opening and the last row's."""
+    """An exposure in time codes. middle: its middle · duration: from the first row's opening to the last row's closing
+    · readout: the share of that between the first row's opening and the last row's."""
 
     middle: float
     duration: float = 0.0
@@ -37,7 +37,7 @@ class Opening:
 
 
 def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
-    """The exposure of the picture of `rows` rows at `time_code`. Raises StageError for times that are none."""
+    """Read the exposure of a frame of `rows` rows at `time_code`. Raises StageError for times that are not valid."""
     time = Usd.TimeCode(time_code)
     start, end = (value_in(prim, name, TIMES, time) for name in (OPENS, CLOSES))
     if start > end:
@@ -50,10 +50,10 @@ def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
 
 
 def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where: object) -> Shutter | None:
-    """The poses while the shutter is open, or None for an instant; `pose_at` gives T_cam_body at a time code.
+    """Sample the poses while the shutter is open; None for an instant. `pose_at` gives T_cam_body at a time code.
 
-    Between the stage's time samples a pose is what USD makes of them: translations go straight, orientations turn
-    steadily; before the first and after the last it rests. Raises StageError where it turns too fast to be followed.
+    Between time samples USD interpolates: translations linearly, orientations by slerp; before the first and after the
+    last it holds the value. Raises StageError where the target rotates too fast for MAX_POSES.
     """
     if not opening.duration:
         return None
@@ -69,7 +69,7 @@ def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where:
 
 
 def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:
-    """The rolling shutter's readout, time codes."""
+    """Read the rolling shutter's readout time, in time codes."""
     if not prim.HasAPI(schema.SHUTTER_API):
         refuse_unapplied(prim, "spin:shutter:", schema.SHUTTER_API)
         return 0.0

@@ -1,4 +1,4 @@
-"""A picture behind everything: SpinBackPlateAPI."""
+"""An image behind everything: SpinBackPlateAPI."""
 
 from math import radians
 
@@ -15,20 +15,20 @@ ROLLS = Range(-360, 360)  # degrees: a whole turn either way
 
 
 def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackPlate:
-    """The back plate at `time`. Raises StageError with its path."""
+    """Read the back plate at `time`. Raises StageError with its path."""
     files = [file for file in prim.GetAttribute(schema.BACK_PLATE_FILES).Get(time) or () if file.path]
     if not files:
         where = f"{prim.GetPath()}.{schema.BACK_PLATE_FILES}"
         raise StageError("names no image", where=where, do="name one or more")
-    least, most = value_in(prim, schema.BACK_PLATE_ROLL, ROLLS, time)
-    if least > most:
+    low, high = value_in(prim, schema.BACK_PLATE_ROLL, ROLLS, time)
+    if low > high:
         where = f"{prim.GetPath()}.{schema.BACK_PLATE_ROLL}"
-        raise StageError(f"goes from {least:g} down to {most:g}", where=where, do="give the smaller angle first")
+        raise StageError(f"goes from {low:g} down to {high:g}", where=where, do="give the smaller angle first")
     return BackPlate(
         path=str(prim.GetPath()),
         images=tuple(images.read(file, "auto", prim).image for file in files),
         radiance=value_in(prim, schema.BACK_PLATE_RADIANCE, EMISSIONS, time),
         probability=value_in(prim, schema.BACK_PLATE_PROBABILITY, SHARE, time),
-        roll=(radians(least), radians(most)),
+        roll=(radians(low), radians(high)),
         mirror=value_in(prim, schema.BACK_PLATE_MIRROR, SHARE, time),
     )

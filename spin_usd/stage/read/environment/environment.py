@@ -1,4 +1,4 @@
-"""What lies behind the target, at a time, in camera axes: SpinPlanetAPI, SpinStarsAPI, SpinBackPlateAPI."""
+"""The environment behind the target, at a time, in camera axes: SpinPlanetAPI, SpinStarsAPI, SpinBackPlateAPI."""
 
 from collections.abc import Callable
 from functools import partial
@@ -30,7 +30,7 @@ APIS = {
 
 
 class EnvironmentReader:
-    """Reads what `stage` says lies behind its target. Raises StageError for more than one back plate."""
+    """Reads the environment of `stage`. Raises StageError for more than one back plate."""
 
     def __init__(self, stage: Usd.Stage, images: Images) -> None:
         self._images = images
@@ -44,7 +44,7 @@ class EnvironmentReader:
 
     @property
     def still(self) -> bool:
-        """Whether nothing of it changes or moves in the world in time."""
+        """Whether nothing in the environment ever changes or moves in the world."""
         return self._cache.all_still
 
     def read(
@@ -56,21 +56,21 @@ class EnvironmentReader:
         world: UsdGeom.XformCache,
         metres: float,
     ) -> Environment:
-        """What is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam` (3,),
-        camera frame. `world` is of that time; a stage unit is `metres`. It is the same object as long as
+        """Read what is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam`
+        (3,), camera frame. `world` is of that time; a stage unit is `metres`. It is the same object as long as
         `T_world_usdcam` is and nothing of it varies.
 
         Raises StageError, UnsupportedError for a planet that is not behind the target.
         """
 
         def placed(prim: Usd.Prim) -> tuple[Transform, float]:
-            """T_cam_prim, and the metres of the prim's own unit."""
+            """Return T_cam_prim, and the prim's own unit in metres."""
             matrix = world.GetLocalToWorldTransform(prim)
             found = placement(matrix, frame="prim", metres=metres, where=prim.GetPath())
             return T_CAM_USDCAM @ between(T_world_usdcam, found.transform), found.scale * metres
 
         def read(prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
-            """Those that are visible; the same tuple again where nothing moved or changed."""
+            """Read the visible ones of `prims`; the same tuple again where nothing moved or changed."""
             each = (self._cache.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
             return self._cache.same_tuple(one.__name__, tuple(value for value in each if value is not None))
 
@@ -98,12 +98,12 @@ class EnvironmentReader:
 
 
 def _if_visible(prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:
-    """What `read` gives of `prim`, or None where it is invisible at `time`."""
+    """Return the value of `read` for `prim`, or None where it is invisible at `time`."""
     return None if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible else read(prim)
 
 
 def _find(stage: Usd.Stage, api: str) -> list[Usd.Prim]:
-    """The prims with the API schema that can be visible."""
+    """Find the prims with the API schema that can be visible."""
     found = []
     for prim in Usd.PrimRange.Stage(stage, PROXIES):
         if not prim.HasAPI(api):

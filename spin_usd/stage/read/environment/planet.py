@@ -16,9 +16,9 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import FINITE, SHARE, Range, typed_value, value_in
 
-RADII = Range(1e-3, 1e10)  # metres: from a marble in a laboratory to stars of some ten times the Sun's radius
+RADII = Range(1e-3, 1e10)  # metres: from a marble to a star of ten times the Sun's radius
 MAX_AXIS_RATIO = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
-SCALE_HEIGHTS = Range(1e-6, 1e9, or_0=True)  # metres: as thin as a coat on such a marble, to the air of such stars
+SCALE_HEIGHTS = Range(1e-6, 1e9, or_0=True)  # metres: from a coat on such a marble to the air of such a star
 MAX_SCALE_HEIGHT = (
     0.1  # of its shortest semi-axis, a scale height: air masses are those of a shallow layer; Pluto has 0.05
 )
@@ -28,7 +28,7 @@ CLEAR_AIR = 5.0  # scale heights above which less than a hundredth of the air is
 
 
 def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metres: float, images: Images) -> Planet:
-    """The planet at `time`; its unit is `metres`. Raises StageError, UnsupportedError with the planet's path."""
+    """Read the planet at `time`; its unit is `metres`. Raises StageError, UnsupportedError with the planet's path."""
     a, b, c = _radii(prim, time, metres)
     planet = Planet(
         path=str(prim.GetPath()),
@@ -43,19 +43,19 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
     if planet.atmosphere > MAX_SCALE_HEIGHT * min(planet.radii):
         found = f"is {planet.atmosphere:g} m, more than {MAX_SCALE_HEIGHT:g} of the shortest semi-axis"
         raise StageError(found, where=f"{prim.GetPath()}.{schema.PLANET_SCALE_HEIGHT}", do="make it shallower")
-    _check_place(planet)
+    _check_position(planet)
     return planet
 
 
 def refuse_hidden_target(planets: tuple[Planet, ...], target_cam: Float, radius: float) -> None:
-    """Raise UnsupportedError for a planet that may cover a part of the target, or cut into it: pictures have all of it
-    before planets. It lies in the sphere of `radius`, metres, around `target_cam` (3,), camera frame."""
+    """Raise UnsupportedError for a planet that may cover a part of the target, or intersect it: renderers put the whole
+    target before planets. The target lies in the sphere of `radius`, metres, around `target_cam` (3,), camera frame."""
     for planet in planets:
         T_planet_cam = planet.T_cam_planet.inverse()
         apex, centre = T_planet_cam.points(np.array([np.zeros(3), target_cam]))
         if meets_cone(np.array(planet.radii), apex, centre, radius):
             found = f"hides or cuts the target: it meets the sphere of {radius:.6g} m around it, or the view of that"
-            raise UnsupportedError(found, where=planet.path, do="keep all of that sphere before the planet")
+            raise UnsupportedError(found, where=planet.path, do="keep all of that sphere in front of the planet")
 
 
 def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, float, float]:
@@ -70,8 +70,8 @@ def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, fl
 
 
 def _lengths(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode, metres: float) -> tuple[float, ...]:
-    """One or more lengths in metres, of the prim's own units, of which one is `metres`. Raises StageError where one is
-    outside of `allowed`."""
+    """Read one or more lengths and convert them to metres; the prim's own unit is `metres`. Raises StageError where one
+    is outside `allowed`."""
     value = value_in(prim, name, FINITE, time)
     found = tuple(metres * length for length in (value if isinstance(value, tuple) else (value,)))
     for length in found:
@@ -80,7 +80,7 @@ def _lengths(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode, metr
     return found
 
 
-def _check_place(planet: Planet) -> None:
+def _check_position(planet: Planet) -> None:
     """Raise UnsupportedError unless the camera is outside the planet and its air, and not farther than
     MAX_DISTANCE_M."""
     centre = planet.T_cam_planet.inverse().translation
@@ -102,14 +102,14 @@ def _albedo(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | Color
         return float(r), float(g), float(b)
     image = images.read(file, "auto", prim).image
     if not _is_share(image):
-        found = f"its image {image.name} is no albedo: it holds numbers outside 0 to 1"
+        found = f"its image {image.name} is not an albedo: it holds numbers outside 0 to 1"
         raise StageError(found, where=prim.GetPath(), do="scale it")
     return image
 
 
 @lru_cache(maxsize=4)
 def _is_share(image: Image) -> bool:
-    """Whether all of its colours are from 0 to 1: looked at once, for a map of a planet has millions of pixels."""
+    """Return whether all its colours are from 0 to 1. It is cached: a map of a planet has millions of pixels."""
     return bool(image.pixels[..., :3].min() >= 0 and image.pixels[..., :3].max() <= 1)
 
 
@@ -123,7 +123,7 @@ def _clouds(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
 
 @lru_cache(maxsize=4)
 def _cloud_image(image: Image, albedo: Color) -> Image:
-    """The clouds' albedo, with their opacity in alpha."""
+    """Return the clouds' albedo, with their opacity in alpha."""
     alpha = image.pixels[..., 3]
     opacity = image.pixels[..., 0] if alpha.min() == 1 else alpha
     pixels = np.empty(image.pixels.shape, np.float32)

@@ -1,4 +1,4 @@
-"""Lights with a place: sphere, disk, rectangle and cylinder, as radiance, size and pose.
+"""Lights with a position: sphere, disk, rectangle and cylinder, as radiance, size and pose.
 
 Normalised, the emission is divided by the surface that emits, in the stage's units of area, with all scaling: a
 sphere's 4 pi r2, a disk's and a rectangle's one side, a cylinder's mantle without its ends (which emit nothing).
@@ -23,8 +23,8 @@ from spin_usd.stage.read.lights.shaping import read_shaping
 from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
 from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
-MIN_SIZE_M = 1e-9  # squared twice it is still above the least of float32, 1e-38
-POINT_AREA = 1.0  # of a sphere without size: 4 pi of it emits as much as a point does
+MIN_SIZE_M = 1e-9  # squared twice it is still above the smallest float32, 1e-38
+POINT_AREA = 1.0  # for a sphere of radius 0: 4 pi times it emits as much as a point does
 MAX_DISTANCE_M = 1e15  # a tenth of a light year; squared distances overflow float32 at 2e19 m
 
 
@@ -36,8 +36,8 @@ def read_area_light(
     metres: float,
     images: Images,
 ) -> AreaLight:
-    """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
-    T_world_light, scale = _place(prim, world, metres)
+    """Read the light, in camera axes. Raises StageError, UnsupportedError."""
+    T_world_light, scale = _axes(prim, world, metres)
     unlit = _unlit(prim, time, scale, T_CAM_USDCAM @ between(T_world_usdcam, T_world_light))
     lit = replace(
         unlit.scaled(metres),
@@ -64,7 +64,7 @@ def _check_float32(light: AreaLight) -> None:
 
 
 def _unlit(prim: Usd.Prim, time: Usd.TimeCode, scale: Float, T_cam_light: Transform) -> AreaLight:
-    """The light with its lengths in stage units, scaled, and without emission."""
+    """Read the light without its emission, its lengths in stage units, scaled."""
     x, y, _ = scale
     common: dict[str, Any] = {"path": str(prim.GetPath()), "T_cam_light": T_cam_light, "emission": (0.0, 0.0, 0.0)}
     light: AreaLight
@@ -89,15 +89,16 @@ def _length(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
 
 
 def _point(light: SphereLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
-    """A sphere that is treated as a point: as bright from afar. A normalised one has that limit for radius 0 too."""
+    """Turn a sphere that is treated as a point into one that is as bright from afar; also a normalised one of radius
+    0."""
     radius, normalized = light.radius, UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time)
     if radius > 0 and not UsdLux.SphereLight(prim).GetTreatAsPointAttr().Get(time):
         return light
     if radius == 0 and not normalized:
         do = "give it a radius, or set inputs:normalize"
         raise StageError("has no surface that could emit", where=prim.GetPath(), do=do)
-    seen = light.facing_area if radius > 0 else 1 / 4  # the disk that a sphere shows, of its 4 pi r2
-    r, g, b = (float(value * seen) for value in light.emission)
+    visible_area = light.facing_area if radius > 0 else 1 / 4  # a sphere shows a disk, a quarter of its 4 pi r2
+    r, g, b = (float(value * visible_area) for value in light.emission)
     return PointLight(
         path=light.path,
         T_cam_light=light.T_cam_light,
@@ -107,8 +108,8 @@ def _point(light: SphereLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
     )
 
 
-def _place(prim: Usd.Prim, world: UsdGeom.XformCache, metres: float) -> tuple[Transform, Float]:
-    """The light's axes in the world, and the scale (3,) along them. Raises StageError for shear or a mirror."""
+def _axes(prim: Usd.Prim, world: UsdGeom.XformCache, metres: float) -> tuple[Transform, Float]:
+    """Return the light's axes in the world, and the scale (3,) along them. Raises StageError for shear or a mirror."""
     matrix = np.array(world.GetLocalToWorldTransform(prim))
     linear, where = matrix[:3, :3].T, prim.GetPath()
     scale = np.linalg.norm(linear, axis=0)
@@ -122,8 +123,8 @@ def _place(prim: Usd.Prim, world: UsdGeom.XformCache, metres: float) -> tuple[Tr
 
 
 def _equal(scale: Float, prim: Usd.Prim) -> float:
-    """The one scale factor of what must stay round."""
+    """Return the scale factor of a round light. Raises UnsupportedError where the factors differ."""
     if scale.max() - scale.min() > SHEAR_TOLERANCE * scale.max():
         found = f"is a {prim.GetTypeName()} scaled unequally (by {scale.max() / scale.min():.6g})"
-        raise UnsupportedError(found, where=prim.GetPath(), do="scale it equally: what is no longer round is not drawn")
+        raise UnsupportedError(found, where=prim.GetPath(), do="scale it equally: only round ones are rendered")
     return float(scale.mean())

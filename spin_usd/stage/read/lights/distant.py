@@ -21,7 +21,7 @@ ANGLES = Range(0, 180)  # degrees
 def read_distant_light(
     prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache
 ) -> DistantLight:
-    """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
+    """Read the light at `time`, in camera axes. Raises StageError, UnsupportedError."""
     angle = value_in(prim, "inputs:angle", ANGLES, time)
     half = float(np.radians(angle)) / 2
     refuse_shaping(prim, time, half)
@@ -38,7 +38,7 @@ def read_distant_light(
 
 
 def _direction(prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:
-    """Unit (3,): a light shines along its own -z."""
+    """Return the unit vector (3,) along which the light shines: its own -z."""
     to = -np.array(world.GetLocalToWorldTransform(prim))[2, :3]
     length = np.linalg.norm(to)
     if not np.isfinite(length) or length == 0:

@@ -2,7 +2,7 @@
 
 Their images are latitude-longitude as OpenEXR defines it: the top row is the pole +y, the middle column +z, and +x lies
 a quarter of the width left of that. DomeLight_1 may start with its pole along +z instead, the middle column along -y.
-Normalisation means nothing for a dome. Source: UsdLux's schema text on DomeLight_1 and on LightAPI's normalize.
+Normalisation does not apply to a dome. Source: UsdLux's schema text on DomeLight_1 and on LightAPI's normalize.
 """
 
 import numpy as np
@@ -23,18 +23,19 @@ POLE_TO_Z = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # +y to +z, +z to -y
 
 
 def is_dome(prim: Usd.Prim) -> bool:
+    """Return whether the prim is a dome light."""
     return bool(prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1))
 
 
 def read_dome_light(
     prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache, images: Images
 ) -> DomeLight:
-    """The light at `time`, in camera axes. Raises StageError, UnsupportedError."""
+    """Read the light at `time`, in camera axes. Raises StageError, UnsupportedError."""
     refuse_shaping(prim, time, np.pi)
     if not casts_shadows(prim, time):
         raise UnsupportedError("is a dome without shadows", where=prim.GetPath(), do="enable its shadows")
     matrix = world.GetLocalToWorldTransform(prim)
-    matrix.SetTranslateOnly((0, 0, 0))  # it is infinitely far
+    matrix.SetTranslateOnly((0, 0, 0))  # a dome is infinitely far
     T_world_usd = placement(matrix, frame="usd dome", metres=1.0, where=prim.GetPath()).transform
     T_usd_dome = Transform(to="usd dome", of="dome", rotation=_pole(prim) @ MIDDLE_COLUMN, translation=np.zeros(3))
     axes = T_cam_world @ T_world_usd @ T_usd_dome
@@ -47,7 +48,7 @@ def read_dome_light(
 
 
 def _pole(prim: Usd.Prim) -> Float:
-    """The rotation (3, 3) that takes the pole from +y to where DomeLight_1 starts."""
+    """Return the rotation (3, 3) that takes the pole from +y to where DomeLight_1 starts."""
     axis = UsdLux.DomeLight_1(prim).GetPoleAxisAttr().Get() if prim.IsA(UsdLux.DomeLight_1) else "Y"
     axis = UsdGeom.GetStageUpAxis(prim.GetStage()) if axis == "scene" else axis
     return POLE_TO_Z if axis == "Z" else np.eye(3)

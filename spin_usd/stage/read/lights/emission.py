@@ -1,4 +1,4 @@
-"""What all lights share: how strong and of what colour, shadows, and the refusal of what is not drawn.
+"""What all lights share: emission, colour, shadows, and the refusal of what no renderer supports.
 
 The rules are those of the normative text in UsdLux's schema (LightAPI, ShadowAPI; OpenUSD 25.05 and later) and of the
 reference renderer hdEmbree: intensity times 2 ** exposure times colour times colour temperature, over the size.
@@ -16,14 +16,15 @@ from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.values import Range, value_in
 from spin_usd.stage.usd.visibility import ancestors
 
-REMOVED = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}
-"""Inputs that are no physics, with the value that leaves them without effect."""
-EMISSIONS = Range(0, 1e15)  # the Sun's surface has 2e7 W/m2/sr, a laser 1e13; products of it are finite in float32
+NON_PHYSICAL = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}
+"""Inputs that are not physical, with the value at which they have no effect."""
+EMISSIONS = Range(0, 1e15)  # the Sun's surface has 2e7 W/m2/sr, a laser 1e13; its products are finite in float32
 TEMPERATURES = Range(1000, 10_000)  # UsdLux's; it clamps others silently
 
 
 def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
-    """Radiance (of a distant light irradiance), W/m2/sr, of a light whose normalisation divides by `size`."""
+    """Compute the radiance, W/m2/sr (for a distant light the irradiance, W/m2), where normalisation divides by
+    `size`."""
     light = UsdLux.LightAPI(prim)
     with np.errstate(over="ignore", invalid="ignore"):
         scale = light.GetIntensityAttr().Get(time) * np.exp2(np.float64(light.GetExposureAttr().Get(time)))
@@ -36,13 +37,13 @@ def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
 
 
 def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """ShadowAPI's switch; without the schema lights cast shadows."""
+    """Read ShadowAPI's switch; without the schema lights cast shadows."""
     enable = prim.GetAttribute("inputs:shadow:enable")
     return not enable or enable.Get(time) is not False
 
 
 def refuse_unsupported(prim: Usd.Prim) -> None:
-    """Refuse what no renderer here draws of any light, at any time."""
+    """Raise UnsupportedError for features of any light, at any time, that no renderer supports."""
     where = prim.GetPath()
     check_chain(prim)
     for above in ancestors(prim):
@@ -53,7 +54,7 @@ def refuse_unsupported(prim: Usd.Prim) -> None:
     for attribute in prim.GetAuthoredAttributes():
         if attribute.GetName().startswith("inputs:") and attribute.HasAuthoredConnections():
             raise UnsupportedError(f"its {attribute.GetName()} is connected", where=where, do="give it a value")
-    for name, value in REMOVED.items():
+    for name, value in NON_PHYSICAL.items():
         if _values(prim, name) - {value}:
             raise UnsupportedError(f"its {name} is not 1", where=where, do="scale its intensity instead")
     _check_shadow(prim)
@@ -62,7 +63,7 @@ def refuse_unsupported(prim: Usd.Prim) -> None:
 
 
 def _check_shadow(prim: Usd.Prim) -> None:
-    """Refuse shadows that are tinted or end somewhere."""
+    """Raise UnsupportedError for shadows with a colour or a limited distance."""
     tinted = any(any(color) for color in _values(prim, "inputs:shadow:color"))
     ends = any(value >= 0 for name in ("distance", "falloff") for value in _values(prim, f"inputs:shadow:{name}"))
     if tinted or ends:
@@ -73,7 +74,7 @@ def _check_shadow(prim: Usd.Prim) -> None:
 
 
 def _values(prim: Usd.Prim, name: str) -> set[Any]:
-    """All values that an attribute has at any time; empty where there is none."""
+    """Return all values that an attribute has at any time; an empty set without the attribute."""
     attribute = prim.GetAttribute(name)
     if not attribute:
         return set()

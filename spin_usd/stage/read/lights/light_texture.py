@@ -1,4 +1,4 @@
-"""The image that a rectangle or a dome shines."""
+"""The image that a rectangle or a dome emits."""
 
 from pxr import Sdf, Usd
 
@@ -11,7 +11,7 @@ LATLONG = ("automatic", "latlong")
 
 
 def read_texture(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
-    """Linear colours: the file's own colour space decides. Raises StageError, UnsupportedError."""
+    """Read the image in linear colours; the file's own colour space decides. Raises StageError, UnsupportedError."""
     attribute = prim.GetAttribute(FILE)
     asset: Sdf.AssetPath | None = attribute.Get(time) if attribute else None
     if asset is None or not asset.path:

@@ -21,9 +21,9 @@ AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.Cy
 
 
 class LightReader:
-    """Reads the lights of `stage`; `links` says which geometry they reach.
+    """Reads the lights of `stage`; `links` holds which geometry each of them lights.
 
-    Raises UnsupportedError, with the light's path, for what is not drawn.
+    Raises UnsupportedError, with the light's path, for a light that is not supported.
     """
 
     def __init__(self, stage: Usd.Stage, images: Images) -> None:
@@ -34,7 +34,7 @@ class LightReader:
 
     @property
     def still(self) -> bool:
-        """Whether no light changes or moves in the world in time."""
+        """Whether no light ever changes or moves in the world."""
         return self._cache.all_still
 
     def read(
@@ -80,7 +80,7 @@ def read_light(
 
 
 def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
-    """All lights of the stage that can be visible. Raises UnsupportedError for those that are not drawn."""
+    """Find all lights of the stage that can be visible. Raises UnsupportedError for one that is not supported."""
     found = visible_lights(stage)
     for prim in found:
         refuse_light(prim)
@@ -88,15 +88,15 @@ def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
 
 
 def visible_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
-    """All lights of the stage that can be visible, whether or not they are drawn."""
+    """Find all lights of the stage that can be visible, supported or not."""
     lights = (prim for prim in Usd.PrimRange.Stage(stage, PROXIES) if prim.HasAPI(UsdLux.LightAPI))
     return tuple(prim for prim in lights if not any(is_always_invisible(p) for p in (*ancestors(prim), prim)))
 
 
 def refuse_light(prim: Usd.Prim) -> None:
-    """Raise UnsupportedError for a light that is not drawn."""
+    """Raise UnsupportedError for a light that is not supported."""
     if not (is_dome(prim) or any(prim.IsA(kind) for kind in (UsdLux.DistantLight, *AREA_LIGHTS))):
-        found = f"is a {prim.GetTypeName()} that shines, which is not drawn"
+        found = f"is a {prim.GetTypeName()} with LightAPI, which is not rendered"
         raise UnsupportedError(found, where=prim.GetPath(), do="replace it, or make it invisible or inactive")
     refuse_unsupported(prim)
     if is_dome(prim):

@@ -1,6 +1,6 @@
-"""Light linking: which faces a light reaches, and which of them cast its shadows.
+"""Light linking: which faces a light illuminates, and which of them cast its shadows.
 
-Membership is USD's own answer. Prims that every link treats alike form a group; a mesh's faces carry its number.
+USD computes the membership. Prims that every link treats alike form a group; a mesh's faces carry its number.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ L = TypeVar("L", bound=AreaLight | DistantLight)
 
 
 class LightLinks:
-    """The links of `lights` to the geometry of `stage`."""
+    """The links between `lights` and the geometry of `stage`."""
 
     def __init__(self, lights: Sequence[Usd.Prim], stage: Usd.Stage) -> None:
         linked = [(prim, name) for prim in lights for name in (LIGHTS, SHADOWED_BY) if _is_linked(prim, name)]
@@ -28,22 +28,22 @@ class LightLinks:
         self._number = {membership: number for number, membership in enumerate(memberships)}
 
     def group_of(self, prim: Usd.Prim) -> int:
-        """The number of the group that the faces of the gprim or point instancer `prim` belong to."""
+        """Return the number of the group to which the faces of the gprim or point instancer `prim` belong."""
         return self._number[self._membership(prim)] if self._queries else 0
 
     def linked(self, light: L, prim: Usd.Prim) -> L:
-        """`light`, read from `prim`, with the groups that it reaches and that cast its shadows."""
+        """Add the groups that the light illuminates, and those that cast its shadows, to `light`, read from `prim`."""
         if not self._queries:
             return light
         return replace(light, lights=self._groups(prim, LIGHTS), shadowed_by=self._groups(prim, SHADOWED_BY))
 
     def _groups(self, prim: Usd.Prim, name: str) -> Links:
-        """None for all of them."""
+        """Return the groups of a link; None for all groups."""
         key = (prim.GetPath(), name)
         if key not in self._queries:
             return None
-        place = list(self._queries).index(key)
-        groups = frozenset(number for membership, number in self._number.items() if membership[place])
+        index = list(self._queries).index(key)
+        groups = frozenset(number for membership, number in self._number.items() if membership[index])
         return None if len(groups) == len(self._number) else groups
 
     def _membership(self, prim: Usd.Prim) -> tuple[bool, ...]:
@@ -51,7 +51,7 @@ class LightLinks:
 
 
 def refuse_links(prim: Usd.Prim) -> None:
-    """Raise UnsupportedError for a light that is linked where that is not drawn."""
+    """Raise UnsupportedError for a dome that is linked."""
     for name in (LIGHTS, SHADOWED_BY):
         if _is_linked(prim, name):
             found = f"is a {prim.GetTypeName()} linked by {name}"
@@ -64,7 +64,7 @@ def _collection(prim: Usd.Prim, name: str) -> Usd.CollectionAPI:
 
 
 def _is_linked(prim: Usd.Prim, name: str) -> bool:
-    """Whether a collection says anything but "all", which is what an untouched one says."""
+    """Return whether a collection is anything but "all", which is its default."""
     collection = _collection(prim, name)
     named = collection.GetIncludesRel().GetTargets() or collection.GetExcludesRel().GetTargets()
     expression = collection.GetMembershipExpressionAttr()

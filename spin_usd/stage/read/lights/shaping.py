@@ -10,14 +10,14 @@ from spin_usd.stage.usd.values import AT_LEAST_0, Range, value_in
 CONE, SOFTNESS = "inputs:shaping:cone:angle", "inputs:shaping:cone:softness"
 FOCUS, TINT = "inputs:shaping:focus", "inputs:shaping:focusTint"
 SOFTNESSES = Range(0, 100)
-FOCI = Range(-1e6, 1e6)  # the power of a cosine: a beam of a milliradian, and float32 knows no narrower one
+FOCI = Range(-1e6, 1e6)  # the power of a cosine: a beam of a milliradian, the narrowest in float32
 TINTS = Range(0, 1e6)
 
 
 def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
-    """How the light at `prim` is shaped; None where it shines alike into all directions.
+    """Read the shaping of the light at `prim`; None where it emits equally in all directions.
 
-    An input counts where it exists, by the applied schema or by being authored: so Hydra reads it. The cone's angle is
+    An input counts where it exists, by the applied schema or by being authored, as in Hydra. The cone's angle is
     measured from the axis, -z. A focus below 0 is ignored, as the schema's text says.
     """
     cone = value_in(prim, CONE, AT_LEAST_0, time) if prim.GetAttribute(CONE) else 180.0
@@ -31,8 +31,8 @@ def read_shaping(prim: Usd.Prim, time: Usd.TimeCode) -> Shaping | None:
 
 
 def refuse_shaping(prim: Usd.Prim, time: Usd.TimeCode, half_angle: float) -> None:
-    """Raise UnsupportedError where a light without a place is shaped. `half_angle`, radians: how far off its axis it
-    shines at all. A cone that leaves all of that alone has no effect, nor has the applied schema alone."""
+    """Raise UnsupportedError where a distant light or a dome is shaped. `half_angle`, radians: how far off its axis it
+    emits light. A wider cone has no effect, nor has the applied schema alone."""
     if not any((a := prim.GetAttribute(name)) and a.HasAuthoredValue() for name in (CONE, SOFTNESS, FOCUS, TINT)):
         return
     shaping = read_shaping(prim, time)

@@ -1,4 +1,4 @@
-"""Which material a prim is bound to."""
+"""The material that a prim is bound to."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ SHOWN_INSTEAD = "what is bound to it is rendered in its displayColor, or grey"
 
 
 def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
-    """The material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
+    """Find the material of `prim`, a gprim or a GeomSubset, by USD's own rules; None where nothing is bound.
 
-    Raises StageError for a binding to nothing; but one to what a MaterialX document would define is noted.
+    Raises StageError for a binding to a missing prim; one that a MaterialX document would define is noted instead.
     """
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
     if material:
@@ -24,7 +24,8 @@ def bound_material(prim: Usd.Prim, notes: Notes) -> UsdShade.Material | None:
 
 
 def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
-    """A binding, here or above, to a prim that is no material must not turn into grey."""
+    """Raise StageError for a binding, here or above, to a prim that is not a material: it must not silently become
+    grey."""
     while prim and not prim.IsPseudoRoot():
         for name in ("material:binding", "material:binding:full"):
             relation = prim.GetRelationship(name)
@@ -36,7 +37,7 @@ def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
                 )
                 return
             if lost:
-                found = f"is bound to {lost[0]}, which is no material"
+                found = f"is bound to {lost[0]}, which is not a material"
                 raise StageError(
                     found, where=prim.GetPath(), do="bind a material that exists within what is referenced"
                 )
@@ -44,7 +45,7 @@ def _refuse_dangling(prim: Usd.Prim, notes: Notes) -> None:
 
 
 def _lost_targets(relation: Usd.Relationship) -> list[Any]:
-    """What the strongest opinion targets where USD, with a mere warning, finds no target: paths outside a reference."""
+    """Return the strongest opinion's targets where USD only warns and finds none: paths outside a reference."""
     if relation.GetTargets():
         return []
     specs = [spec for spec in relation.GetPropertyStack(Usd.TimeCode.Default()) if spec.HasInfo("targetPaths")]

@@ -1,4 +1,4 @@
-"""displayColor and displayOpacity: what a gprim without a material is made of."""
+"""displayColor and displayOpacity: the material of a gprim that is bound to none."""
 
 from typing import Any
 
@@ -14,10 +14,10 @@ DISPLAYED = {"displayColor": "diffuse_color", "displayOpacity": "opacity"}
 
 
 def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict[str, Any]:
-    """Fields of Material, with PrimvarInput where they vary over `prim`; none where nothing is authored. Colours above
-    1 were clamped, for they would reflect more light than there is; that is noted.
+    """Read fields of Material, with PrimvarInput where they vary over `prim`; none where nothing is authored. Colours
+    above 1 are clamped, because they would reflect more light than there is, and noted.
 
-    Raises StageError for numbers that are no colour or no opacity.
+    Raises StageError for numbers that are not valid as a colour or an opacity.
     """
     fields: dict[str, Any] = {}
     for name, of in DISPLAYED.items():

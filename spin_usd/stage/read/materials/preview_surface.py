@@ -1,7 +1,7 @@
 """UsdPreviewSurface, as bound to prims.
 
-A material is read once; what its primvar readers find differs from gprim to gprim, so each gets the Material with
-the primvars that it has, and the readers' fallbacks for those it has not.
+A material is read once as a template. Its primvar readers give other values on each gprim, so each gprim gets a
+Material with the primvars that it has, and the readers' fallbacks for those that it lacks.
 """
 
 from collections.abc import Sequence, Set
@@ -33,7 +33,7 @@ from spin_usd.stage.usd.shader_inputs import (
 from spin_usd.stage.usd.values import refuse_outside
 
 NOT_IN_MATERIAL = {
-    "occlusion": Limits(name="occlusion"),  # must be sound; a path tracer computes it itself
+    "occlusion": Limits(name="occlusion"),  # must be valid; a path tracer computes it itself
     "displacement": Limits(name="displacement", low=-INFINITY, high=INFINITY),  # moves the mesh
 }
 CONSTANT = ("opacityThreshold",)
@@ -52,30 +52,32 @@ class MaterialTemplate:
     displacement: Any = 0.0
 
     @property
-    def wanted(self) -> dict[str, int]:
-        """How many numbers of which primvars it asks for."""
-        return {name: n for value in (*self.fields.values(), self.displacement) for name, n in _asked(value).items()}
+    def primvars(self) -> dict[str, int]:
+        """The primvars that the material reads, and how many numbers each must have."""
+        return {
+            name: n for value in (*self.fields.values(), self.displacement) for name, n in _primvars_of(value).items()
+        }
 
     def check_primvars(self, found: Sequence[FoundPrimvar]) -> None:
-        """Raise StageError where one of the gprim's primvars `found` gives an input what it cannot have."""
+        """Raise StageError where one of the gprim's primvars `found` is outside an input's limits."""
         for of, value in self.fields.items():
             for primvar in found:
                 if isinstance(value, PrimvarInput) and value.name == primvar.name:
                     refuse_outside(primvar.elements, LIMITS[of], self.path, primvar.where)
 
     def material(self, found: Set[str]) -> Material:
-        """On a gprim that has the primvars `found`."""
+        """Return the material of a gprim that has the primvars `found`."""
         values = {name: resolved(value, found) for name, value in self.fields.items()}
         if (threshold := values.get("opacity_threshold", 0.0)) > 0 and isinstance(values.get("opacity", 1.0), float):
-            there = values.get("opacity", 1.0) >= threshold  # a cut-out: all or nothing
-            values |= {"opacity": float(there), "opacity_threshold": 0.0 if there else threshold}
+            opaque = values.get("opacity", 1.0) >= threshold  # a cut-out: all or nothing
+            values |= {"opacity": float(opaque), "opacity_threshold": 0.0 if opaque else threshold}
         if values.get("normal") == FACING:
             values["normal"] = None
         return Material(path=self.path, **values)
 
 
 def resolved(value: Any, found: Set[str]) -> Any:
-    """`value` on a gprim that has the primvars `found`: no PrimvarInput remains."""
+    """Return `value` for a gprim that has the primvars `found`: no PrimvarInput remains."""
     if isinstance(value, PrimvarInput):
         constant = value.fallback if len(value.fallback) > 1 else value.fallback[0]
         return Primvar(name=value.name) if value.name in found else constant
@@ -87,7 +89,7 @@ def resolved(value: Any, found: Set[str]) -> Any:
     return value
 
 
-def _asked(value: Any) -> dict[str, int]:
+def _primvars_of(value: Any) -> dict[str, int]:
     if isinstance(value, PrimvarInput):
         return {value.name: len(value.fallback)}
     if isinstance(value, Texture) and value.coordinates.primvar is not None:
@@ -97,7 +99,7 @@ def _asked(value: Any) -> dict[str, int]:
 
 @dataclass(eq=False)
 class MaterialReader:
-    """Reads what prims are made of at one time, each material once."""
+    """Reads the materials of prims at one time, each material once."""
 
     time: Usd.TimeCode
     images: Images = field(default_factory=Images)
@@ -105,23 +107,23 @@ class MaterialReader:
     _read: dict[str, MaterialTemplate | None] = field(default_factory=dict)
 
     def of(self, prim: Usd.Prim) -> MaterialTemplate:
-        """What `prim` (a gprim or a GeomSubset) is made of: its bound material, else its displayColor, else grey.
+        """Read the material of `prim` (a gprim or a GeomSubset): the bound one, else its displayColor, else grey.
 
-        A material whose surface is not UsdPreviewSurface is noted, and counts as none. Raises StageError for a binding
-        to nothing.
+        A material whose surface is not UsdPreviewSurface is noted and ignored. Raises StageError for a binding to a
+        missing prim.
         """
         material = bound_material(prim, self.notes)
-        look = self._of_material(material) if material else None
-        return look or self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
+        template = self._of_material(material) if material else None
+        return template or self._displayed(prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim)
 
     def _of_material(self, material: UsdShade.Material) -> MaterialTemplate | None:
         path = str(material.GetPath())
         if path not in self._read:
-            foreign = foreign_surface(material)
-            if foreign:
-                self.notes.add("material-foreign", path, f"{foreign}: {SHOWN_INSTEAD}")
+            unsupported = unsupported_surface(material)
+            if unsupported:
+                self.notes.add("material-foreign", path, f"{unsupported}: {SHOWN_INSTEAD}")
             nodes = NodeReader(time=self.time, images=self.images, notes=self.notes)
-            self._read[path] = None if foreign else read_template(material, nodes)
+            self._read[path] = None if unsupported else read_template(material, nodes)
         return self._read[path]
 
     def _displayed(self, prim: Usd.Prim) -> MaterialTemplate:
@@ -132,8 +134,8 @@ class MaterialReader:
 
 
 def read_template(material: UsdShade.Material, nodes: NodeReader) -> MaterialTemplate:
-    """A material's UsdPreviewSurface; USD's fallbacks for what is not authored. Inputs that the node does not define
-    mean nothing, as everywhere in USD."""
+    """Read a material's UsdPreviewSurface, with USD's fallbacks for inputs that are not authored. Inputs that the node
+    does not define are ignored, as everywhere in USD."""
     shader, time = _surface(material), nodes.time
     read = {of: _value(shader, limits, nodes) for of, limits in {**LIMITS, **NOT_IN_MATERIAL}.items()}
     fields = {of: value for of, value in read.items() if of in LIMITS and value is not None}
@@ -147,8 +149,9 @@ def read_template(material: UsdShade.Material, nodes: NodeReader) -> MaterialTem
     )
 
 
-def foreign_surface(material: UsdShade.Material) -> str:
-    """What the material has instead of a UsdPreviewSurface for the universal render context; empty where it has one."""
+def unsupported_surface(material: UsdShade.Material) -> str:
+    """Describe what the material has instead of a UsdPreviewSurface for the universal render context; "" if it has
+    one."""
     shader = material.ComputeSurfaceSource()[0]
     if not shader:
         contexts = [output.GetBaseName() for output in material.GetSurfaceOutputs()]
@@ -156,7 +159,7 @@ def foreign_surface(material: UsdShade.Material) -> str:
     if shader.GetImplementationSource() != UsdShade.Tokens.id:
         return f"its surface {shader.GetPath()} is given by code"
     name = shader.GetIdAttr().Get()
-    return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not read"
+    return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not supported"
 
 
 def _surface(material: UsdShade.Material) -> UsdShade.Shader:
@@ -173,7 +176,7 @@ def _surface(material: UsdShade.Material) -> UsdShade.Shader:
 
 
 def _value(shader: UsdShade.Shader, limits: Limits, nodes: NodeReader) -> Any:
-    """A number, a tuple of them, a Texture, a PrimvarInput; None where nothing is authored."""
+    """Read an input: a number, a tuple of them, a Texture, a PrimvarInput; None where nothing is authored."""
     name, where = limits.name, shader.GetPath()
     value = (read_constant if name in CONSTANT else read_input)(shader, name, nodes.time)
     if value is None:

@@ -26,7 +26,7 @@ READERS = {
     "UsdPrimvarReader_vector": 3,
     "UsdPrimvarReader_float4": 4,
 }
-"""How many numbers each reader gives."""
+"""How many numbers each reader outputs."""
 
 CHANNELS = {"r": slice(0, 1), "g": slice(1, 2), "b": slice(2, 3), "a": slice(3, 4), "rgb": slice(0, 3)}
 WRAPS = ("black", "clamp", "repeat", "mirror", "useMetadata")
@@ -35,7 +35,8 @@ MAX_DEPTH = 64  # nodes in a row
 
 @dataclass(frozen=True, kw_only=True)
 class PrimvarInput:
-    """The primvar that a reader asks for, and what it gives on a gprim that has none of that name."""
+    """An input that a primvar reader feeds: the primvar's name, and the fallback for a gprim that has none of that
+    name."""
 
     name: str
     fallback: tuple[float, ...]
@@ -50,23 +51,23 @@ class NodeReader:
     notes: Notes = field(default_factory=Notes)
 
     def varying(self, output: Output, channels: int) -> Any:
-        """What the node's output gives, `channels` numbers: a tuple of them, a Texture or a PrimvarInput.
+        """Read the node's output of `channels` numbers: a tuple of them, a Texture or a PrimvarInput.
 
-        Raises UnsupportedError for other nodes, StageError for an output that holds another count of numbers.
+        Raises UnsupportedError for other nodes, StageError for an output of another count of numbers.
         """
         if output.node == "UsdUVTexture":
             _check_type(output, CHANNELS.get(output.name), channels)
             return self._texture(output)
         if output.node in READERS and output.name == "result":
             _check_type(output, slice(0, READERS[output.node]), channels)
-            return self._wanted(output.shader)
+            return self._primvar_input(output.shader)
         found = f"is connected to {output.shader.GetPath()}, which is '{output.node}'"
         do = "use UsdUVTexture or UsdPrimvarReader"
         raise UnsupportedError(found, where=output.where, do=do)
 
     def _texture(self, output: Output) -> Any:
-        """The output of a UsdUVTexture; its fallback, as it is, where no file is authored, and where one is missing for
-        which a fallback is."""
+        """Read the output of a UsdUVTexture; its unscaled fallback where no file is authored, or where the file is
+        missing and a fallback is authored."""
         shader, time = output.shader, self.time
         asset = read_constant(shader, "file", time)
         if not isinstance(asset, Sdf.AssetPath | None):
@@ -90,7 +91,7 @@ class NodeReader:
         )
 
     def _image(self, shader: UsdShade.Shader, asset: Sdf.AssetPath) -> tuple[Image | Tiles, tuple[str, str]]:
-        """What the node looks up, and how it goes on beyond it."""
+        """Read the node's image and its wrap modes."""
         space = self._color_space(shader)
         wraps = [read_token(shader, name, self.time, WRAPS, "useMetadata") for name in ("wrapS", "wrapT")]
         if is_tiled(asset):
@@ -100,7 +101,7 @@ class NodeReader:
         return decoded.image, (s, t)
 
     def _color_space(self, shader: UsdShade.Shader) -> str:
-        """sourceColorSpace; isSRGB, which said the same before it, must not say anything else."""
+        """Read sourceColorSpace. Raises UnsupportedError for isSRGB, its predecessor, unless it is "auto"."""
         old = read_constant(shader, "isSRGB", self.time)
         if old is not None and str(old) != "auto":
             do = "author sourceColorSpace in its place"
@@ -108,8 +109,8 @@ class NodeReader:
         return read_token(shader, "sourceColorSpace", self.time, COLOR_SPACES, "auto")
 
     def _coordinates(self, shader: UsdShade.Shader, name: str, depth: int = 0) -> Coordinates:
-        """Where the input `name` of a texture or a transform says the surface lies; `primvar` is wanted, `constant` its
-        fallback."""
+        """Read the texture coordinates from the input `name` of a texture or a transform; `constant` is the fallback of
+        `primvar`."""
         value = read_input(shader, name, self.time)
         if not isinstance(value, Output):
             s, t = read_numbers(shader, name, self.time, (0, 0))
@@ -128,7 +129,7 @@ class NodeReader:
     def _transform(
         self, shader: UsdShade.Shader, inner: Coordinates
     ) -> tuple[float, float, float, float, float, float]:
-        """Scaled, then rotated counter-clockwise, then translated; after what `inner` does."""
+        """Return the matrix that scales, then rotates counter-clockwise, then translates the coordinates `inner`."""
         angle = np.radians(read_numbers(shader, "rotation", self.time, (0,))[0])
         scale = read_numbers(shader, "scale", self.time, (1, 1))
         own = np.eye(3)
@@ -138,11 +139,11 @@ class NodeReader:
         a, b, c, d, e, f = (float(v) for v in both[:2].ravel())
         return a, b, c, d, e, f
 
-    def _wanted(self, shader: UsdShade.Shader) -> PrimvarInput:
+    def _primvar_input(self, shader: UsdShade.Shader) -> PrimvarInput:
         channels = READERS[str(shader.GetIdAttr().Get())]
         name = read_constant(shader, "varname", self.time)
         if not isinstance(name, str) or not Sdf.Path.IsValidNamespacedIdentifier(name):
-            found = "is empty" if not name else f"is {name!r}, which names no primvar"
+            found = "is empty" if not name else f"is {name!r}, which is not a valid primvar name"
             raise StageError(found, where=input_path(shader, "varname"), do="name a primvar")
         fallback = read_numbers(shader, "fallback", self.time, (0.0,) * channels)
         return PrimvarInput(name=name, fallback=tuple(float(v) for v in fallback))
@@ -150,7 +151,9 @@ class NodeReader:
 
 def _check_type(output: Output, numbers: slice | None, channels: int) -> None:
     if numbers is None:
-        raise StageError(f"is connected to outputs:{output.name}, which is none", where=output.where, do="fix it")
+        raise StageError(
+            f"is connected to outputs:{output.name}, which does not exist", where=output.where, do="fix it"
+        )
     count = numbers.stop - numbers.start
     if count != channels:
         found = (

@@ -1,4 +1,4 @@
-"""Pieces of the target put together: one mesh, its parts numbered; what stands in several places is kept once."""
+"""The target's gprims assembled: one mesh, its parts numbered; a shape with several instances is kept once."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,46 +15,44 @@ from spin_usd.stage.read.shapes.triangles import Int
 from spin_usd.stage.read.target.gprim import PlacedGprim
 from spin_usd.stage.read.target.part_labels import Labels
 
-# Triangles of a shape from which on it is kept once. A place of its own costs a renderer more than so few triangles.
+# A shape with fewer triangles is copied for each instance: an instance costs a renderer more than so few triangles.
 MIN_SHARED_FACES = 1000
 
 
 def assembled(pieces: list[PlacedGprim], labels: list[Labels], metres: float) -> tuple[Mesh, tuple[Part, ...]]:
-    """One mesh of `pieces`, whose numbers of parts `labels` explains and whose unit is `metres`; and its parts,
-    numbered from 1 in order of prim path. Parts without a face are left out."""
-    numbers = {piece.parts[place] for piece in pieces for place in piece.facets.parts}
+    """Build one mesh of `pieces`, and its parts, numbered from 1 in order of prim path. labels: of the pieces' part
+    numbers · metres: the pieces' unit. Parts without a face are dropped."""
+    numbers = {piece.parts[index] for piece in pieces for index in piece.mesh.parts}
     used = sorted(numbers, key=lambda number: (labels[number].part_path, number))
     ids = np.zeros(len(labels), np.int64)
     ids[used] = np.arange(1, len(used) + 1)
     channels = _channels(pieces)
-    alone, shared = _by_facets(pieces)
+    alone, shared = _by_mesh(pieces)
     instances = tuple(_instances(each, ids, metres) for each in shared)
     mesh = Mesh(**_joined(alone, ids, metres, channels), instances=instances)
-    return mesh, tuple(_part(number, labels[place]) for number, place in enumerate(used, 1))
+    return mesh, tuple(_part(number, labels[index]) for number, index in enumerate(used, 1))
 
 
-def _by_facets(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:
-    """The pieces that stand alone, and those that share their facets and materials with others."""
+def _by_mesh(pieces: list[PlacedGprim]) -> tuple[list[PlacedGprim], list[list[PlacedGprim]]]:
+    """Separate the single gprims from those that share mesh and materials with others."""
     alike: dict[Any, list[PlacedGprim]] = {}
     for piece in pieces:
-        alike.setdefault((id(piece.facets), piece.materials), []).append(piece)
-    shared = {
-        key: each for key, each in alike.items() if len(each) > 1 and len(each[0].facets.part) >= MIN_SHARED_FACES
-    }
-    alone = [piece for piece in pieces if (id(piece.facets), piece.materials) not in shared]
+        alike.setdefault((id(piece.mesh), piece.materials), []).append(piece)
+    shared = {key: each for key, each in alike.items() if len(each) > 1 and len(each[0].mesh.part) >= MIN_SHARED_FACES}
+    alone = [piece for piece in pieces if (id(piece.mesh), piece.materials) not in shared]
     return alone, list(shared.values())
 
 
 def _joined(pieces: list[PlacedGprim], ids: Int, metres: float, channels: dict[str, int]) -> dict[str, Any]:
-    """The fields of a Shape of all `pieces`, each in its place."""
-    triangles = [piece.facets.triangles.transformed(piece.matrix, piece.where) for piece in pieces]
+    """Build the fields of a Shape of all `pieces`, in the target's axes."""
+    triangles = [piece.mesh.triangles.transformed(piece.matrix, piece.where) for piece in pieces]
     first = np.cumsum([0, *(len(each.points) for each in triangles)])
     return {
         "points": _stacked([each.points for each in triangles], (3,)) * metres,
         "faces": _stacked([each.corners + n for each, n in zip(triangles, first, strict=False)], (3,)),
-        "face_part": _stacked([ids[list(piece.parts)][piece.facets.part] for piece in pieces], ()),
-        "face_group": _stacked([np.full(len(piece.facets.part), piece.group) for piece in pieces], ()),
-        "face_material": _stacked([np.array(piece.materials)[piece.facets.material] for piece in pieces], ()),
+        "face_part": _stacked([ids[list(piece.parts)][piece.mesh.part] for piece in pieces], ()),
+        "face_group": _stacked([np.full(len(piece.mesh.part), piece.group) for piece in pieces], ()),
+        "face_material": _stacked([np.array(piece.materials)[piece.mesh.material] for piece in pieces], ()),
         "corner_normals": _stacked([each.normals for each in triangles], (3, 3)),
         "primvars": {
             name: _stacked([_values(each.primvars, name, count, len(each.corners)) for each in triangles], (3, count))
@@ -64,18 +62,18 @@ def _joined(pieces: list[PlacedGprim], ids: Int, metres: float, channels: dict[s
 
 
 def _stacked(arrays: Sequence[NDArray[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
-    """All rows of `arrays` (N, *shape)."""
+    """Concatenate the rows of `arrays` (N, *shape)."""
     return np.concatenate(arrays) if arrays else np.zeros((0, *shape))
 
 
 def _instances(pieces: list[PlacedGprim], ids: Int, metres: float) -> Instances:
-    """`pieces`, which have the same facets and materials, as instances of one shape."""
-    facets, triangles = pieces[0].facets, pieces[0].facets.triangles
+    """Turn `pieces`, which have the same mesh and materials, into instances of one shape."""
+    mesh, triangles = pieces[0].mesh, pieces[0].mesh.triangles
     shape = Shape(
         points=triangles.points,
         faces=triangles.corners.astype(np.int32),
-        face_part=facets.part.astype(np.uint16),
-        face_material=np.array(pieces[0].materials, np.int32)[facets.material],
+        face_part=mesh.part.astype(np.uint16),
+        face_material=np.array(pieces[0].materials, np.int32)[mesh.material],
         corner_normals=triangles.normals.astype(np.float32),
         primvars={name: values.astype(np.float32) for name, values in triangles.primvars.items()},
     )
@@ -92,9 +90,9 @@ def _part(number: int, labels: Labels) -> Part:
 
 
 def _channels(pieces: list[PlacedGprim]) -> dict[str, int]:
-    """How many numbers each primvar has. Raises UnsupportedError for one name of two types."""
+    """Count the numbers of each primvar. Raises UnsupportedError for one name of two types."""
     channels: dict[str, int] = {}
-    for name, values in (item for piece in pieces for item in piece.facets.triangles.primvars.items()):
+    for name, values in (item for piece in pieces for item in piece.mesh.triangles.primvars.items()):
         if channels.setdefault(name, values.shape[2]) != values.shape[2]:
             found = f"primvars:{name} has {values.shape[2]} numbers on some of its gprims, {channels[name]} on others"
             raise UnsupportedError(found, do="give one of them another name")
@@ -102,6 +100,6 @@ def _channels(pieces: list[PlacedGprim]) -> dict[str, int]:
 
 
 def _values(primvars: Any, name: str, channels: int, count: int) -> NDArray[np.float32]:
-    """(count, 3, channels) of one primvar of a piece: 0 where it lacks it."""
+    """Return the values (count, 3, channels) of one primvar of a gprim: 0 where it lacks it."""
     values = primvars.get(name, np.zeros((1, 3, channels)))
     return np.broadcast_to(values, (count, 3, channels)).astype(np.float32)

@@ -1,4 +1,4 @@
-"""The subsets of a gprim's faces: which triangles each of them holds, and which of them paints a triangle."""
+"""The subsets of a gprim's faces: which triangles each holds, and which of them gives a triangle its material."""
 
 from typing import Any
 
@@ -10,17 +10,17 @@ from spin_usd.stage.read.shapes.triangles import Int, Triangles
 
 
 def find_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
-    """All subsets of the gprim, of any family."""
+    """Find all subsets of the gprim, of any family."""
     return list(UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim)))
 
 
 def binds_material(subset: UsdGeom.Subset) -> bool:
-    """Whether its faces may have a material of their own."""
+    """Return whether the subset's faces may have a material of their own."""
     return bool(subset.GetFamilyNameAttr().Get() == "materialBind")
 
 
 def triangles_in(subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim, time: Usd.TimeCode) -> Any:
-    """Which `triangles` (T,) of the gprim `prim` a subset of faces holds."""
+    """Return the mask (T,) of the `triangles` of the gprim `prim` in a subset of faces."""
     if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
         return np.zeros(len(triangles.source), bool)
     indices = np.array(subset.GetIndicesAttr().Get(time) or [], np.int64)
@@ -33,7 +33,8 @@ def triangles_in(subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim, t
 
 
 def painter_of(subsets: list[UsdGeom.Subset], triangles: Triangles, prim: Usd.Prim, time: Usd.TimeCode) -> Int:
-    """For each triangle (T,) the place, from 1, of the subset that gives it a material; 0 for the prim's own."""
+    """Return for each triangle (T,) the number, from 1, of the subset that gives it a material; 0 for the prim's
+    own."""
     of = np.zeros(len(triangles.source), np.int64)
     for number, subset in enumerate(subsets, 1):
         chosen = triangles_in(subset, triangles, prim, time)

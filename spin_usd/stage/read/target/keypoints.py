@@ -10,7 +10,8 @@ from spin_usd.stage.usd.visibility import PROXIES
 
 
 def find_keypoints(target: Usd.Prim) -> Usd.Prim | None:
-    """The prim that spin:target:keypoints names, else the only Points prim with keypoint names below the target."""
+    """Find the prim that spin:target:keypoints names, else the only Points prim with keypoint names below the
+    target."""
     relation = target.GetRelationship(schema.TARGET_KEYPOINTS)
     named = relation.GetTargets() if relation else []
     if named:
@@ -29,7 +30,7 @@ def find_keypoints(target: Usd.Prim) -> Usd.Prim | None:
 
 
 def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...], Float]:
-    """Names (K,) and points (K, 3) in the target prim's own axes and stage units."""
+    """Read the names (K,) and points (K, 3), in the target prim's own axes and stage units."""
     prim = find_keypoints(target)
     if not prim:
         return (), np.zeros((0, 3))
@@ -44,9 +45,9 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
 
 
 def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
-    """(K, 3) in the prim's own axes: its positions in double precision where it has them, else its points.
+    """Read the positions (K, 3) in the prim's own axes: in double precision where it has them, else its points.
 
-    Raises StageError where both are there and the points are not the positions rounded: one was edited alone.
+    Raises StageError where it has both and the points are not the rounded positions: one was edited alone.
     """
     points = np.array(UsdGeom.Points(prim).GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
     attribute = prim.GetAttribute(schema.KEYPOINT_POSITIONS)

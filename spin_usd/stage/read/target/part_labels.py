@@ -13,8 +13,8 @@ MAX_LABEL = 255
 
 @dataclass(frozen=True, kw_only=True)
 class Labels:
-    """What a prim inherits: the part's prim path and name ("" where no ancestor names one) and its class, and the class
-    that descendants inherit. `merged`: names of parts that are one wherever they stand."""
+    """The labels that a prim inherits: the part's prim path and name ("" where no ancestor names one) and its class,
+    and the class that descendants inherit. `merged`: names of parts that are one part wherever they occur."""
 
     part_path: str = ""
     part_name: str = ""
@@ -24,11 +24,11 @@ class Labels:
 
     @property
     def part_key(self) -> tuple[str, str]:
-        """What two prims of one part have in common: the name of one that is merged, else the path."""
+        """The key that all prims of one part share: the name of a merged part, else the path."""
         return ("name", self.part_name) if self.part_name in self.merged else ("path", self.part_path)
 
     def below(self, prim: Usd.Prim) -> "Labels":
-        """The labels of `prim`, whose parent has these: its own win."""
+        """Return the labels of `prim`, whose parent has these; its own labels win."""
         class_name = _label(prim, schema.CLASS_LABELS) or self.class_name
         name = _label(prim, schema.PART_LABELS)
         if not name:
@@ -37,7 +37,7 @@ class Labels:
         return replace(self, part_path=path, part_name=name, part_class=class_name, class_name=class_name)
 
     def of_gprim(self, prim: Usd.Prim) -> "Labels":
-        """The labels of a gprim that has these: a part of its own where no part holds it."""
+        """Return the labels of a gprim that inherits these: its own part where no ancestor is one."""
         if self.part_path:
             return self
         path, name = str(prim.GetPath()), str(prim.GetName())
@@ -45,13 +45,13 @@ class Labels:
 
 
 def labels_of_target(target: Usd.Prim) -> Labels:
-    """What the prims below the target inherit."""
+    """Return the labels that the prims below the target inherit."""
     merged = target.GetAttribute(schema.TARGET_MERGED_PARTS)
     return Labels(merged=frozenset((merged.Get() if merged else None) or ())).below(target)
 
 
 def _label(prim: Usd.Prim, name: str) -> str:
-    """The first label of a taxonomy on `prim` itself, "" where it has none."""
+    """Return the first label of a taxonomy on `prim` itself; "" where it has none."""
     attribute = prim.GetAttribute(name)
     labels = (attribute.Get() if attribute else None) or [""]
     label = str(labels[0])

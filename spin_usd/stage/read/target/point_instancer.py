@@ -1,4 +1,4 @@
-"""UsdGeom.PointInstancer: where each prototype stands."""
+"""UsdGeom.PointInstancer: the prototypes and the poses of their instances."""
 
 from typing import Any
 
@@ -12,10 +12,10 @@ from spin_usd.stage.usd.transforms import HALF_NORM_TOLERANCE, NORM_TOLERANCE, n
 
 
 def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, list[Float]]]:
-    """Each prototype of an instancer, with the row-vector matrices (4, 4), prototype to instancer, of its visible
-    instances; the prototype root's own transform is part of them.
+    """Read each prototype of an instancer, with the row-vector matrices (4, 4), prototype to instancer, of its visible
+    instances; the prototype root's own transform is included.
 
-    orientations are half precision in USD: up to 8e-4 rad off what was meant, and read as they are; orientationsf wins
+    orientations are half precision in USD: up to 8e-4 rad off what was meant, and used as they are; orientationsf wins
     over them. Raises StageError for arrays that disagree, indices out of range, or orientations whose norm is not 1.
     """
     instancer = UsdGeom.PointInstancer(prim)
@@ -39,7 +39,7 @@ def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, l
 
 
 def _prototype_paths(prim: Usd.Prim) -> list[Any]:
-    """Targets of `prototypes`, each an active, defined prim that does not hold the instancer itself."""
+    """Return the targets of `prototypes`, each an active, defined prim that does not contain the instancer."""
     paths: list[Any] = UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets()
     for path in paths:
         prototype = prim.GetStage().GetPrimAtPath(path)

@@ -1,4 +1,4 @@
-"""The target: all that is drawn below one prim, as one mesh in body axes."""
+"""The target: all geometry that is rendered below one prim, as one mesh in body axes."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -27,7 +27,7 @@ from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, ancestors,
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Inherited:
-    """What a prim has from its ancestors: its axes in the target's (row-vector), labels and purpose."""
+    """The state that a prim inherits: matrix from its axes to the target's (row-vector), labels and purpose."""
 
     matrix: Float
     labels: Labels
@@ -35,7 +35,7 @@ class Inherited:
 
 
 def find_target(stage: Usd.Stage) -> Usd.Prim:
-    """The one prim with SpinTargetAPI. Raises StageError for none or several."""
+    """Find the one prim with SpinTargetAPI. Raises StageError for none or several."""
     found = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
     if len(found) == 1:
         return found[0]
@@ -46,8 +46,8 @@ def find_target(stage: Usd.Stage) -> Usd.Prim:
 
 @dataclass(eq=False)
 class TargetReader:
-    """Reads the target at one time. `visited` collects every prim that the result depends on; `group_of` a gprim or
-    point instancer is the number that light links know its faces by; `images` are the stage's."""
+    """Reads the target at one time. `visited` collects every prim on which the result depends; `group_of` gives the
+    light-link group of a gprim or point instancer; `images` are the stage's."""
 
     prim: Usd.Prim
     time: Usd.TimeCode
@@ -61,7 +61,7 @@ class TargetReader:
         self._pieces = GprimReader(time=self.time, images=self.images, visited=self.visited, notes=self.notes)
 
     def read(self, metres: float) -> Target:
-        """The target, one stage unit of its own axes being `metres`. Raises StageError where nothing is drawn."""
+        """Read the target; one unit of its own axes is `metres`. Raises StageError where it has nothing to render."""
         purpose, above = "default", [*ancestors(self.prim), self.prim]
         for prim in above:
             purpose = own_purpose(prim, purpose)
@@ -70,7 +70,7 @@ class TargetReader:
         pieces = list(self._below(self.prim, start)) if visible else []
         if not pieces:
             do = "add visible gprims of purpose default or render below it"
-            raise StageError("the target has no geometry that is drawn", where=self.prim.GetPath(), do=do)
+            raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
         mesh, parts = assembled(pieces, self._pieces.labels, metres)
         return Target(
@@ -84,7 +84,7 @@ class TargetReader:
         )
 
     def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[PlacedGprim]:
-        """Pieces of `prim`, whose own transform and labels `inherited` includes, and of all below it."""
+        """Read the gprims at and below `prim`, whose own transform and labels `inherited` includes."""
         waiting = [(prim, inherited)]
         while waiting:
             current, state = waiting.pop()
@@ -107,7 +107,7 @@ class TargetReader:
         return not hidden
 
     def _own(self, prim: Usd.Prim, state: Inherited) -> Iterator[PlacedGprim]:
-        """The pieces of a prim itself. Purposes other than default and render are not drawn."""
+        """Read the geometry of a prim itself. Purposes other than default and render are not rendered."""
         if state.purpose not in RENDERED_PURPOSES or not is_geometry(prim):
             return
         if prim.IsA(UsdGeom.PointInstancer):
@@ -133,9 +133,9 @@ class TargetReader:
             raise StageError(f"has more than {MAX_PRIMS} prims", where=self.prim.GetPath(), do="merge meshes")
 
     def _placed(self, piece: PlacedGprim, matrix: Float, prim: Usd.Prim) -> PlacedGprim:
-        """`piece` where `prim` puts it."""
+        """Return `piece` with the pose and the light-link group that `prim` gives it."""
         determinant(matrix, prim.GetPath())
-        self._faces += len(piece.facets.part)
+        self._faces += len(piece.mesh.part)
         if self._faces > MAX_FACES:
             raise StageError(
                 f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"

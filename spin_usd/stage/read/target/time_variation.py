@@ -1,4 +1,4 @@
-"""Whether the target's shape can change in time: where it cannot, it is read once."""
+"""Time variation of the target's shape: a constant one is read once."""
 
 from pxr import Usd
 
@@ -8,14 +8,15 @@ from spin_usd.stage.usd.visibility import ancestors
 
 
 def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
-    """Whether the target's shape can change in time, its own pose apart. read: the prims that it was read from."""
+    """Return whether the target's shape can change in time, apart from its own pose. read: the prims that it was read
+    from."""
     if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
         return True
     return any(has_varying_attribute(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
 
 
 def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:
-    """The prim of the keypoints, and all from there up to the target: their poses move the keypoints."""
+    """List the prim of the keypoints and all from there up to the target: their poses move the keypoints."""
     keypoints = find_keypoints(target)
     chain = [*ancestors(keypoints), keypoints] if keypoints else []
     return [prim for prim in chain if prim.GetPath().HasPrefix(target.GetPath())]

@@ -80,8 +80,8 @@ def test_render_settings_choose_among_cameras(make_stage) -> None:
 @pytest.mark.parametrize(
     ("options", "error", "saying"),
     [
-        ({"metadata": NAMED, "world": settings(camera="/World/Target")}, StageError, "is no Camera prim"),
-        ({"metadata": NAMED}, StageError, "/World/Settings is no RenderSettings prim"),
+        ({"metadata": NAMED, "world": settings(camera="/World/Target")}, StageError, "is not a Camera prim"),
+        ({"metadata": NAMED}, StageError, "/World/Settings is not a RenderSettings prim"),
         (
             {"metadata": NAMED, "world": settings("int2 resolution = (20, 20)")},
             StageError,

@@ -98,7 +98,7 @@ def test_the_targets_own_scale_is_in_its_points(read_scene) -> None:
 
 
 def test_native_instances_are_read_as_separate_copies(read_scene) -> None:
-    """Two instances of a class, which is not drawn itself."""
+    """Two instances of a class, which is not rendered itself."""
     copies = """
         class Xform "_Box"
         {
@@ -372,7 +372,7 @@ def test_transforms_that_usd_misreads(read_scene, xform, error, saying) -> None:
 
 
 def test_a_target_without_geometry(read_scene) -> None:
-    with pytest.raises(StageError, match=r"^/World/Target: the target has no geometry that is drawn"):
+    with pytest.raises(StageError, match=r"^/World/Target: the target has no geometry that is rendered"):
         read_scene('def Xform "Empty" {}')
 
 
