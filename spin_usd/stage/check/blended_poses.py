@@ -1,7 +1,7 @@
-"""Poses that a picture's exposure blends although they do not belong to one motion.
+"""Rule: an exposure must not blend poses that do not belong to one motion.
 
-USD interpolates between time samples. In a list of unrelated poses, whose time codes only count them, what lies between
-two of them is no motion that anything ever made.
+USD interpolates between time samples. In a list of unrelated poses, whose time codes only count them, the poses between
+two of them are not a real motion.
 """
 
 from bisect import bisect_left, bisect_right
@@ -22,9 +22,9 @@ MAX_TURN_RAD = np.radians(30.0)  # from one time sample to the next
 
 
 class BlendedPoses:
-    """Collects the pictures whose exposure lies between poses that differ by more than a motion would.
+    """Collects the pictures whose exposure blends time samples that differ by more than one motion would.
 
-    That is a turn above MAX_TURN_RAD, or a way longer than the target's size (twice the radius about its centre).
+    That is a rotation above MAX_TURN_RAD, or a path longer than the target's size (twice the radius about its centre).
     """
 
     do = "bring shutter:open and shutter:close together, or give the poses the times of one motion"
@@ -40,9 +40,10 @@ class BlendedPoses:
 
     @property
     def found(self) -> str:
+        """The finding's message."""
         return (
-            f"the exposures of {len(self.pictures)} pictures blend time samples between which the target turns by more "
-            f"than {np.degrees(MAX_TURN_RAD):g} degrees or moves by more than its size"
+            f"the exposures of {len(self.pictures)} pictures blend time samples between which the target rotates by "
+            f"more than {np.degrees(MAX_TURN_RAD):g} degrees or moves by more than its size"
         )
 
     def add(self, scene: Scene) -> None:

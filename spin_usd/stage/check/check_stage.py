@@ -1,6 +1,7 @@
-"""Findings on a stage: USD's own validators, the rules that make a stage a dataset, then what a render would refuse.
+"""Findings on a stage: USD's own validators, the rules for a dataset's stage, then the errors that a render would
+raise.
 
-A stage that `spin-usd author` has just written has none.
+A stage that `spin-usd author` has just written has no findings.
 """
 
 from collections.abc import Iterator
@@ -16,8 +17,8 @@ from spin_usd.stage.check.stage_rules import STAGE_RULES
 from spin_usd.stage.composition.materialx import names_document
 from spin_usd.stage.composition.open_stage import open_for_check
 
-# A dataset is a folder of layers that people read and diff; the rules for usdz packages are not for it.
-LEFT_OUT = "UsdzValidators"
+# A dataset is a folder of layers that people read and diff; the rules for usdz packages do not apply.
+SKIPPED_KEYWORD = "UsdzValidators"
 COMPOSITION = "CompositionErrorTest"
 
 
@@ -28,8 +29,8 @@ def check_stage(
     target_rule: TargetRule = lambda target: iter(()),
     on_views: OnViews = lambda views: None,
 ) -> tuple[Finding, ...]:
-    """All findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one more, on
-    each shape of its target; `on_views` is told what the stage's own pictures show.
+    """Return all findings on the stage whose root layer is at `path`, in the order of the rules; `target_rule` is one
+    more, on each shape of its target; `on_views` receives the views of the stage's own pictures.
 
     A stage that may not be opened for rendering is not opened here either: that is its only finding. Raises InputError
     when there is no file at `path`.
@@ -49,14 +50,14 @@ def check_stage(
 
 
 def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """What UsdValidation's own validators say, without those for usdz packages.
+    """Yield the findings of UsdValidation's own validators, without those for usdz packages.
 
-    Of what does not compose a picture lacks something; the rest is form, and what renders right is a warning at most.
+    Composition errors are errors, since pictures lack something; all others are warnings, since pictures are right.
     """
     validators = [
         validator
         for validator in UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-        if LEFT_OUT not in validator.GetMetadata().GetKeywords()
+        if SKIPPED_KEYWORD not in validator.GetMetadata().GetKeywords()
     ]
     for error in UsdValidation.ValidationContext(validators).Validate(stage):
         if error.GetType() == UsdValidation.ValidationErrorType.Info:
@@ -70,8 +71,8 @@ def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def _severity(error: UsdValidation.ValidationError) -> str:
-    lost = COMPOSITION in str(error.GetIdentifier()) and not names_document(error.GetMessage())
-    return ERROR if lost else WARNING
+    broken = COMPOSITION in str(error.GetIdentifier()) and not names_document(error.GetMessage())
+    return ERROR if broken else WARNING
 
 
 def _site(error: UsdValidation.ValidationError, stage: Usd.Stage) -> str:

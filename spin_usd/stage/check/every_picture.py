@@ -24,19 +24,19 @@ READING = "reading: picture"
 PROGRESS_EVERY = 500
 
 TargetRule = Callable[[Target], Iterator[Finding]]
-"""What there is to say of a target's shape."""
+"""A rule on a target's shape."""
 OnViews = Callable[[Views], None]
-"""Told what a stage's own pictures show, those of its first variant."""
+"""Called with the views of a stage's own pictures, those of its first variant."""
 
 
 def scene_findings(
     path: str | Path, stage: Usd.Stage, *, progress: Progress, target_rule: TargetRule, on_views: OnViews
 ) -> Iterator[Finding]:
-    """What a render of the stage at `path` would refuse: of each variant the first picture that cannot be read, and all
-    that is wrong there, in the readers' own words. What variants share is told once, of the first; of each of the
-    target's shapes what `target_rule` finds. `on_views` is told what the pictures show where they can be read.
+    """Yield the errors that a render of the stage at `path` would raise: for each variant the first picture that cannot
+    be read, and all that is wrong there, as the readers report it. What variants share is reported once, for the first;
+    the findings of `target_rule` once for each shape of the target. `on_views` receives the views of the pictures.
 
-    `stage`: the same one as it stands. One that does not compose is not read: USD's validators tell of that.
+    `stage`: the same stage as opened for checks. One that does not compose is not read: USD's validators report that.
     """
     if composition_errors(stage):
         return
@@ -44,17 +44,17 @@ def scene_findings(
     if len(names) > MAX_VARIANTS:
         message = f"has {len(names)} variants, of which the first {MAX_VARIANTS} were looked at"
         yield Finding(code="variant-many", where=str(path), message=message, severity=WARNING)
-    told: set[tuple[str, str]] = set()
-    same, shapes = IdenticalVariants(path), Shapes(target_rule)
-    for place, name in enumerate(names[:MAX_VARIANTS]):
-        check = _VariantCheck(path, name, told, same, shapes)
-        yield from check.findings(place, min(len(names), MAX_VARIANTS), progress)
-        if place == 0 and check.views:
+    reported: set[tuple[str, str]] = set()
+    identical, shapes = IdenticalVariants(path), Shapes(target_rule)
+    for index, name in enumerate(names[:MAX_VARIANTS]):
+        check = _VariantCheck(path, name, reported, identical, shapes)
+        yield from check.findings(index, min(len(names), MAX_VARIANTS), progress)
+        if index == 0 and check.views:
             on_views(check.views)
 
 
 class Shapes:
-    """The target's shapes, each of which is looked at once."""
+    """Applies a rule to each shape of the target once."""
 
     def __init__(self, rule: TargetRule) -> None:
         self._rule = rule
@@ -62,6 +62,7 @@ class Shapes:
         self._seen: set[str] = set()
 
     def findings(self, target: Target) -> Iterator[Finding]:
+        """Yield the rule's findings, unless the shape was checked before."""
         if target is self._last:
             return
         self._last = target
@@ -71,56 +72,61 @@ class Shapes:
 
 
 class _VariantCheck:
-    """One variant's pictures. `told`: where and what was found already. `same` and `shapes` have seen the variants
-    before."""
+    """One variant's pictures. `reported`: the prims and messages reported already. `identical` and `shapes` have
+    seen the variants before."""
 
     def __init__(
-        self, path: str | Path, variant: str, told: set[tuple[str, str]], same: IdenticalVariants, shapes: Shapes
+        self,
+        path: str | Path,
+        variant: str,
+        reported: set[tuple[str, str]],
+        identical: IdenticalVariants,
+        shapes: Shapes,
     ) -> None:
-        self.path, self.variant, self.told, self.same, self.shapes = path, variant, told, same, shapes
+        self.path, self.variant, self.reported, self.identical, self.shapes = path, variant, reported, identical, shapes
         self.picture = ""
         self.views: Views | None = None
 
-    def findings(self, place: int, count: int, progress: Progress) -> Iterator[Finding]:
-        """`place` among `count` variants, for the progress."""
+    def findings(self, index: int, count: int, progress: Progress) -> Iterator[Finding]:
+        """Read all pictures and yield findings. `index`: of the variant among `count`, for the progress."""
         try:
             reader = StageReader(self.path, variant=self.variant)
             blended, seen = BlendedPoses(reader), ViewCollector()
             target = ""
             for done, frame in enumerate(reader.frames):
                 if done % PROGRESS_EVERY == 0:
-                    progress(READING, place * len(reader.frames) + done, count * len(reader.frames))
+                    progress(READING, index * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 scene = reader.scene(frame)
                 blended.add(scene)
                 seen.add(scene)
                 target = scene.target.path
                 yield from self.shapes.findings(scene.target)
-                self.same.see(scene, len(reader.frames))
-            progress(READING, (place + 1) * len(reader.frames), count * len(reader.frames))
+                self.identical.add(scene, len(reader.frames))
+            progress(READING, (index + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
             for each in (error, *self._others()):
                 do = f"; {each.do}" if each.do else ""
-                yield from self._told_once("scene", each.where or self.path, each.found, do)
+                yield from self._once("scene", each.where or self.path, each.found, do)
             return
         for note in reader.notes:
-            yield from self._told_once(note.code, note.where, note.message, "", note.severity)
-        yield from self.same.findings(self.variant)
+            yield from self._once(note.code, note.where, note.message, "", note.severity)
+        yield from self.identical.findings(self.variant)
         if blended.pictures:
             self.picture = blended.pictures[0]
-            yield from self._told_once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
+            yield from self._once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
         self.picture, self.views = "", seen.views()
         for finding in view_findings(self.views, target) if self.views else ():
-            yield from self._told_once(finding.code, finding.where, finding.message, "", finding.severity)
+            yield from self._once(finding.code, finding.where, finding.message, "", finding.severity)
 
     def _others(self) -> Iterator[SpinError]:
-        """What else the variant's readers refuse; reading a picture ended at the first of them."""
-        with suppress(SpinError):  # a variant that is not opened was told of already
+        """Yield all other errors of the variant's readers; reading a picture ended at the first of them."""
+        with suppress(SpinError):  # a variant that cannot be opened was reported already
             yield from refusals(open_stage(self.path, variant=self.variant))
 
-    def _told_once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
-        if (str(where), found) not in self.told:
-            self.told.add((str(where), found))
+    def _once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:
+        if (str(where), found) not in self.reported:
+            self.reported.add((str(where), found))
             at = f"picture {self.picture} of variant" if self.picture else "variant"
             message = f"{found}{do} ({at} {self.variant})"
             yield Finding(code=code, where=str(where), message=message, severity=severity)

@@ -1,7 +1,8 @@
-"""Rule: an augmentation whose pictures are all as another's, but for what is drawn from their seeds, adds nothing."""
+"""Rule: an augmentation whose pictures are all equal to another's, apart from random noise, adds nothing."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
@@ -10,9 +11,9 @@ from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
-# Any settings do: they are the same for both of two pictures.
+# Any settings do: they are the same for all pictures that are compared.
 SETTINGS = RenderSettings(renderer="", effort=Effort(), seed=0)
-PROBES = 8  # pictures of a variant that are looked at first
+PROBES = 8  # pictures of a variant that are compared first
 
 
 @dataclass(eq=False)
@@ -23,19 +24,18 @@ class IdenticalVariants:
     _probes: dict[str, dict[int, str]] = field(default_factory=dict)
     _keys: KeyMaker = field(default_factory=lambda: KeyMaker(SETTINGS))
 
-    def see(self, scene: Scene, pictures: int) -> None:
-        """One picture of the `pictures` of its variant."""
-        at = scene.frame.index
-        if at * PROBES // pictures != (at - 1) * PROBES // pictures:
-            self._probes.setdefault(scene.frame.variant, {})[at] = _content(scene, self._keys)
+    def add(self, scene: Scene, pictures: int) -> None:
+        """Note one picture of the `pictures` of its variant, if it is a probe."""
+        if scene.frame.index in _probes(pictures):
+            self._probes.setdefault(scene.frame.variant, {})[scene.frame.index] = _content(scene, self._keys)
 
     def findings(self, variant: str) -> Iterator[Finding]:
-        """Of a variant, all of whose pictures were seen, among those before it."""
+        """Compare a variant, all of whose pictures were added, to those before it."""
         for other, probes in self._probes.items():
             if other == variant:
                 return
             if probes == self._probes.get(variant) and self._equal(other, variant):
-                message = f"the pictures of variant {variant} are all those of {other}, but for drawn noise; remove it"
+                message = f"the pictures of variant {variant} are those of {other}, apart from random noise; remove it"
                 yield Finding(code="variant-same", where=str(self.path), message=message, severity=WARNING)
                 return
 
@@ -45,11 +45,17 @@ class IdenticalVariants:
         return all(one == other for one, other in pairs)
 
 
+@cache
+def _probes(pictures: int) -> frozenset[int]:
+    """Return the indices of the pictures to compare first: all, or PROBES that are spread evenly over them."""
+    return frozenset(-(-probe * pictures // PROBES) for probe in range(PROBES)) & frozenset(range(pictures))
+
+
 def _contents(reader: StageReader, frames: tuple[FrameId, ...]) -> Iterator[str]:
     keys = KeyMaker(SETTINGS)
     return (_content(reader.scene(frame), keys) for frame in frames)
 
 
 def _content(scene: Scene, keys: KeyMaker) -> str:
-    """Digest of all that decides the picture, its variant's seed left out."""
+    """Digest all that decides the picture, apart from its variant's seed."""
     return keys.keys(replace(scene, frame=replace(scene.frame, variant=NOMINAL))).exposure

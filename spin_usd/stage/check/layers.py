@@ -10,8 +10,8 @@ from spin_usd.stage.usd import schema
 
 ALWAYS = ("upAxis", "metersPerUnit")
 UNCONVERTED = {
-    "upAxis": "what it brings lies on its side; turn the prim that refers to it",
-    "metersPerUnit": "what it brings is of another size; scale the prim that refers to it",
+    "upAxis": "its prims lie on their side; rotate the prim that refers to it",
+    "metersPerUnit": "its prims have another size; scale the prim that refers to it",
 }
 OF_A_ROOT = ("timeCodesPerSecond", "framesPerSecond", "startTimeCode", "endTimeCode")
 FALLBACKS = {
@@ -23,11 +23,12 @@ FALLBACKS = {
     "endTimeCode": "an end at 0",
     "defaultPrim": "no default prim",
 }
-"""What USD takes where a layer that is root does not say."""
+"""USD's fallbacks where the root layer does not author the metadatum."""
 UNIT_TOLERANCE = 1e-6  # relative, of metersPerUnit
 
 
 def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
+    """Every layer authors its metadata, in units that agree, and names files by anchored paths."""
     root = stage.GetRootLayer()
     for layer in stage.GetUsedLayers():
         packed = layer.GetFileFormat().IsPackage() or Ar.IsPackageRelativePath(layer.identifier)
@@ -42,7 +43,7 @@ def layer_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
-    """USD reads these from the root layer alone; what is not there falls back to Y, 0.01 m and 24."""
+    """USD reads these from the root layer alone; a missing one falls back to Y, 0.01 m and 24."""
     authored = layer.pseudoRoot.ListInfoKeys()
     required = (*ALWAYS, *OF_A_ROOT) if layer == root else ALWAYS
     missing = [name for name in required if name not in authored]
@@ -59,8 +60,8 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
 
 
 def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
-    """In the stage's own layers a time code is a picture where the stage `named` its pictures so; what comes by
-    reference keeps its own clock."""
+    """In the stage's own layers a time code is a frame where the stage `named` its frames; references keep their own
+    clock."""
     if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
         yield Finding(
             code="layer-time",
@@ -72,7 +73,7 @@ def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
 
 
 def _paths(layer: Sdf.Layer) -> Iterator[Finding]:
-    """That they stay in the stage's folder is sure: a stage where one leaves it is not opened."""
+    """Asset paths are anchored. They stay in the stage's folder: a stage with one outside is not opened."""
     loose = sorted({path for path in named_assets(layer.realPath) if not path.startswith(("./", "../"))})
     if loose:
         for path in opened_assets(layer.realPath, loose):
@@ -86,7 +87,7 @@ def _paths(layer: Sdf.Layer) -> Iterator[Finding]:
 
 
 def _units(stage: Usd.Stage) -> Iterator[Finding]:
-    """USD converts neither units nor axes: a layer in others needs a scale or a turn where it comes in.
+    """USD converts neither units nor axes: a layer in others needs a scale or a rotation where it is referenced.
 
     The target's own axes are the body frame, so its layers may have any.
     """
@@ -112,7 +113,7 @@ def _units(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def _below(stage: Usd.Stage, chosen: Callable[[Usd.Prim], bool]) -> set[str]:
-    """The layers, other than the stage's own, that bring opinions to a chosen prim or below it."""
+    """Return the layers, other than the stage's own, with opinions on a chosen prim or below it."""
     found: set[str] = set()
     for prim in stage.Traverse():
         if chosen(prim):

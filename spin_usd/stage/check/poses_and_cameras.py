@@ -1,4 +1,4 @@
-"""Rules on what makes the pictures: their times, the target's poses, the camera and what is derived from its lens."""
+"""Rules on frames, poses and cameras: time codes, the target's poses, the lens and the attributes derived from it."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,14 +15,14 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
 from spin_usd.stage.usd.transforms import NORM_TOLERANCE, orient_norm_error
 
-ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: what it turns no label can show
+ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: no label can show such a rotation
 SEEN_RAD = 1e-6  # 0.003 px of SPEED+'s camera
 LENS = "spin:lens:"
 FLOAT32_STEP = 1e-6  # relative: derived values are rounded to float32
 
 
 def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """The stage's time codes are those of the pictures that the default prim names."""
+    """The stage's time codes are those of the frames that the default prim names."""
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else Usd.Attribute()
     times = attribute.GetTimeSamples() if attribute else []
@@ -38,8 +38,8 @@ def capture_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """The target's time samples are rigid motions, as precise as the pictures show them."""
-    camera = _taken(stage)
+    """The target's time samples are rigid motions, as precise as pictures can show."""
+    camera = _render_camera(stage)
     for target in stage.Traverse():
         if target.HasAPI(schema.TARGET_API):
             for op in UsdGeom.Xformable(target).GetOrderedXformOps():
@@ -47,7 +47,8 @@ def pose_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def norm_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """The quaternions of target and cameras have length 1: others are refused where they are far off, told here."""
+    """The quaternions of target and cameras have norm 1. The reader refuses larger errors; small ones are reported
+    here."""
     for prim in stage.Traverse():
         if not (prim.HasAPI(schema.TARGET_API) or prim.IsA(UsdGeom.Camera)):
             continue
@@ -72,7 +73,7 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
             camera = read_lens(prim)
             camera.check_invertible()
         except SpinError as error:
-            if prim != _taken(stage):  # what is wrong with that one, its pictures tell
+            if prim != _render_camera(stage):  # reading its pictures reports that one
                 yield Finding(code="lens", where=where, message="; ".join(filter(None, (error.found, error.do))))
             continue
         if camera.looks_past_frame:
@@ -83,21 +84,20 @@ def camera_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def _unsized(prim: Usd.Prim) -> Iterator[Finding]:
-    """A camera that USD's own attributes and the RenderSettings' resolution do not make one of pixels, or whose numbers
-    for that nothing reads."""
+    """Check a camera without our lens: USD's attributes and a resolution define it, and no spin:lens:* is ignored."""
     if numbers := [name for name in prim.GetAuthoredPropertyNames() if name.startswith(LENS)]:
         message = f"the camera has {numbers[0]} without {schema.LENS_API}, so nothing reads it; apply the API"
         yield Finding(code="lens-none", where=str(prim.GetPath()), message=message, severity=WARNING)
     try:
         read_camera(prim, Usd.TimeCode.EarliestTime())
     except SpinError as error:
-        if prim != _taken(prim.GetStage()):  # what is wrong with that one, its pictures tell
+        if prim != _render_camera(prim.GetStage()):  # reading its pictures reports that one
             message = f"the camera {error.found}, so no picture can be taken with it; {error.do}"
             yield Finding(code="lens-none", where=str(prim.GetPath()), message=message, severity=WARNING)
 
 
-def _taken(stage: Usd.Stage) -> Usd.Prim | None:
-    """The camera that render takes."""
+def _render_camera(stage: Usd.Stage) -> Usd.Prim | None:
+    """Return the camera with which a render takes pictures, if there is one."""
     with suppress(SpinError):
         return find_camera(stage)
     return None
@@ -115,8 +115,8 @@ def _op_findings(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None)
 
 
 def _rounds(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> bool:
-    """Whether the operation's type moves the target by more than a camera could tell. Single precision turns it by
-    1e-7 rad, and hurts only where a way is much longer than the distance from the camera."""
+    """Return whether the operation's type rounds poses by more than a picture could show. Single precision rounds
+    rotations by 1e-7 rad, and matters only for translations much longer than the distance from the camera."""
     if op.GetPrecision() != UsdGeom.XformOp.PrecisionFloat:
         return bool(op.GetPrecision() == UsdGeom.XformOp.PrecisionHalf)
     if op.GetOpType() != UsdGeom.XformOp.TypeTranslate or not camera:
@@ -132,13 +132,13 @@ def _rounds(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> b
 
 def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
     where = str(prim.GetPath())
-    wanted = derived_values(camera, prim.GetAttribute("focalLength").Get())
-    attributes = {name: prim.GetAttribute(name) for name in ("focalLength", *wanted)}
+    derived = derived_values(camera, prim.GetAttribute("focalLength").Get())
+    attributes = {name: prim.GetAttribute(name) for name in ("focalLength", *derived)}
     absent = [name for name, attribute in attributes.items() if not (attribute and attribute.HasAuthoredValue())]
     if absent:
         message = f"the camera does not author {', '.join(absent)}, so other programs show another lens; author them"
         yield Finding(code="lens-derived", where=where, message=message, severity=WARNING)
-    for name, want in wanted.items():
+    for name, want in derived.items():
         if name not in absent and not _agree(have := attributes[name].Get(), want):
             message = f"{name} is {have}, but {want} follows from spin:lens:*, which is rendered: set it to that"
             yield Finding(code="lens-derived", where=where, message=message)

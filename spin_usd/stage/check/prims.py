@@ -11,9 +11,9 @@ from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.visibility import ancestors
 
-LOOKS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
-"""By the irradiance below which a picture that is exposed for the Sun looks so."""
-LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # what other programs take for them differs
+BRIGHTNESS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
+"""How a picture that is exposed for the Sun looks below an irradiance, W/m2."""
+LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # other programs have other fallbacks for them
 
 
 def kind_findings(stage: Usd.Stage) -> Iterator[Finding]:
@@ -47,22 +47,22 @@ def label_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def light_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Lights author what decides their power, and a Sun is not dark. A dome's fallbacks are plain; a distant light's
-    intensity, 50,000, is not of the Sun, and never meant; but one that came with a target is its author's."""
+    """Lights author the inputs that decide their power, and a Sun is not dark. A dome's fallbacks are plain; a distant
+    light's intensity, 50,000, is not the Sun's and never meant, except for a light that came with a target."""
     for prim in stage.Traverse():
         if not prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1):
             continue
         missing = [name for name in LIGHT_INPUTS if not prim.GetAttribute(name).HasAuthoredValue()]
         if missing or _dark_unless_normalised(prim):
             wrong = prim.IsA(UsdLux.DistantLight) and "inputs:intensity" in missing and not _of_target(prim)
-            said = f"does not author {' and '.join(missing)}" if missing else "authors inputs:normalize = 0"
-            message = f"the light {said}, so {_effect(prim, missing)}"
+            problem = f"does not author {' and '.join(missing)}" if missing else "authors inputs:normalize = 0"
+            message = f"the light {problem}, so {_effect(prim, missing)}"
             severity = ERROR if wrong else WARNING
             yield Finding(code="light", where=str(prim.GetPath()), message=message, severity=severity)
 
 
 def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Everything with points that is drawn says its bounds."""
+    """Everything with points that is rendered authors its extent."""
     for prim in stage.Traverse():
         if (
             prim.IsA(UsdGeom.PointBased)
@@ -74,25 +74,25 @@ def extent_findings(stage: Usd.Stage) -> Iterator[Finding]:
 
 
 def _effect(prim: Usd.Prim, missing: list[str]) -> str:
-    """What comes of it that the light does not author the inputs that are `missing`, and what to do."""
+    """Describe the consequence of inputs that the light does not author, and what to do."""
     if not prim.IsA(UsdLux.DistantLight):
         effects = {"inputs:intensity": "its intensity is 1", "inputs:normalize": "its light grows with its area"}
         return f"{' and '.join(effects[name] for name in missing)}; author what is meant"
     watts = irradiance(prim)
-    look = next((look for limit, look in LOOKS if watts < limit), "white")
+    appearance = next((text for limit, text in BRIGHTNESS if watts < limit), "white")
     return (
         f"it gives {watts:.3g} W/m2 where the Sun gives {SOLAR_IRRADIANCE:g}, and pictures that are exposed for the "
-        f"Sun are {look}; author inputs:normalize = 1 and as inputs:intensity the irradiance in W/m2"
+        f"Sun are {appearance}; author inputs:normalize = 1 and as inputs:intensity the irradiance in W/m2"
     )
 
 
 def _dark_unless_normalised(prim: Usd.Prim) -> bool:
-    """Whether it is a distant light whose intensity is a radiance, and too little of it for so small a disk."""
-    return prim.IsA(UsdLux.DistantLight) and not _normalised(prim) and 0 < irradiance(prim) < LOOKS[0][0]
+    """Return whether it is a distant light whose intensity is a radiance, too small for the size of its disk."""
+    return prim.IsA(UsdLux.DistantLight) and not _normalised(prim) and 0 < irradiance(prim) < BRIGHTNESS[0][0]
 
 
 def irradiance(prim: Usd.Prim) -> float:
-    """W/m2 of a distant light of white colour, at its default time: see `distant_light`."""
+    """Compute the irradiance, W/m2, of a white distant light at its default time: see `read.lights.distant`."""
     light = UsdLux.LightAPI(prim)
     half = np.radians(float(prim.GetAttribute("inputs:angle").Get())) / 2
     size = 1.0 if half == 0 or _normalised(prim) else np.pi * np.sin(half) ** 2
@@ -108,7 +108,7 @@ def _of_target(prim: Usd.Prim) -> bool:
 
 
 def draw_mode_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """What others show of a model is what a picture shows."""
+    """Other programs show a model's geometry, as pictures do."""
     for prim, mode in stand_ins(stage.GetPseudoRoot()):
         message = f"asks to be shown as {mode}, as other programs do; a picture shows its geometry"
         yield Finding(code="draw-mode", where=str(prim.GetPath()), message=message, severity=WARNING)

@@ -1,4 +1,4 @@
-"""What the readers of a stage refuse, each by itself: all at once, where reading a picture ends at the first."""
+"""All errors of a stage's readers, each tried alone, since reading a picture ends at the first error."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -33,11 +33,11 @@ from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_invisib
 Attempt: TypeAlias = Callable[[], object]
 
 NOWHERE = Transform(to="world", of="usdcam", rotation=np.eye(3), translation=np.zeros(3))
-"""A camera, for reading what does not depend on where it is."""
+"""A camera's pose, for reading values that do not depend on it."""
 
 
 def refusals(stage: Usd.Stage) -> Iterator[SpinError]:
-    """All that is refused of the opened `stage` at its first picture; of each prim the first thing."""
+    """Yield the errors of the opened `stage` at its first frame, one for each prim."""
     for attempt in _attempts(stage):
         try:
             attempt()
@@ -70,7 +70,7 @@ def _of_camera(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
 
 
 def _of_target(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
-    """Without a target all that is geometry is looked at: one of its prims is meant."""
+    """Try the target; without one all geometry of the stage, since one of its prims is meant."""
     yield partial(find_target, stage)
     target = stage.GetPseudoRoot()
     with suppress(SpinError):
@@ -84,7 +84,8 @@ def _of_target(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
 
 
 def _to_render(root: Usd.Prim, time: Usd.TimeCode) -> Iterator[Usd.Prim]:
-    """All prims at and below `root` that are drawn at `time` if they are geometry; of equal instances one."""
+    """Yield all prims at and below `root` that are rendered at `time` if they are geometry; only one of equal
+    instances."""
     waiting, seen = [(root, "default")], set()
     while waiting:
         prim, inherited = waiting.pop()

@@ -1,7 +1,8 @@
-"""Rules on variants: an opinion that a stronger one beats does nothing, silently; neither may two sets fight.
+"""Rules on variants: a variant's opinion must not be beaten by a stronger one, and two sets must not author the same
+value.
 
-Strength is Local > Inherits > Variants > References: a value that a variant changes must come by reference. Of the sets
-on a prim the one named first wins; the set `augmentation` is made to override the others, so it fights none.
+Strength is Local > Inherits > Variants > References: a value that a variant changes must be referenced. Of the sets on
+a prim the first one wins; the set `augmentation` is made to override the others, so it never conflicts.
 """
 
 from collections.abc import Iterator
@@ -24,49 +25,49 @@ from spin_usd.stage.usd import schema
 FIELDS = ("active", "instanceable")  # of a prim; the strongest opinion holds
 
 Statements: TypeAlias = dict[tuple[str, str], Selection]
-"""What a variant set says: (where, what) -> a variant that says it."""
+"""The opinions of a variant set: (where, what) -> a variant that has that opinion."""
 
 
 def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
-    """Selects every variant of every set in turn, on a stage of its own, and looks at the opinions in it."""
+    """Select every variant of every set in turn, on a separate stage, and check its opinions."""
     paths = [prim.GetPath() for prim in stage.Traverse() if prim.HasVariantSets()]
     if not paths:
         return
     trial = Usd.Stage.Open(stage.GetRootLayer(), Sdf.Layer.CreateAnonymous())
     trial.SetEditTarget(trial.GetSessionLayer())
     _deselect(trial.GetDefaultPrim(), AUGMENTATION)
-    seen = _Seen(trial)
+    baseline = _Baseline(trial)
     for path in paths:
-        found = _variants_of(trial, path, seen)
+        found = _variants_of(trial, path, baseline)
         yield from found if _holds_pictures(trial, path) else (replace(finding, severity=WARNING) for finding in found)
 
 
 def _holds_pictures(stage: Usd.Stage, path: Sdf.Path) -> bool:
-    """Whether the variants of the prim at `path` are what renders select. Those of an asset are its author's, and what
-    they leave undone is only told."""
+    """Return whether renders select the variants of the prim at `path`. Findings on variants of an asset are only
+    warnings."""
     prim = stage.GetPrimAtPath(path)
     return prim == stage.GetDefaultPrim() and bool(
         prim.HasAPI(schema.CAPTURE_API) or AUGMENTATION in prim.GetVariantSets().GetNames()
     )
 
 
-def _variants_of(trial: Usd.Stage, path: Sdf.Path, seen: "_Seen") -> Iterator[Finding]:
-    """Selects every variant of the prim's sets in turn."""
+def _variants_of(trial: Usd.Stage, path: Sdf.Path, baseline: "_Baseline") -> Iterator[Finding]:
+    """Select every variant of the prim's sets in turn."""
     yield from _selected(trial.GetPrimAtPath(path))
-    said: dict[str, Statements] = {}
+    statements: dict[str, Statements] = {}
     for name in trial.GetPrimAtPath(path).GetVariantSets().GetNames():
-        said[name] = {}
+        statements[name] = {}
         for variant in trial.GetPrimAtPath(path).GetVariantSet(name).GetVariantNames()[:MAX_VARIANTS]:
             trial.GetPrimAtPath(path).GetVariantSet(name).SetVariantSelection(variant)
             tried = Selection(owner=path, name=name, variant=variant)
-            yield from _VariantOpinions(tried, said[name]).findings(trial.GetPrimAtPath(path))
-            yield from seen.anew(tried)
+            yield from _VariantOpinions(tried, statements[name]).findings(trial.GetPrimAtPath(path))
+            yield from baseline.new_findings(tried)
         _deselect(trial.GetPrimAtPath(path), name)
-    yield from _fights({name: said[name] for name in said if name != AUGMENTATION})
+    yield from _overlaps({name: statements[name] for name in statements if name != AUGMENTATION})
 
 
 def _deselect(prim: Usd.Prim, name: str) -> None:
-    """As the stage has it; but no augmentation, which would override what the other sets say."""
+    """Reset the set's selection to the stage's own; for augmentations to none, which would override the other sets."""
     if prim and name in prim.GetVariantSets().GetNames():
         if name == AUGMENTATION:
             prim.GetVariantSet(name).BlockVariantSelection()
@@ -74,17 +75,17 @@ def _deselect(prim: Usd.Prim, name: str) -> None:
             prim.GetVariantSet(name).ClearVariantSelection()
 
 
-class _Seen:
-    """What was found before any variant was tried, on the stage `trial`."""
+class _Baseline:
+    """The findings before any variant was tried, on the stage `trial`."""
 
     def __init__(self, trial: Usd.Stage) -> None:
         self.trial = trial
         self.content = set(self._of_content())
         self.errors = set(composition_errors(trial))
 
-    def anew(self, tried: Selection) -> Iterator[Finding]:
-        """What only the variant does wrong, apart from its opinions."""
-        if tried.name == AUGMENTATION:  # a render finds what does not compose
+    def new_findings(self, tried: Selection) -> Iterator[Finding]:
+        """Yield the findings that only the variant causes, apart from those on its opinions."""
+        if tried.name == AUGMENTATION:  # reading its pictures finds composition errors
             new = [finding for finding in self._of_content() if finding not in self.content]
             yield from (replace(f, message=f"in variant {tried}, {f.message}") for f in new)
         elif errors := sorted(set(composition_errors(self.trial)) - self.errors):
@@ -92,13 +93,13 @@ class _Seen:
             yield Finding(code="variant-broken", where=str(tried.owner), message=message)
 
     def _of_content(self) -> Iterator[Finding]:
-        """What a variant can do wrong beside what the reader refuses."""
+        """Yield the findings of rules on content that a variant may break."""
         yield from camera_findings(self.trial)
         yield from property_findings(self.trial)
 
 
 def _selected(prim: Usd.Prim) -> Iterator[Finding]:
-    """Selections, as the stage stands, of variants that are not there: USD ignores them."""
+    """Yield a finding for each selection of a missing variant: USD ignores it."""
     for name, variant in prim.GetVariantSets().GetAllVariantSelections().items():
         if variant and name in prim.GetVariantSets().GetNames():
             yield from _unknown(prim, name, variant, f"{name}={variant} is selected")
@@ -119,9 +120,9 @@ def _listed(names: list[str], what: str = "") -> str:
     return f"{what}{', '.join(names)}" if names else "none"
 
 
-def _fights(said: dict[str, Statements]) -> Iterator[Finding]:
-    """`said` by the sets of one prim, the strongest first."""
-    for (winner, strong), (_, weak) in combinations(said.items(), 2):
+def _overlaps(statements: dict[str, Statements]) -> Iterator[Finding]:
+    """Yield a finding for each value that two sets of one prim author. statements: by set, the strongest first."""
+    for (winner, strong), (_, weak) in combinations(statements.items(), 2):
         for where, what in sorted(strong.keys() & weak.keys()):
             message = (
                 f"variants {strong[where, what]} and {weak[where, what]} both author {what}: "
@@ -131,12 +132,13 @@ def _fights(said: dict[str, Statements]) -> Iterator[Finding]:
 
 
 class _VariantOpinions:
-    """The opinions that the selected variant `tried` brings; they are added to what its set has `said`."""
+    """The opinions of the selected variant `tried`; they are added to the `statements` of its set."""
 
-    def __init__(self, tried: Selection, said: Statements) -> None:
-        self.tried, self.said = tried, said
+    def __init__(self, tried: Selection, statements: Statements) -> None:
+        self.tried, self.statements = tried, statements
 
     def findings(self, owner: Usd.Prim) -> Iterator[Finding]:
+        """Yield the findings on all opinions at and below `owner`."""
         prims = iter(Usd.PrimRange(owner, Usd.PrimAllPrimsPredicate))
         for prim in prims:
             found = opinions(prim)
@@ -147,15 +149,15 @@ class _VariantOpinions:
             yield from self._of_prim(prim, found, own)
 
     def _of_prim(self, prim: Usd.Prim, found: list[Opinion], own: list[int]) -> Iterator[Finding]:
-        reaches_nothing = _unreached(prim)
+        without_effect = _without_effect(prim)
         for name in sorted({name for i in own for name in found[i].properties}):
             where = str(prim.GetPath().AppendProperty(name))
             first = next((i for i in own if _has_value(found[i].properties.get(name))), None)
             if first is None:
                 continue
-            self.said[where, "this value"] = self.tried
-            if reaches_nothing:
-                message = f"variant {self.tried} authors this value, but {reaches_nothing}"
+            self.statements[where, "this value"] = self.tried
+            if without_effect:
+                message = f"variant {self.tried} authors this value, but {without_effect}"
                 yield Finding(code="variant-dead", where=where, message=message)
                 continue
             stronger = (o for o in found[:first] if _beats(o.properties.get(name)))
@@ -163,7 +165,7 @@ class _VariantOpinions:
         for field in FIELDS:
             first = next((i for i in own if found[i].spec.HasInfo(field)), None)
             if first is not None:
-                self.said[str(prim.GetPath()), field] = self.tried
+                self.statements[str(prim.GetPath()), field] = self.tried
                 stronger = (o for o in found[:first] if o.spec.HasInfo(field))
                 yield from self._beaten(str(prim.GetPath()), field, next(stronger, None))
         yield from self._of_selections(prim, found, own)
@@ -173,7 +175,7 @@ class _VariantOpinions:
             first = next(i for i in own if name in found[i].selections)
             variant = found[first].selections[name]
             what = f"the selection of {name}"
-            self.said[str(prim.GetPath()), what] = self.tried
+            self.statements[str(prim.GetPath()), what] = self.tried
             stronger = (o for o in found[:first] if name in o.selections)
             beaten = list(self._beaten(str(prim.GetPath()), what, next(stronger, None)))
             yield from beaten
@@ -181,21 +183,22 @@ class _VariantOpinions:
                 yield from _unknown(prim, name, variant, f"variant {self.tried} selects {name}={variant}")
 
     def _beaten(self, where: str, what: str, by: Opinion | None) -> Iterator[Finding]:
-        """Sets of the same prim are told of as fights; an augmentation overrides by design."""
+        """Yield a finding where `by` is stronger. Sets of the same prim are left to `_overlaps`; an augmentation may
+        override."""
         if by is None or any(s.owner == self.tried.owner or s.name == AUGMENTATION for s in by.through):
             return
-        says = f"variant {self.tried} authors {what}"
+        statement = f"variant {self.tried} authors {what}"
         if by.through:
-            message = f"{says}, and so does variant {by.through[-1]}, which is stronger; keep it in one of them"
+            message = f"{statement}, and so does variant {by.through[-1]}, which is stronger; keep it in one of them"
             yield Finding(code="variant-overlap", where=where, message=message, severity=WARNING)
         else:
             file = by.spec.layer.GetDisplayName()
-            message = f"{says}, but the local one in {file} beats it: bring that one by reference"
+            message = f"{statement}, but the local one in {file} beats it: bring that one by reference"
             yield Finding(code="variant-dead", where=where, message=message)
 
 
-def _unreached(prim: Usd.Prim) -> str:
-    """Why no opinion on the prim means anything; empty where they do."""
+def _without_effect(prim: Usd.Prim) -> str:
+    """Explain why no opinion on the prim has an effect; "" where they have."""
     if not prim.IsActive():
         return "the prim is inactive then"
     if not prim.IsDefined() and not prim.IsAbstract() and not prim.GetTypeName():
@@ -208,7 +211,7 @@ def _has_value(spec: Sdf.PropertySpec | None) -> bool:
 
 
 def _beats(spec: Sdf.PropertySpec | None) -> bool:
-    """Whether nothing of a weaker opinion is left. Targets are, unless the stronger list is the whole list."""
+    """Return whether a weaker opinion has no effect. Targets are combined, unless the stronger list is explicit."""
     if isinstance(spec, Sdf.RelationshipSpec):
         return bool(spec.targetPathList.isExplicit)
     return _has_value(spec)

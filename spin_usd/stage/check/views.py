@@ -1,4 +1,4 @@
-"""Rules on what the pictures show: the target's size, and those that have it out of sight or in the dark."""
+"""Rules on the views of the target: its size, and pictures in which it is out of sight or in the dark."""
 
 from collections.abc import Iterator
 
@@ -19,11 +19,11 @@ CODES = {
 
 
 def view_findings(found: Views, where: str) -> Iterator[Finding]:
-    """What there is to say of the views of the target at the prim `where`: warnings, for each may be meant, but errors
-    where no picture has the target in sight."""
+    """Yield findings on the views of the target at the prim `where`: warnings, since each may be meant, but errors
+    where no picture shows the target."""
     if not is_plausible(found.size):
-        least, most = map(number_text, SIZES)
-        message = f"the target is {size_text(found.size)}: crafts are {least} to {most} m; check its unit"
+        smallest, largest = map(number_text, SIZES)
+        message = f"the target is {size_text(found.size)}: spacecraft are {smallest} to {largest} m; check its unit"
         yield Finding(code="target-size", where=where, message=message, severity=WARNING)
     unseen = found.count(ViewKind.BEHIND, ViewKind.OUTSIDE) == found.pictures
     for kind in (kind for kind in found.of if kind in MESSAGES):

@@ -21,9 +21,9 @@ Stage: TypeAlias = Usd.Stage
 """For callers outside this package, which do not import pxr."""
 
 
-def can_transplant(difference: Difference, stage: Usd.Stage) -> bool:
-    """Whether `stage` can be given that difference by itself. What a selection or a file brings is listed beside it,
-    and one instance cannot differ from its like."""
+def can_apply(difference: Difference, stage: Usd.Stage) -> bool:
+    """Return whether `stage` can be given that difference alone. The effects of a selection or a file are listed as
+    differences of their own, and an instance cannot differ from the others."""
     if difference.kind in (FILE, SELECTION):
         return False
     path = Sdf.Path(difference.where).GetPrimPath()
@@ -32,14 +32,14 @@ def can_transplant(difference: Difference, stage: Usd.Stage) -> bool:
     return not prim.IsInstanceProxy()
 
 
-def transplant(difference: Difference, of: Usd.Stage, to: Usd.Stage) -> None:
+def apply_difference(difference: Difference, of: Usd.Stage, to: Usd.Stage) -> None:
     """Give `to`, in its session layer, what `of` has at the place of `difference`, one that can be transplanted.
 
     Raises StageError where USD refuses.
     """
     try:
         with Usd.EditContext(to, to.GetSessionLayer()):
-            _transplant(difference, Sdf.Path(difference.where), of, to)
+            _apply(difference, Sdf.Path(difference.where), of, to)
     except Tf.ErrorException as error:
         raise StageError(reason(error), where=difference.where) from None
 
@@ -56,7 +56,7 @@ def add_schemas(where: str, of: Usd.Stage, to: Usd.Stage) -> None:
             prims[0].SetMetadata("apiSchemas", Sdf.TokenListOp.CreateExplicit([*own, *more]))
 
 
-def _transplant(difference: Difference, path: Sdf.Path, of: Usd.Stage, to: Usd.Stage) -> None:
+def _apply(difference: Difference, path: Sdf.Path, of: Usd.Stage, to: Usd.Stage) -> None:
     prim = to.OverridePrim(path.GetPrimPath())
     if difference.kind == PRIM:
         _prim(path, of, to)

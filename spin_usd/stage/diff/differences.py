@@ -1,6 +1,6 @@
-"""What differs between two compositions of a stage, by prim and property: composed values, not opinions.
+"""The differences between two compositions of a stage, by prim and property: composed values, not opinions.
 
-Documentation, comments and custom data describe, and are left out.
+Documentation, comments and custom data only describe, and are skipped.
 """
 
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ from spin_usd.stage.usd.visibility import PROXIES
 FILE, PRIM, ACTIVE, SELECTION, SCHEMAS, METADATA = "file", "prim", "active", "selection", "schemas", "metadata"
 ATTRIBUTE, CONNECTION, RELATIONSHIP = "attribute", "connection", "relationship"
 ALL_PRIMS = Usd.TraverseInstanceProxies(Usd.PrimIsDefined & ~Usd.PrimIsAbstract)
-"""Those that are not active too."""
+"""All prims, also those that are not active."""
 # fmt: off
-OF_NO_PICTURE = {
+WITHOUT_EFFECT = {
     "allowedTokens", "apiSchemas", "active", "comment", "custom", "customData", "default", "displayGroup",
     "displayName", "documentation", "hidden", "specifier", "spline", "timeSamples", "typeName", "variability",
     "variantSelection", "variantSetNames",
@@ -48,9 +48,9 @@ class Difference:
 
 
 def differences(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
-    """All that differs from `a` to `b`, two compositions of one root layer: files first, then by prim path.
+    """Yield all differences from `a` to `b`, two compositions of one root layer: files first, then by prim path.
 
-    What is below a prim that one of them lacks, or that is not active there, is not listed.
+    Nothing is listed below a prim that one of them lacks, or that is not active there.
     """
     yield from _files(a, b)
     prims_a, prims_b = ({prim.GetPath(): prim for prim in Usd.PrimRange.Stage(s, ALL_PRIMS)} for s in (a, b))
@@ -62,14 +62,14 @@ def differences(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
         before, after = prims_a.get(path), prims_b.get(path)
         if before is None or after is None:
             gone = path
-            yield _lone(before, after)
+            yield _unmatched(before, after)
         elif clips or before.GetPrimStackWithLayerOffsets() != after.GetPrimStackWithLayerOffsets():
-            yield from _of_prim(before, after)
+            yield from _prim_differences(before, after)
             gone = None if before.IsActive() and after.IsActive() else path
 
 
 def _files(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
-    """The files that only one of them is made of."""
+    """Yield the files that only one of them uses."""
     folder = a.GetRootLayer().realPath.rpartition("/")[0]
     before, after = used_files(a, folder), used_files(b, folder)
     for file in sorted(before.keys() ^ after.keys()):
@@ -77,7 +77,7 @@ def _files(a: Usd.Stage, b: Usd.Stage) -> Iterator[Difference]:
         yield _difference(FILE, file, "", digests, (None, None))
 
 
-def _lone(before: Usd.Prim | None, after: Usd.Prim | None) -> Difference:
+def _unmatched(before: Usd.Prim | None, after: Usd.Prim | None) -> Difference:
     path = next(prim.GetPath() for prim in (before, after) if prim)
     texts = (_described(prim) if prim else None for prim in (before, after))
     return _difference(PRIM, str(path), "", texts, (_origin(prim) if prim else None for prim in (before, after)))
@@ -88,7 +88,7 @@ def _described(prim: Usd.Prim) -> str:
     return f"{prim.GetTypeName() or 'prim'}" + (f" and {below} prims below" if below > 0 else "")
 
 
-def _of_prim(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
+def _prim_differences(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
     where = str(a.GetPath())
     if a.IsActive() != b.IsActive():
         texts = ("active" if prim.IsActive() else "not active" for prim in (a, b))
@@ -112,7 +112,7 @@ def _of_prim(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
 
 
 def _selections(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
-    """The variants that prims of the stage select; what was asked for, in the session, is no difference."""
+    """Yield differing variant selections, except those made in the session layer."""
     chosen = [prim.GetVariantSets().GetAllVariantSelections() for prim in (a, b)]
     specs = [prim.GetStage().GetSessionLayer().GetPrimAtPath(prim.GetPath()) for prim in (a, b)]
     asked = {name for spec in specs if spec for name in spec.variantSelections.keys()}  # noqa: SIM118 - a map proxy
@@ -125,7 +125,7 @@ def _selections(a: Usd.Prim, b: Usd.Prim) -> Iterator[Difference]:
 
 def _metadata(a: Usd.Object, b: Usd.Object, where: str) -> Iterator[Difference]:
     before, after = a.GetAllMetadata(), b.GetAllMetadata()
-    for name in sorted(({*before, *after}) - OF_NO_PICTURE):
+    for name in sorted(({*before, *after}) - WITHOUT_EFFECT):
         if before.get(name) != after.get(name):
             texts = (str(all_of[name]) if name in all_of else None for all_of in (before, after))
             yield _difference(METADATA, where, name, texts, (None, None))
@@ -152,14 +152,14 @@ def _attribute(a: Usd.Prim, b: Usd.Prim, name: str) -> Iterator[Difference]:
     codes = [Usd.TimeCode(time) for time in times] or [Usd.TimeCode.Default()]
     differing = [code for code in codes if not same_value(*_values(both, code))]
     if differing:
-        known = next(attribute for attribute in both if attribute)
-        texts = value_texts(*_values(both, differing[0]), known)
+        either = next(attribute for attribute in both if attribute)
+        texts = value_texts(*_values(both, differing[0]), either)
         varies = {"samples": len(differing), "time_code": differing[0].GetValue()} if times else {}
         yield _difference(ATTRIBUTE, where, "", texts, map(_property_origin, both), **varies)
 
 
 def _same_opinions(a: Usd.Attribute, b: Usd.Attribute) -> bool:
-    """Whether their values come from the same places, so that there is no need to read them."""
+    """Return whether their values come from the same opinions, so that they need not be read."""
     clips = Usd.ResolveInfoSourceValueClips
     if clips in (a.GetResolveInfo().GetSource(), b.GetResolveInfo().GetSource()):
         return False
@@ -187,7 +187,7 @@ def _property_origin(prop: Usd.Property) -> str | None:
 
 
 def _origin(prim: Usd.Prim, info: str = "specifier", of: str = "") -> str | None:
-    """Where the prim's strongest opinion on `info` comes from; `of`: the variant set of a selection."""
+    """Return the origin of the prim's strongest opinion on `info`; `of`: the variant set of a selection."""
     for spec in prim.GetPrimStack():
         if spec.HasInfo(info) and (not of or of in spec.variantSelections):
             return origin(prim, spec)

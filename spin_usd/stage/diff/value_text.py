@@ -1,4 +1,4 @@
-"""Values of attributes as a person reads them: short, and different where the values are."""
+"""Values of attributes as short text, different wherever the values are."""
 
 from typing import Any
 
@@ -13,8 +13,8 @@ DIGITS = 12  # of a digest
 
 
 def value_texts(a: Any, b: Any, attribute: Usd.Attribute) -> tuple[str | None, str | None]:
-    """Two values of `attribute` that differ, each in at most MAX_CHARACTERS characters and None for None; files with
-    the beginning of their digest, arrays from where they differ if they begin alike."""
+    """Return two differing values of `attribute` as text, each in at most MAX_CHARACTERS characters and None for None;
+    files with the beginning of their digest, arrays from where they differ if they begin alike."""
     name = str(attribute.GetTypeName().cppTypeName).removeprefix("VtArray<").removesuffix(">")
     single = name == "float" or name[-1:] in "fh"
     first, second = (None if value is None else _text(value, single=single) for value in (a, b))
@@ -29,7 +29,7 @@ def _cut(text: str | None) -> str | None:
 
 
 def same_value(a: Any, b: Any) -> bool:
-    """Whether two values are the same; assets are where they are the same file."""
+    """Return whether two values are the same; assets are where they resolve to the same file."""
     if isinstance(a, Sdf.AssetPath) and isinstance(b, Sdf.AssetPath):
         return bool((a.resolvedPath or a.path) == (b.resolvedPath or b.path))
     if isinstance(a, Sdf.AssetPathArray) and isinstance(b, Sdf.AssetPathArray):

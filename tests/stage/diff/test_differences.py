@@ -1,9 +1,9 @@
-"""Differences between compositions. The law: what is transplanted from one to the other no longer differs."""
+"""Differences between compositions. The law: a difference applied to one of them is gone."""
 
 import pytest
 
 from spin_usd.stage.composition.open_stage import open_stage
-from spin_usd.stage.diff.apply_difference import can_transplant, transplant
+from spin_usd.stage.diff.apply_difference import apply_difference, can_apply
 from spin_usd.stage.diff.differences import differences
 
 ROOT = """#usda 1.0
@@ -261,10 +261,10 @@ def test_all_that_differs_transplanted_leaves_nothing_that_differs(make, text) -
     """But the files, which are how the values came there."""
     path = make(text)
     a, b = open_stage(path, selections={"paint": "thick"}), open_stage(path, variant="a")
-    listed = [each for each in differences(a, b) if can_transplant(each, a)]
+    listed = [each for each in differences(a, b) if can_apply(each, a)]
     assert listed
     for each in listed:
-        transplant(each, b, a)
+        apply_difference(each, b, a)
     assert [each for each in differences(a, b) if each.kind != "file"] == []
     assert not any(stage.GetRootLayer().dirty for stage in (a, b))
 

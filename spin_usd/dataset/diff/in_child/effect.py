@@ -7,7 +7,7 @@ from spin_usd.errors import SpinError
 from spin_usd.scene.derived.keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import NOMINAL, FrameId
-from spin_usd.stage.diff.apply_difference import Stage, add_schemas, can_transplant, transplant
+from spin_usd.stage.diff.apply_difference import Stage, add_schemas, apply_difference, can_apply
 from spin_usd.stage.diff.differences import PRIM, Difference
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -56,7 +56,7 @@ class ComparedVariant:
         as_it_was = session.ExportToString()
         try:
             for each in differences:
-                transplant(each, other.reader.stage, self.trial)
+                apply_difference(each, other.reader.stage, self.trial)
                 add_schemas(each.where, other.reader.stage, self.trial)
             tried = NeutralKeys(StageReader("", variant=self.reader.variant, stage=self.trial))
             return {key for frame in frames for key in changed(self.keys(frame), tried.of(frame))}
@@ -95,7 +95,7 @@ class Trials:
         return self._effects[where]
 
     def _can_try(self, difference: Difference) -> bool:
-        return all(can_transplant(difference, variant.trial) for variant in self.variants)
+        return all(can_apply(difference, variant.trial) for variant in self.variants)
 
     def _tried(self, difference: Difference) -> str | None:
         together = [each for each in self.found if each.where == difference.where and self._can_try(each)]

@@ -29,5 +29,7 @@ def read_display_color(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> dict
             notes.add("color-clamped", primvar.where, "holds numbers above 1, which are rendered as 1")
         refuse_outside(primvar.values, Limits(name=name, size=size), primvar.where)
         first = tuple(float(v) for v in primvar.values[0])
-        fields[of] = PrimvarInput(name=name, fallback=first) if not primvar.one else first if size > 1 else first[0]
+        fields[of] = (
+            PrimvarInput(name=name, fallback=first) if not primvar.is_constant else first if size > 1 else first[0]
+        )
     return fields

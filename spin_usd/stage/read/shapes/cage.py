@@ -1,4 +1,4 @@
-"""Polygon meshes to subdivide, with creases, corners and boundaries: what the schemes have in common.
+"""Polygon meshes to subdivide, with creases, corners and boundaries, and the rules that all schemes share.
 
 Source: T. DeRose, M. Kass and T. Truong, "Subdivision surfaces in character animation" (1998) for creases.
 """
@@ -14,15 +14,15 @@ from scipy.sparse.csgraph import connected_components
 from spin_usd.arrays import Float
 from spin_usd.stage.read.shapes.triangles import Int, unit
 
-INFINITE = 10.0  # USD: a sharpness of 10 or more never wears off
+INFINITE = 10.0  # USD: an edge of sharpness 10 or more stays sharp after any number of steps
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cage:
     """A polygon mesh to subdivide. points (P, 3), or other values (P, C) that follow the same rules · counts (F,) ·
-    indices (sum of counts,) · source (F,) the face of the first cage that each face is of · edges (E, 2) sorted point
-    pairs · edge_sharpness (E,) · point_sharpness (P,). Sharpness is a whole number: how many steps an edge or point
-    stays sharp."""
+    indices (sum of counts,) · source (F,): the face of the first cage from which each face comes · edges (E, 2): sorted
+    point pairs · edge_sharpness (E,) · point_sharpness (P,). Sharpness is a whole number: how many steps an edge or
+    point stays sharp."""
 
     points: Float
     counts: Int
@@ -36,18 +36,19 @@ class Cage:
 
     @property
     def face_of_corner(self) -> Int:
+        """The face of each corner (sum of counts,)."""
         return np.repeat(np.arange(len(self.counts)), self.counts)
 
     def at_corners(self, values: Float) -> Float:
-        """(F, n, C) of `values` (P, C), where all faces have n corners."""
+        """Return `values` (P, C) at the corners (F, n, C), where all faces have n corners."""
         corners: Float = values[self.indices.reshape(len(self.counts), -1)]
         return corners
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scheme:
-    """A way to subdivide. corners: of each face after one step · refine: one step · limit: where the points (P, C) of a
-    refined cage end after endlessly many."""
+    """A subdivision scheme. corners: the corners of each face after one step · refine: one step · limit: the limit of
+    the points (P, C) of a refined cage after infinitely many steps."""
 
     corners: int
     refine: Callable[[Cage], Cage]
@@ -55,9 +56,9 @@ class Scheme:
 
 
 def cage(points: Float, counts: Int, indices: Int, creases: dict[tuple[int, int], float], corners: Float) -> Cage:
-    """A cage with sharp edges {(low, high): sharpness} and point sharpness `corners` (P,).
+    """Build a cage with sharp edges {(low, high): sharpness} and point sharpness `corners` (P,).
 
-    Edges with one face, or more than two, are sharp for ever; so is a point with one face only.
+    Edges with one face, or more than two, are always sharp.
     """
     following = next_corner(counts)
     pairs = np.sort(np.stack([indices, indices[following]], 1), 1)
@@ -83,18 +84,18 @@ def cage(points: Float, counts: Int, indices: Int, creases: dict[tuple[int, int]
 
 
 def all_sharp(c: Cage) -> Cage:
-    """The same cage with everything sharp: refining it is bilinear subdivision."""
+    """Make everything sharp: refining such a cage is bilinear subdivision."""
     return replace(c, edge_sharpness=np.full(len(c.edges), INFINITE), point_sharpness=np.full(len(c.points), INFINITE))
 
 
 def lonely_corners(counts: Int, indices: Int, point_count: int) -> Float:
-    """Sharpness (P,) that keeps points of a single face where they are (interpolateBoundary = edgeAndCorner)."""
+    """Return a sharpness (P,) that fixes points of a single face (interpolateBoundary = edgeAndCorner)."""
     return np.where(np.bincount(indices, minlength=point_count) == 1, INFINITE, 0.0)
 
 
 def corner_normals(c: Cage, points: Float) -> Float:
-    """Unit normals (F, n, 3) at the corners of a refined cage's faces with `points` (P, 3): averaged over the faces
-    around each point by area, but not across sharp edges."""
+    """Compute unit normals (F, n, 3) at the corners of a refined cage's faces with `points` (P, 3): averaged over the
+    faces around each point by area, but not across sharp edges."""
     p = c.at_corners(points)
     n = p.shape[1]
     area = np.cross(p[:, 2] - p[:, 0], p[:, -1] - p[:, 1])
@@ -104,7 +105,7 @@ def corner_normals(c: Cage, points: Float) -> Float:
 
 
 def _smooth_fans(c: Cage) -> Int:
-    """A number (4 F,) for each corner, equal where corners of one point are joined by edges that are not sharp."""
+    """Number the corners (4 F,), equally where corners of one point are joined by edges that are not sharp."""
     following = next_corner(c.counts)
     corner = np.flatnonzero(c.edge_sharpness[c.face_edges] == 0)
     pairs = corner[np.argsort(c.face_edges[corner], kind="stable")].reshape(-1, 2)  # such edges have two faces
@@ -117,14 +118,16 @@ def _smooth_fans(c: Cage) -> Int:
 
 
 def by_rule(c: Cage, smooth: Float, crease: Float) -> Float:
-    """Fewer than two sharp edges: smooth; two: on a crease; more, a sharp point or one without faces: it stays."""
+    """Choose each point's rule: smooth with fewer than two sharp edges, crease with two; with more it stays, as do
+    sharp points and points without faces."""
     sharp = np.bincount(c.edges[c.edge_sharpness > 0].reshape(-1), minlength=len(c.points))
     stays = (sharp > 2) | (c.point_sharpness > 0) | (np.bincount(c.indices, minlength=len(c.points)) == 0)
     return np.where(stays[:, None], c.points, np.where((sharp == 2)[:, None], crease, smooth))
 
 
 def inherited(parent: Cage, child: Cage) -> Float:
-    """Sharpness of the child's edges: halves of a parent's edge inherit it, less one; others only by topology."""
+    """Return the sharpness of the child's edges: halves of a parent's edge inherit it, less one; others only by
+    topology."""
     n, e = len(parent.points), len(parent.edges)
     # Numbers ascend, so the old end of a half edge comes first and its middle second.
     half = (child.edges[:, 0] < n) & (child.edges[:, 1] >= n) & (child.edges[:, 1] < n + e)
@@ -134,23 +137,24 @@ def inherited(parent: Cage, child: Cage) -> Float:
 
 
 def worn(sharpness: Float) -> Float:
+    """Return the sharpness after one step: one less, unless it is infinite."""
     return np.where(sharpness >= INFINITE, sharpness, np.maximum(sharpness - 1, 0))
 
 
 def neighbour_sum(c: Cage, chosen: NDArray[np.bool_]) -> Float:
-    """Sum (P, 3) of the other ends of the chosen edges at each point."""
+    """Sum the other ends (P, 3) of the chosen edges at each point."""
     a, b = c.edges[chosen, 0], c.edges[chosen, 1]
     n = len(c.points)
     return sums(c.points[np.concatenate([b, a])], np.concatenate([a, b]), n)
 
 
 def sums(values: Float, group: Int, count: int) -> Float:
-    """Sums (count, C) of `values` (N, C) by `group` (N,)."""
+    """Sum `values` (N, C) by `group` (N,), to (count, C)."""
     return np.stack([np.bincount(group, values[:, i], minlength=count) for i in range(values.shape[1])], 1)
 
 
 def next_corner(counts: Int) -> Int:
-    """For each corner of faces laid end to end, the place of the next corner of its own face."""
+    """Return for each corner, in the faces' order, the index of the next corner of its face."""
     ends = np.cumsum(counts)
     following = np.arange(1, int(counts.sum()) + 1)
     following[ends - 1] = ends - counts
@@ -158,6 +162,7 @@ def next_corner(counts: Int) -> Int:
 
 
 def previous_corner(counts: Int) -> Int:
+    """Return for each corner, in the faces' order, the index of the previous corner of its face."""
     following = next_corner(counts)
     previous = np.empty_like(following)
     previous[following] = np.arange(len(following))

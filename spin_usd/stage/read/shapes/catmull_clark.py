@@ -23,7 +23,7 @@ from spin_usd.stage.read.shapes.triangles import Int
 
 
 def refine(c: Cage) -> Cage:
-    """One step: every face of n corners becomes n quadrangles."""
+    """Refine once: every face of n corners becomes n quadrangles."""
     faces, edges, n = c.face_of_corner, c.edges, len(c.points)
     face_points = _mean(c.points[c.indices], faces, len(c.counts))
     ends = c.points[edges].sum(1)
@@ -45,7 +45,7 @@ def refine(c: Cage) -> Cage:
 
 
 def limit(c: Cage) -> Float:
-    """Where the points (P, C) of a cage of quadrangles end after endlessly many steps."""
+    """Compute where the points (P, C) of a cage of quadrangles end after infinitely many steps."""
     quads = c.indices.reshape(-1, 4)
     valence = np.bincount(c.indices, minlength=len(c.points))[:, None]
     neighbours = neighbour_sum(c, np.ones(len(c.edges), bool))
@@ -57,7 +57,7 @@ def limit(c: Cage) -> Float:
 
 
 def _moved_points(c: Cage, face_points: Float) -> Float:
-    """The old points (P, 3) after one step; `face_points` (sum of counts, 3) are those of each corner's face."""
+    """Move the old points (P, 3) by one step; `face_points` (sum of counts, 3) are those of each corner's face."""
     valence = np.bincount(c.indices, minlength=len(c.points))[:, None]
     n = np.maximum(valence, 1)
     faces = sums(face_points, c.indices, len(c.points)) / n

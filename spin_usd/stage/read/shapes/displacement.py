@@ -21,13 +21,13 @@ from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, u
 
 MAX_TEXELS = 1.5
 CHUNK = 2**18  # look-ups at a time
-STEPS = 4095  # normals closer than one step are of one smooth surface
-MAX_DISPLACEMENT = 100.0  # times the mesh's own extent: no relief of a surface any more, but a mesh thrown out of sight
+STEPS = 4095  # normals closer than one step belong to one smooth surface
+MAX_DISPLACEMENT = 100.0  # times the mesh's own extent: beyond any relief of a surface
 OPPOSED = 1e-6  # of the summed weights: below this the normals at a point cancel
 
 
 def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: object) -> Triangles:
-    """`triangles` (T) moved by amounts[of] (T,), with normals recomputed; the same object where all are 0.
+    """Move `triangles` (T) by amounts[of] (T,) and recompute normals; the same object where all are 0.
 
     Raises UnsupportedError where the image asks for too many triangles, or where two sheets lie back to back;
     StageError for a displacement of more than MAX_DISPLACEMENT times the extent of the mesh.
@@ -51,14 +51,14 @@ def displaced(triangles: Triangles, of: Int, amounts: Sequence[Scalar], where: o
 
 def _check_length(triangles: Triangles, length: Float, where: object) -> None:
     corners = triangles.points[triangles.corners].reshape(-1, 3)
-    extent, most = float(np.linalg.norm(np.ptp(corners, axis=0))), float(np.abs(length).max(initial=0))
-    if not most <= MAX_DISPLACEMENT * extent:
-        found = f"is displaced by {most:g}, more than {MAX_DISPLACEMENT:g} times its own extent of {extent:g}"
+    extent, largest = float(np.linalg.norm(np.ptp(corners, axis=0))), float(np.abs(length).max(initial=0))
+    if not largest <= MAX_DISPLACEMENT * extent:
+        found = f"is displaced by {largest:g}, more than {MAX_DISPLACEMENT:g} times its own extent of {extent:g}"
         raise StageError(found, where=where, do="make its material's inputs:displacement smaller")
 
 
 def _coordinates(texture: Texture, triangles: Triangles) -> Float:
-    """(T, 3, 2) places on the image of the corners."""
+    """Return the corners' coordinates (T, 3, 2) on the image."""
     at = texture.coordinates
     if at.primvar is None:
         return np.broadcast_to(placed(at, np.array([at.constant])), (len(triangles.corners), 3, 2))
@@ -66,7 +66,7 @@ def _coordinates(texture: Texture, triangles: Triangles) -> Float:
 
 
 def _lengths(amount: Any, triangles: Triangles) -> Float:
-    """(T, 3) displacement of the corners."""
+    """Return the displacement (T, 3) of the corners."""
     if isinstance(amount, Primvar):
         return triangles.primvars[amount.name][..., 0]
     if not isinstance(amount, Texture):
@@ -93,7 +93,8 @@ def _moved(triangles: Triangles, length: Float, where: object) -> Triangles:
 
 
 def _smoothed(triangles: Triangles, angle: Float) -> Float:
-    """Normals (T, 3, 3) of moved triangles: the mean over the faces of each point whose old normals agreed there."""
+    """Compute normals (T, 3, 3) of moved triangles: the mean over the faces of a point whose old normals were equal
+    there."""
     code = np.round((triangles.normals.reshape(-1, 3) + 1) * STEPS).astype(np.int64)
     bits = np.int64(2 * STEPS + 1)
     key = ((triangles.corners.reshape(-1) * bits + code[:, 0]) * bits + code[:, 1]) * bits + code[:, 2]
@@ -108,7 +109,7 @@ def _sums(group: NDArray[Any], values: Float, count: int) -> Float:
 
 
 def _angles(points: Float) -> Float:
-    """(T, 3) the angle of each corner of triangles (T, 3, 3)."""
+    """Compute the angle (T, 3) of each corner of triangles (T, 3, 3)."""
     to_next = np.roll(points, -1, axis=1) - points
     to_last = np.roll(points, 1, axis=1) - points
     sine = np.linalg.norm(np.cross(to_next, to_last), axis=-1)

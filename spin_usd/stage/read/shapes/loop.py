@@ -23,7 +23,7 @@ from spin_usd.stage.read.shapes.cage import (
 
 
 def refine(c: Cage) -> Cage:
-    """One step: every triangle becomes four."""
+    """Refine once: every triangle becomes four."""
     n, following, previous = len(c.points), next_corner(c.counts), previous_corner(c.counts)
     ends = c.points[c.edges].sum(1)
     opposite = sums(c.points[c.indices], c.face_edges[following], len(c.edges))
@@ -42,7 +42,7 @@ def refine(c: Cage) -> Cage:
 
 
 def limit(c: Cage) -> Float:
-    """Where the points (P, C) of a cage of triangles end after endlessly many steps."""
+    """Compute where the points (P, C) of a cage of triangles end after infinitely many steps."""
     valence = _valence(c)
     share = 1 / (3 / (8 * _share(valence)) + valence)
     smooth = (1 - valence * share) * c.points + share * neighbour_sum(c, np.ones(len(c.edges), bool))
@@ -51,7 +51,7 @@ def limit(c: Cage) -> Float:
 
 
 def _moved_points(c: Cage) -> Float:
-    """The old points (P, C) after one step."""
+    """Move the old points (P, C) by one step."""
     valence = _valence(c)
     share = _share(valence)
     smooth = (1 - valence * share) * c.points + share * neighbour_sum(c, np.ones(len(c.edges), bool))
@@ -60,12 +60,12 @@ def _moved_points(c: Cage) -> Float:
 
 
 def _valence(c: Cage) -> Float:
-    """How many edges each point has (P, 1), at least one."""
+    """Count the edges of each point (P, 1), at least one."""
     return np.maximum(np.bincount(c.edges.reshape(-1), minlength=len(c.points)), 1)[:, None].astype(np.float64)
 
 
 def _share(valence: Float) -> Float:
-    """What each neighbour of a point gives to it in one step."""
+    """Compute the weight of each neighbour of a point in one step."""
     share: Float = (5 / 8 - (3 / 8 + np.cos(2 * np.pi / valence) / 4) ** 2) / valence
     return share
 

@@ -1,4 +1,4 @@
-"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; checked before anything else sees it."""
+"""UsdGeom.Mesh as triangles: any face size, with or without subdivision; its arrays are checked first."""
 
 from collections.abc import Sequence
 
@@ -18,11 +18,11 @@ from spin_usd.stage.usd.values import array, refuse
 def read_mesh(
     prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = (), deformation: Deformation | None = None
 ) -> Triangles:
-    """Triangles in the mesh's own axes, stage units, with `primvars` at their corners; `source` is the authored face.
-    What a skeleton does comes first, as in USD: it moves the points that are subdivided.
+    """Read triangles in the mesh's own axes, stage units, with `primvars` at their corners; `source` is the authored
+    face. A skeleton deforms the points before they are subdivided, as in USD.
 
-    Scheme none: normals as authored, else flat. Other schemes: see `subdivided`. Raises StageError for numbers that are
-    no mesh, UnsupportedError for a scheme that USD does not have.
+    Scheme none: normals as authored, else flat. Other schemes: see `subdivided`. Raises StageError for arrays that are
+    not a valid mesh, UnsupportedError for a scheme that USD does not have.
     """
     mesh = UsdGeom.Mesh(prim)
     points, counts, indices = _checked_topology(mesh, time, deformation)
@@ -37,13 +37,13 @@ def read_mesh(
     triangles = _without_holes(mesh, time, triangles, len(counts)).with_area()
     if not len(triangles.corners):
         raise StageError("has no face with an area", where=prim.GetPath(), do="remove the mesh or fix its faces")
-    return triangles.turned() if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded else triangles
+    return triangles.flipped() if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded else triangles
 
 
 def _checked_topology(
     mesh: UsdGeom.Mesh, time: Usd.TimeCode, deformation: Deformation | None
 ) -> tuple[Float, Int, Int]:
-    """Points (P, 3), corners of each face (F,), and indices. Raises StageError naming the first wrong number."""
+    """Read points (P, 3), corners of each face (F,), and indices. Raises StageError with the first wrong number."""
     where = mesh.GetPath()
     if mesh.GetVelocitiesAttr().HasAuthoredValue():
         points = np.array(mesh.ComputePointsAtTime(time, time), np.float64).reshape(-1, 3)
@@ -78,16 +78,16 @@ def _polygonal(
     primvars: Sequence[FoundPrimvar],
     deformation: Deformation | None,
 ) -> Triangles:
-    places, source = triangulate(points, counts, indices, mesh.GetPath())
-    corners = indices[places]
-    at = Corners(places=places, points=corners, faces=source, counts=(len(indices), len(points), len(counts)))
+    positions, source = triangulate(points, counts, indices, mesh.GetPath())
+    corners = indices[positions]
+    at = Corners(positions=positions, points=corners, faces=source, counts=(len(indices), len(points), len(counts)))
     flat = np.repeat(face_normals(points, corners)[:, None], 3, axis=1)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         flat = -flat
     normals = _authored_normals(mesh, time, at)
     if normals is not None:
-        turned = deformation.normals(normals, corners, len(points)) if deformation else unit(normals)
-        flat = np.where((normals != 0).any(-1, keepdims=True), turned, flat)
+        own = deformation.normals(normals, corners, len(points)) if deformation else unit(normals)
+        flat = np.where((normals != 0).any(-1, keepdims=True), own, flat)
     return Triangles(
         points=points,
         corners=corners,
@@ -98,7 +98,7 @@ def _polygonal(
 
 
 def _authored_normals(mesh: UsdGeom.Mesh, time: Usd.TimeCode, at: Corners) -> Float | None:
-    """(T, 3, 3), or None. primvars:normals wins over normals, and its indices are followed."""
+    """Read the authored normals (T, 3, 3), or None. primvars:normals wins over normals, and its indices are used."""
     primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
     if primvar and primvar.HasValue():
         name, value, interpolation = "primvars:normals", primvar.ComputeFlattened(time), primvar.GetInterpolation()

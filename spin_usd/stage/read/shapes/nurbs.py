@@ -1,6 +1,6 @@
 """UsdGeom.NurbsPatch as triangles: points on the surface, and its true normals.
 
-Source: L. Piegl and W. Tiller, "The NURBS Book" (1997), of which the schema takes the words; control points run along u
+Source: L. Piegl and W. Tiller, "The NURBS Book" (1997), whose terms the schema uses; control points run along u
 first, and are not multiplied by their weights.
 """
 
@@ -23,8 +23,8 @@ TOUCHING = 1e-12  # of the longest product of derivatives: below this there is n
 
 
 def read_nurbs_patch(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    """The patch in its own axes. Raises StageError for numbers that are no patch, UnsupportedError for one that curves
-    trim."""
+    """Read the patch in its own axes. Raises StageError for arrays that are not a valid patch, UnsupportedError for one
+    with trim curves."""
     patch = UsdGeom.NurbsPatch(prim)
     if len(array(patch.GetTrimCurveCountsAttr(), time, np.int64)):
         raise UnsupportedError("is trimmed by curves", where=prim.GetPath(), do="convert it to a Mesh")
@@ -40,7 +40,7 @@ def read_nurbs_patch(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Axis:
-    """One of a patch's parameters: its knots, its polynomials' order, and the range (2,) that the patch covers."""
+    """One of a patch's two parameters: its knots, its polynomials' order, and the range (2,) that the patch covers."""
 
     knots: Float
     order: int
@@ -48,11 +48,11 @@ class Axis:
 
     @property
     def count(self) -> int:
-        """Of control points."""
+        """The number of control points."""
         return len(self.knots) - self.order
 
     def bases(self, steps: int) -> tuple[Float, Float]:
-        """What each control point gives (N, count) at `steps` samples between two knots, and its derivative."""
+        """Evaluate each control point's weight (N, count) at `steps` samples between two knots, and its derivative."""
         inner = self.knots[(self.knots > self.range[0]) & (self.knots < self.range[1])]
         ends = np.unique([self.range[0], *inner, self.range[1]])
         at = np.unique(np.concatenate([np.linspace(*pair, steps + 1) for pair in pairwise(ends)]))
@@ -66,7 +66,7 @@ def _axis(patch: UsdGeom.NurbsPatch, name: str, time: Usd.TimeCode) -> Axis:
     count, order = (int(prim.GetAttribute(f"{name}{what}").Get(time) or 0) for what in ("VertexCount", "Order"))
     fits = order >= 2 and count >= order and len(knots) == count + order
     if not fits or not np.isfinite(knots).all() or (np.diff(knots) < 0).any() or not knots[order - 1] < knots[count]:
-        found = f"has {count} points, order {order} and {len(knots)} knots along {name}, which make no patch"
+        found = f"has {count} points, order {order} and {len(knots)} knots along {name}, which is not a valid patch"
         raise StageError(found, where=prim.GetPath(), do="fix them: as many knots as points and order, ascending")
     whole = np.array([knots[order - 1], knots[count]])
     authored = prim.GetAttribute(f"{name}Range").Get(time)
@@ -75,7 +75,7 @@ def _axis(patch: UsdGeom.NurbsPatch, name: str, time: Usd.TimeCode) -> Axis:
 
 
 def _net(patch: UsdGeom.NurbsPatch, u: Axis, v: Axis, time: Usd.TimeCode) -> Float:
-    """(v, u, 4) control points times their weights, and the weights."""
+    """Read the control points times their weights, and the weights, (v, u, 4)."""
     points = array(patch.GetPointsAttr(), time, np.float64).reshape(-1, 3)
     weights = array(patch.GetPointWeightsAttr(), time, np.float64)
     weights = weights if len(weights) else np.ones(len(points))
@@ -89,7 +89,7 @@ def _net(patch: UsdGeom.NurbsPatch, u: Axis, v: Axis, time: Usd.TimeCode) -> Flo
 
 
 def _surface(net: Float, u: Axis, v: Axis, steps: int) -> tuple[Float, Float]:
-    """(V, U, 3) points and normals, which are 0 where there is none."""
+    """Evaluate points and normals (V, U, 3); normals are 0 where there is none."""
     (bu, du), (bv, dv) = u.bases(steps), v.bases(steps)
     whole, along_u, along_v = (
         np.einsum("vi,uj,ijc->vuc", of_v, of_u, net) for of_v, of_u in ((bv, bu), (bv, du), (dv, bu))
@@ -102,7 +102,7 @@ def _surface(net: Float, u: Axis, v: Axis, steps: int) -> tuple[Float, Float]:
 
 
 def _bulge(points: Float) -> float:
-    """How far the farthest odd row (2 N + 1, M, 3) is from the middle between its neighbours."""
+    """Return the largest distance of an odd row of (2 N + 1, M, 3) from the middle between its neighbours."""
     middle = (points[:-2:2] + points[2::2]) / 2
     return float(np.linalg.norm(points[1::2] - middle, axis=-1).max())
 

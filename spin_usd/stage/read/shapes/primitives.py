@@ -1,12 +1,7 @@
-"""USD's own shapes as triangles: points on the true surface, true normals where it is round.
-
-Round sections have 224 corners: a chord then stays within 1e-4 of the radius (1 - cos(pi / 224) = 9.8e-5), one
-pixel in 10,000 across a radius. Between the corners of a sphere, which curves both ways, it is twice that.
-"""
+"""USD's own shapes as triangles: points on the true surface, exact normals where it is round."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -16,33 +11,30 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.deformation import Deformation
 from spin_usd.stage.read.shapes.nurbs import read_nurbs_patch
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
-from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
+from spin_usd.stage.read.shapes.revolution import arc, disc, revolve, side
+from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals
 
-SEGMENTS = 224
-Profile = list[tuple[Float, Float]]
-"""Sections of an outline from bottom to top: points (K, 2) and normals (K, 2) as (distance from the axis, height)."""
-
-# The axes that play (x, y, z) of a shape along z, so that the frame stays right-handed.
+# Which axes replace (x, y, z) of a shape along z, so that the frame stays right-handed.
 AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
 
 def read_gprim(
     prim: Usd.Prim, time: Usd.TimeCode, primvars: Sequence[FoundPrimvar] = (), deformation: Deformation | None = None
 ) -> Triangles:
-    """Triangles of a shape in its own axes, stage units, with `primvars` at their corners; moved where a skeleton does.
+    """Read triangles of a shape in its own axes, stage units, with `primvars` at their corners; moved by its skeleton.
 
-    Raises StageError for a size of zero or less, UnsupportedError for a primvar that varies: USD does not say what the
-    points and faces of its shapes are, nor gives them texture coordinates of their own.
+    Raises StageError for a size of zero or less, UnsupportedError for a primvar that varies: USD neither defines the
+    points and faces of its shapes nor gives them texture coordinates.
     """
     triangles = SHAPES[str(prim.GetTypeName())](prim, time)
     for primvar in primvars:
-        if not primvar.one:
+        if not primvar.is_constant:
             found = f"varies over the {prim.GetTypeName()} {prim.GetPath()}, whose points USD does not number"
             raise UnsupportedError(found, where=primvar.where, do="give it one value, or make the shape a Mesh")
     values = {p.name: np.broadcast_to(p.elements[0], (*triangles.corners.shape, p.values.shape[1])) for p in primvars}
     triangles = replace(triangles, primvars=values)
     if UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
-        triangles = replace(triangles.turned(), normals=-triangles.turned().normals)
+        triangles = replace(triangles.flipped(), normals=-triangles.flipped().normals)
     return triangles.transformed(deformation.matrix(), prim.GetPath()) if deformation else triangles
 
 
@@ -65,44 +57,45 @@ def _plane(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
 
 
 def _sphere(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    return revolve([_arc(_size(prim, "radius", time), 0.0, -np.pi / 2, np.pi / 2)])
+    return revolve([arc(_size(prim, "radius", time), 0.0, -np.pi / 2, np.pi / 2)])
 
 
 def _cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     r, h = _size(prim, "radius", time), _size(prim, "height", time) / 2
-    return _along(prim, revolve([_disc(r, -h, -1), _side(r, -h, r, h), _disc(r, h, 1)]))
+    return _along(prim, revolve([disc(r, -h, -1), side(r, -h, r, h), disc(r, h, 1)]))
 
 
 def _tapered_cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     h = _size(prim, "height", time) / 2
     low, high = _radii(prim, time)
-    return _along(prim, revolve([_disc(low, -h, -1), _side(low, -h, high, h), _disc(high, h, 1)]))
+    return _along(prim, revolve([disc(low, -h, -1), side(low, -h, high, h), disc(high, h, 1)]))
 
 
 def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     r, h = _size(prim, "radius", time), _size(prim, "height", time) / 2
-    return _along(prim, revolve([_disc(r, -h, -1), _side(r, -h, 0.0, h)]))
+    return _along(prim, revolve([disc(r, -h, -1), side(r, -h, 0.0, h)]))
 
 
 def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
     r, h = _size(prim, "radius", time), _size(prim, "height", time, zero=True) / 2
-    return _along(prim, revolve([_arc(r, -h, -np.pi / 2, 0.0), _side(r, -h, r, h), _arc(r, h, 0.0, np.pi / 2)]))
+    return _along(prim, revolve([arc(r, -h, -np.pi / 2, 0.0), side(r, -h, r, h), arc(r, h, 0.0, np.pi / 2)]))
 
 
 def _tapered_capsule(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles:
-    """Its radii are those of the circles at the spine's ends, where spheres meet the cone between them without an edge
-    (so USD computes its extent): a sphere's own radius is larger, and its centre shifted along the spine."""
+    """Read a capsule whose radii are those of the circles at the spine's ends, where spheres meet the cone between them
+    without an edge (as USD's extent has it): a sphere's own radius is larger, and its centre shifted along the
+    spine."""
     h = _size(prim, "height", time, zero=True) / 2
     low, high = _radii(prim, time)
     if h == 0 and low != high:
         raise StageError("its height is 0 and its radii differ", where=prim.GetPath(), do="give it a height")
-    side = _side(low, -h, high, h)
+    cone = side(low, -h, high, h)
     lean = float(np.arctan2(low - high, 2 * h))
     grow, shift = 1 / np.cos(lean), np.tan(lean)
-    bottom = _arc(low * grow, -h - low * shift, -np.pi / 2, lean)
-    top = _arc(high * grow, h - high * shift, lean, np.pi / 2)
-    bottom[0][-1], top[0][0] = side[0]  # to the last bit, so that the surface closes
-    return _along(prim, revolve([bottom, side, top]))
+    bottom = arc(low * grow, -h - low * shift, -np.pi / 2, lean)
+    top = arc(high * grow, h - high * shift, lean, np.pi / 2)
+    bottom[0][-1], top[0][0] = cone[0]  # to the last bit, so that the surface closes
+    return _along(prim, revolve([bottom, cone, top]))
 
 
 SHAPES: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Triangles]] = {
@@ -118,64 +111,6 @@ SHAPES: dict[str, Callable[[Usd.Prim, Usd.TimeCode], Triangles]] = {
 }
 
 
-def revolve(profile: Profile) -> Triangles:
-    """Turn an outline about z. Its sections meet at sharp edges; what lies on the axis closes to a point."""
-    angle = np.arange(SEGMENTS) * (2 * np.pi / SEGMENTS)
-    ring = np.stack([np.cos(angle), np.sin(angle)], -1)
-    points: list[Float] = []
-    corners, normals = [], []
-    base = 0
-    for places, directions in profile:
-        points.append(_spun(places, ring).reshape(-1, 3))
-        spun = _spun(directions, ring)
-        for k, (low, high) in enumerate(pairwise(base + SEGMENTS * np.arange(len(places)))):
-            i, j = np.arange(SEGMENTS), (np.arange(SEGMENTS) + 1) % SEGMENTS
-            corners += [np.stack([low + i, low + j, high + j], -1), np.stack([low + i, high + j, high + i], -1)]
-            normals += [
-                np.stack([spun[k, i], spun[k, j], spun[k + 1, j]], 1),
-                np.stack([spun[k, i], spun[k + 1, j], spun[k + 1, i]], 1),
-            ]
-        base += SEGMENTS * len(places)
-    flat = np.concatenate(corners)
-    return _welded(np.concatenate(points), flat, np.concatenate(normals))
-
-
-def _welded(points: Float, corners: Int, normals: Float) -> Triangles:
-    """With coincident points made one and triangles without area dropped, so that the surface is closed."""
-    unique, place = np.unique(points, axis=0, return_inverse=True)
-    triangles = Triangles(
-        points=unique,
-        corners=place.reshape(-1)[corners].astype(np.int64),
-        normals=unit(normals),
-        source=np.zeros(len(corners), np.int64),
-    )
-    return triangles.with_area()
-
-
-def _spun(outline: Float, ring: Float) -> Float:
-    """(K, SEGMENTS, 3) from (K, 2) as (distance, height); exactly on the axis where the distance is 0."""
-    k, s = len(outline), len(ring)
-    height = np.broadcast_to(outline[:, None, 1:], (k, s, 1))
-    return np.concatenate([outline[:, None, :1] * ring + 0.0, height], -1)
-
-
-def _arc(radius: float, height: float, start: float, end: float) -> tuple[Float, Float]:
-    steps = int(np.ceil(SEGMENTS * (end - start) / (2 * np.pi) - 1e-9))
-    angle = np.linspace(start, end, steps + 1)
-    normal = np.stack([np.where(np.isclose(abs(angle), np.pi / 2), 0, np.cos(angle)), np.sin(angle)], -1)
-    return radius * normal + [0, height], normal
-
-
-def _side(r0: float, z0: float, r1: float, z1: float) -> tuple[Float, Float]:
-    normal = unit(np.array([z1 - z0, r0 - r1, 0.0]))[:2]
-    return np.array([[r0, z0], [r1, z1]]), np.array([normal, normal])
-
-
-def _disc(radius: float, height: float, up: int) -> tuple[Float, Float]:
-    outline = np.array([[0.0, height], [radius, height]])
-    return (outline if up < 0 else outline[::-1]), np.array([[0.0, up], [0.0, up]])
-
-
 def _flat(points: Float, quads: Int) -> Triangles:
     corners = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     normals = np.repeat(face_normals(points, corners)[:, None], 3, axis=1)
@@ -183,7 +118,7 @@ def _flat(points: Float, quads: Int) -> Triangles:
 
 
 def _along(prim: Usd.Prim, triangles: Triangles) -> Triangles:
-    """A shape made along z, along the prim's own axis."""
+    """Turn a shape made along z to the prim's own axis."""
     matrix = np.eye(4)
     matrix[:3, :3] = np.eye(3)[AXES[_axis(prim)]].T
     return triangles.transformed(matrix, prim.GetPath())

@@ -17,8 +17,8 @@ DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundPrimvar:
-    """values (V, C) · indices (N,) the value of each element · interpolation: what an element is · where: for
-    messages · prim: which authors it · clamped: whether some of the values were above 1 and are 1."""
+    """A primvar as authored. values (V, C) · indices (N,): the value of each element · interpolation: what an element
+    is · where: for messages · prim: the one that authors it · clamped: whether values above 1 were set to 1."""
 
     name: str
     values: Float
@@ -29,42 +29,43 @@ class FoundPrimvar:
     clamped: bool = False
 
     @property
-    def one(self) -> bool:
-        """Whether it is the same everywhere."""
+    def is_constant(self) -> bool:
+        """Whether the value is the same everywhere."""
         return bool((self.values[self.indices] == self.values[self.indices[0]]).all())
 
     @property
     def elements(self) -> Float:
-        """(N, C)"""
+        """The values of all elements (N, C)."""
         result: Float = self.values[self.indices]
         return result
 
     @property
     def key(self) -> str:
-        """Where it is authored; the same for all instances of a prototype."""
+        """The path at which it is authored; the same for all instances of a prototype."""
         prim = self.prim.GetPrimInPrototype() if self.prim.IsInstanceProxy() else self.prim
         return f"{prim.GetPath()}.{self.name}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corners:
-    """Which elements of a mesh the corners of its triangles are. places (T, 3) into faceVertexIndices · points (T, 3) ·
+    """The elements of a mesh at the corners of its triangles. positions (T, 3) in faceVertexIndices · points (T, 3) ·
     faces (T,) · counts: of face corners, points and faces."""
 
-    places: Int
+    positions: Int
     points: Int
     faces: Int
     counts: tuple[int, int, int]
 
     def elements(self, interpolation: str, count: int, where: str) -> Int:
-        """The element (T, 3) at each corner, of `count` that there are. Raises StageError where that is wrong."""
+        """Return the element (T, 3) at each corner. Raises StageError where the primvar's `count` of elements is
+        wrong."""
         corners, points, faces = self.counts
         choices: dict[str, tuple[int, Any]] = {
-            "constant": (1, np.zeros_like(self.places)),
+            "constant": (1, np.zeros_like(self.positions)),
             "uniform": (faces, np.repeat(self.faces[:, None], 3, axis=1)),
             "vertex": (points, self.points),
             "varying": (points, self.points),
-            "faceVarying": (corners, self.places),
+            "faceVarying": (corners, self.positions),
         }
         check_count(interpolation, count, choices[interpolation][0], where)
         result: Int = choices[interpolation][1]
@@ -72,15 +73,16 @@ class Corners:
 
 
 def check_count(interpolation: str, count: int, needed: int, where: str) -> None:
+    """Raise StageError unless the interpolation's `count` of values is as `needed`."""
     if count != needed:
         found = f"holds {count} values, {interpolation} interpolation needs {needed}"
         raise StageError(found, where=where, do="fix or remove them")
 
 
 def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -> FoundPrimvar | None:
-    """The primvar `name`, of `channels` numbers each, that `prim` has or inherits; None where there is none.
+    """Find the primvar `name`, of `channels` numbers each, that `prim` has or inherits; None where there is none.
 
-    Raises UnsupportedError for one of another type, StageError for values that are none.
+    Raises UnsupportedError for one of another type, StageError for values that are not finite.
     """
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     value = primvar.Get(time) if primvar and primvar.HasValue() else None
@@ -88,9 +90,9 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
         return None
     where = str(primvar.GetAttr().GetPath())
     array = np.array(value)
-    wanted = (channels,) if channels > 1 else ()
+    expected = (channels,) if channels > 1 else ()
     shape = array.shape[1:] if primvar.GetTypeName().isArray else array.shape
-    if array.dtype.kind != "f" or shape != wanted or primvar.GetElementSize() != 1:
+    if array.dtype.kind != "f" or shape != expected or primvar.GetElementSize() != 1:
         found = f"is {primvar.GetTypeName()}, and its material reads {channels} number{'s' * (channels > 1)}"
         raise UnsupportedError(found, where=where, do="give it the type that is read")
     space = str(primvar.GetAttr().GetColorSpace()) if primvar.GetAttr().HasColorSpace() else ""

@@ -1,4 +1,4 @@
-"""Which gprims skeletons deform, and how at one time: UsdSkel, by its own library.
+"""The deformations of gprims by skeletons at one time, found by UsdSkel's own library.
 
 A prim is deformed only below a SkelRoot. Where there is no animation the skeleton is in its rest pose; one that has
 neither, or no bind pose, moves nothing, and its gprims stay where they are authored.
@@ -17,7 +17,7 @@ from spin_usd.stage.usd.visibility import PROXIES, ancestors
 
 @dataclass(eq=False)
 class Skeletons:
-    """Finds the deformations at one time. `visited` collects the prims that they depend on besides their gprims."""
+    """Finds the deformations at one time. `visited` collects the prims on which they depend besides their gprims."""
 
     time: Usd.TimeCode
     visited: list[Usd.Prim]
@@ -25,9 +25,9 @@ class Skeletons:
     _skeletons: dict[Sdf.Path, dict[Sdf.Path, UsdSkel.Skeleton]] = field(default_factory=dict)
 
     def deformation(self, gprim: Usd.Prim) -> Deformation | None:
-        """What a skeleton makes of `gprim`; None where it stays as it is authored.
+        """Find the deformation of `gprim`; None where no skeleton moves it.
 
-        Raises UnsupportedError where the target is only a part of what the skeleton is of, StageError for a skeleton
+        Raises UnsupportedError where the target is only a part of the SkelRoot, StageError for a skeleton
         elsewhere or a transform that cannot be undone.
         """
         root = UsdSkel.Root.Find(gprim)
@@ -35,7 +35,7 @@ class Skeletons:
         if skeleton is None:
             return None
         above = _common_ancestor(gprim, skeleton.GetPrim())
-        _check_place(root.GetPrim(), above, gprim, skeleton)
+        _check_position(root.GetPrim(), above, gprim, skeleton)
         query = self._cache.GetSkelQuery(skeleton)
         animation = query.GetAnimQuery()
         self.visited += [*_below(above, gprim), *_below(above, skeleton.GetPrim())]
@@ -49,7 +49,7 @@ class Skeletons:
         )
 
     def _bound(self, root: UsdSkel.Root) -> dict[Sdf.Path, UsdSkel.Skeleton]:
-        """The skeleton of each gprim below `root` that has one."""
+        """Map each gprim below `root` that has a skeleton to it."""
         path = root.GetPath()
         if path not in self._skeletons:
             self._cache.Populate(root, PROXIES)
@@ -61,7 +61,7 @@ class Skeletons:
         return self._skeletons[path]
 
     def _relative(self, gprim: Usd.Prim, skeleton: Usd.Prim, above: Usd.Prim) -> Gf.Matrix4d:
-        """The row-vector matrix from the skeleton's axes to the gprim's own, both below the prim `above`."""
+        """Compute the row-vector matrix from the skeleton's axes to the gprim's own, both below the prim `above`."""
         cache = UsdGeom.XformCache(self.time)
         own, of_skeleton = (cache.ComputeRelativeTransform(prim, above)[0] for prim in (gprim, skeleton))
         if not np.isfinite(np.array(of_skeleton)).all() or not abs(own.GetDeterminant()) > 0:
@@ -70,16 +70,16 @@ class Skeletons:
 
 
 def _common_ancestor(first: Usd.Prim, second: Usd.Prim) -> Usd.Prim:
-    """The nearest prim that is above both or one of them."""
+    """Find the nearest prim at or above both."""
     return first.GetStage().GetPrimAtPath(first.GetPath().GetCommonPrefix(second.GetPath()))
 
 
 def _below(above: Usd.Prim, prim: Usd.Prim) -> list[Usd.Prim]:
-    """All prims from below `above` down to `prim`."""
+    """List all prims from below `above` down to `prim`."""
     return [each for each in (*ancestors(prim), prim) if each != above and each.GetPath().HasPrefix(above.GetPath())]
 
 
-def _check_place(root: Usd.Prim, above: Usd.Prim, gprim: Usd.Prim, skeleton: UsdSkel.Skeleton) -> None:
+def _check_position(root: Usd.Prim, above: Usd.Prim, gprim: Usd.Prim, skeleton: UsdSkel.Skeleton) -> None:
     if not above.GetPath().HasPrefix(root.GetPath()):
         found = f"its skeleton {skeleton.GetPath()} lies outside its SkelRoot {root.GetPath()}"
         raise StageError(found, where=gprim.GetPath(), do="move the skeleton below it")

@@ -16,21 +16,21 @@ from spin_usd.stage.read.shapes.subdivision_primvars import primvar_cage
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
 from spin_usd.stage.usd.values import array, refuse
 
-LEVELS = 2  # 16 quadrangles or triangles for one; their corners lie on the limit surface
+LEVELS = 2  # 16 quadrangles or triangles per face; their corners lie on the limit surface
 MAX_LEVELS = 4
 SCHEMES = {"catmullClark": CATMULL_CLARK, "bilinear": CATMULL_CLARK, "loop": LOOP}
-"""How USD's subdivision schemes are refined; bilinear as catmullClark with everything sharp."""
+"""The schemes of USD's subdivision schemes; bilinear is catmullClark with everything sharp."""
 
 
 def subdivided(
     mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: Float, counts: Int, indices: Int, primvars: Sequence[FoundPrimvar]
 ) -> Triangles:
-    """Triangles of a checked mesh with `primvars` at their corners; `source` is the authored face.
+    """Subdivide a checked mesh to triangles with `primvars` at their corners; `source` is the authored face.
 
     catmullClark, loop: refined LEVELS times, more where a crease lasts longer, then moved to the limit surface.
     bilinear: the same refinement with everything sharp. Authored normals do not count (as in USD). Raises
     UnsupportedError for fractional creases, open boundaries (interpolateBoundary = none), triangleSubdivisionRule =
-    smooth, and loop on faces that are no triangles.
+    smooth, and loop on faces that are not triangles.
     """
     name = str(mesh.GetSubdivisionSchemeAttr().Get())
     scheme, bilinear = SCHEMES[name], name == "bilinear"
@@ -47,11 +47,11 @@ def subdivided(
         cages = [each.refined() for each in cages]
     limit = c.points if bilinear else scheme.limit(c)
     normals = corner_normals(all_sharp(c) if bilinear else c, limit)
-    turned = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+    left_handed = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     return Triangles(
         points=limit,
         corners=_cut(c.indices.reshape(-1, scheme.corners)),
-        normals=_cut(-normals if turned else normals),
+        normals=_cut(-normals if left_handed else normals),
         source=np.repeat(c.source, scheme.corners - 2),
         primvars={each.name: _cut(each.corners()) for each in cages},
     )
@@ -72,7 +72,7 @@ def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: I
 
 
 def _cut(faces: Any) -> Any:
-    """(2 F, 3, ...) of (F, 4, ...): each quadrangle as two triangles; triangles (F, 3, ...) as they are."""
+    """Cut quadrangles (F, 4, ...) into triangles (2 F, 3, ...); triangles (F, 3, ...) stay as they are."""
     if faces.shape[1] == 3:
         return faces
     halves = faces[:, [[0, 1, 2], [0, 2, 3]]]
@@ -80,7 +80,7 @@ def _cut(faces: Any) -> Any:
 
 
 def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[int, int], float]:
-    """Sharpness of point pairs (low, high)."""
+    """Read the sharpness of point pairs (low, high)."""
     chain = array(mesh.GetCreaseIndicesAttr(), time, np.int64)
     lengths = array(mesh.GetCreaseLengthsAttr(), time, np.int64)
     sharpness = array(mesh.GetCreaseSharpnessesAttr(), time, np.float64)
@@ -99,7 +99,7 @@ def _creases(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> dict[tuple[
 
 
 def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float:
-    """Sharpness (P,)."""
+    """Read the sharpness (P,) of points."""
     where = mesh.GetPath()
     chosen = array(mesh.GetCornerIndicesAttr(), time, np.int64)
     values = _whole(array(mesh.GetCornerSharpnessesAttr(), time, np.float64), "cornerSharpnesses", where)
@@ -112,7 +112,7 @@ def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float
 
 
 def _whole(sharpness: Float, name: str, where: Any) -> Float:
-    """Whole numbers up to MAX_LEVELS, or infinitely sharp."""
+    """Return `sharpness`, not negative. Raises UnsupportedError unless it is whole up to MAX_LEVELS, or infinite."""
     ok = (sharpness >= INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
     if not (ok & np.isfinite(sharpness)).all():
         do = f"use whole numbers up to {MAX_LEVELS}, or {INFINITE:g} for a sharp edge"

@@ -29,15 +29,16 @@ class PrimvarCage:
     linear: bool
 
     def refined(self) -> "PrimvarCage":
+        """Refine the cage once."""
         return replace(self, cage=self.scheme.refine(all_sharp(self.cage) if self.linear else self.cage))
 
     def corners(self) -> Float:
-        """(F, n, C) on the limit surface, of a refined cage."""
+        """Return the values (F, n, C) of a refined cage on the limit surface."""
         return self.cage.at_corners(self.cage.points if self.linear else self.scheme.limit(self.cage))
 
 
 def primvar_cage(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme, *, bilinear: bool) -> PrimvarCage:
-    """The cage of a primvar's values beside that of the points. Raises StageError for a wrong count of values,
+    """Build the cage of a primvar's values beside that of the points. Raises StageError for a wrong count of values,
     UnsupportedError for a mode that USD does not have."""
     if mode not in MODES:
         found = f"has faceVaryingLinearInterpolation = {mode}"
@@ -56,7 +57,8 @@ def primvar_cage(primvar: FoundPrimvar, points: Cage, mode: str, scheme: Scheme,
 
 
 def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:
-    """number (sum of counts,) of the value at each corner. A point has as many values as meet there."""
+    """Build the cage of face-varying values. number (sum of counts,): of the value at each corner. A point of the mesh
+    becomes one point for each different value there."""
     pairs, indices = np.unique(np.stack([points.indices, number], 1), axis=0, return_inverse=True)
     vertex = pairs[:, 0]
     own = cage(values[pairs[:, 1]], points.counts, indices.reshape(-1), {}, points.point_sharpness[vertex])
@@ -68,7 +70,8 @@ def _face_varying(points: Cage, number: Int, values: Float, mode: str) -> Cage:
 
 
 def _sharpened(c: Cage, vertex: Int, border: NDArray[np.bool_], mode: str) -> NDArray[np.bool_]:
-    """Which values (V,) the mode pins. vertex (V,) the point of each; border (V,) whether it is on the mesh's edge."""
+    """Return which values (V,) the mode fixes. vertex (V,): the point of each · border (V,): whether it is on the
+    mesh's boundary."""
     faces = np.bincount(c.indices, minlength=len(c.points))
     bounded = _at(c, c.edge_faces != 2)
     if mode == "boundaries":
@@ -84,10 +87,10 @@ def _sharpened(c: Cage, vertex: Int, border: NDArray[np.bool_], mode: str) -> ND
 
 
 def _at(c: Cage, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which points (P,) a chosen edge (E,) ends at."""
+    """Return the mask (P,) of the points at the ends of chosen edges (E,)."""
     return np.bincount(c.edges[chosen].reshape(-1), minlength=len(c.points)) > 0
 
 
 def _any(chosen: NDArray[np.bool_], vertex: Int) -> NDArray[np.bool_]:
-    """Whether any value at the point of each value is chosen."""
+    """Return for each value whether any value at the same point is chosen."""
     return np.bincount(vertex, chosen)[vertex] > 0

@@ -14,7 +14,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, unit
 
 MAX_TRIANGLES = 2**22
-SAME = 1e-6  # of the longest extent: points nearer than this are one; float32, which USD has, is good to 6e-8
+SAME = 1e-6  # of the longest extent: nearer points are merged; USD's float32 resolves 6e-8
 # Corners 0 to 2 and the middles 3 to 5 of the edges 01, 12, 20, by which edges are halved (1, 2 and 4, added).
 PATTERNS = (
     ((0, 1, 2),),
@@ -29,7 +29,7 @@ PATTERNS = (
 
 
 def welded(triangles: Triangles) -> Triangles:
-    """With points at the same place, but for the rounding of what wrote them, made one: the first of them."""
+    """Merge points that differ only by rounding into the first of them."""
     points, place = np.unique(triangles.points + 0.0, axis=0, return_inverse=True)
     close = cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
     links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(len(points),) * 2)
@@ -39,8 +39,8 @@ def welded(triangles: Triangles) -> Triangles:
 
 
 def tessellated(triangles: Triangles, measure: Float, longest: float, where: object) -> tuple[Triangles, Int]:
-    """Welded `triangles` split until no edge is longer than `longest` by the coordinates `measure` (T, 3, 2) of their
-    corners; and which triangle (N,) each is of.
+    """Split welded `triangles` until no edge is longer than `longest`, measured between the coordinates `measure` (T,
+    3, 2) of their corners. Returns them, and the original triangle (N,) of each.
 
     Normals and primvars are interpolated. Raises UnsupportedError beyond MAX_TRIANGLES.
     """
@@ -70,7 +70,7 @@ def tessellated(triangles: Triangles, measure: Float, longest: float, where: obj
 
 
 def _halved(triangles: Triangles, marked: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Int, Float]:
-    """Which edges (T, 3) are halved, the points (T, 3) in their middles, and all points with those."""
+    """Return which edges (T, 3) are halved, the points (T, 3) in their middles, and all points with those."""
     following = np.roll(triangles.corners, -1, axis=1)
     low, high = np.minimum(triangles.corners, following), np.maximum(triangles.corners, following)
     number = len(triangles.points)
@@ -85,5 +85,5 @@ def _halved(triangles: Triangles, marked: NDArray[np.bool_]) -> tuple[NDArray[np
 
 
 def _with_middles(values: Float) -> Float:
-    """(T, 6, C): `values` (T, 3, C) at the corners, then in the middles of the edges."""
+    """Return `values` (T, 3, C) at the corners, then in the middles of the edges, (T, 6, C)."""
     return np.concatenate([values, (values + np.roll(values, -1, axis=1)) / 2], 1)

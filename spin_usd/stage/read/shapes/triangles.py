@@ -1,4 +1,4 @@
-"""Triangles of one prim on their way into the target's mesh."""
+"""Triangles of one prim, before they become part of the target's mesh."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -17,8 +17,9 @@ FLAT = 1e-14
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Triangles:
-    """points (P, 3) · corners (T, 3) into points, counter-clockwise seen from outside · normals (T, 3, 3) unit, at the
-    corners · source (T,) the face of the prim that each triangle is of · primvars: (T, 3, C) at the corners, by name.
+    """A prim's triangles. points (P, 3) · corners (T, 3) into points, counter-clockwise seen from outside · normals (T,
+    3, 3) unit, at the corners · source (T,): the face of the prim from which each triangle comes · primvars: (T, 3, C)
+    at the corners, by name.
     """
 
     points: Float
@@ -28,7 +29,7 @@ class Triangles:
     primvars: Mapping[str, Float] = field(default_factory=dict)
 
     def transformed(self, matrix: Float, where: object) -> "Triangles":
-        """Moved by the row-vector `matrix` (4, 4). Normals turn by its inverse transpose; a mirror turns windings."""
+        """Transform by the row-vector `matrix` (4, 4); normals by its inverse transpose. A mirror flips the winding."""
         linear = matrix[:3, :3]
         if np.array_equal(matrix, np.eye(4)):
             return self
@@ -38,10 +39,10 @@ class Triangles:
             points=self.points @ linear + matrix[3, :3],
             normals=unit(self.normals @ np.linalg.inv(linear).T),
         )
-        return moved if det > 0 else moved.turned()
+        return moved if det > 0 else moved.flipped()
 
     def kept(self, chosen: NDArray[np.bool_]) -> "Triangles":
-        """Only the `chosen` (T,) triangles."""
+        """Keep only the `chosen` (T,) triangles."""
         return replace(
             self,
             corners=self.corners[chosen],
@@ -50,8 +51,8 @@ class Triangles:
             primvars={name: values[chosen] for name, values in self.primvars.items()},
         )
 
-    def turned(self) -> "Triangles":
-        """With the other winding; normals and primvars stay with their corners, and normals point where they did."""
+    def flipped(self) -> "Triangles":
+        """Flip the winding; normals and primvars stay at their corners, and normals keep their directions."""
         order = [0, 2, 1]
         return replace(
             self,
@@ -61,7 +62,7 @@ class Triangles:
         )
 
     def with_area(self) -> "Triangles":
-        """Without the triangles that no ray can hit."""
+        """Drop the triangles without an area, which no ray can hit."""
         a, b, c = (self.points[self.corners[:, i]] for i in range(3))
         longest = np.max([((b - a) ** 2).sum(1), ((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1)], axis=0)
         keep = np.linalg.norm(normals(self.points[self.corners]), axis=1) > FLAT * longest
@@ -69,7 +70,7 @@ class Triangles:
 
 
 def determinant(matrix: Float, where: object) -> float:
-    """By how much `matrix` (4, 4) scales volumes. Raises StageError for one that leaves none."""
+    """Compute the factor by which `matrix` (4, 4) scales volumes. Raises StageError where it is 0."""
     det = float(np.linalg.det(matrix[:3, :3]))
     if det == 0:
         raise StageError("is scaled to nothing", where=where, do="make it invisible, or give it a size")
@@ -77,11 +78,11 @@ def determinant(matrix: Float, where: object) -> float:
 
 
 def face_normals(points: Float, corners: Int) -> Float:
-    """Unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
+    """Compute unit normals (T, 3) of triangles (T, 3); (0, 0, 1) where there is no area."""
     return unit(normals(points[corners]))
 
 
 def unit(vectors: Float) -> Float:
-    """`vectors` (..., 3) at length 1; (0, 0, 1) for zero."""
+    """Normalise `vectors` (..., 3); (0, 0, 1) for zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.where(length > 0, vectors / np.where(length > 0, length, 1), np.array([0.0, 0.0, 1.0]))

@@ -12,12 +12,12 @@ from spin_usd.geometry.polygons import newell
 from spin_usd.stage.read.shapes.triangles import Int
 
 MAX_CONCAVE_CORNERS = 2000  # ear clipping takes time with the cube of it
-# A turn this small, in radians, counts as straight: points are float32.
+# A smaller angle, in radians, counts as straight: points are float32.
 STRAIGHT = 1e-6
 
 
 def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tuple[Int, Int]:
-    """Triangles (T, 3) as positions in `indices`, and the face (T,) that each is of, in face order.
+    """Return triangles (T, 3) as positions in `indices`, and the face (T,) of each, in face order.
 
     points (P, 3); counts (F,) corners of each face; indices (sum of counts,). Concave faces are cut in the plane that
     fits them. Raises StageError for a face that crosses itself.
@@ -39,7 +39,7 @@ def triangulate(points: Float, counts: Int, indices: Int, where: object) -> tupl
 
 
 def _convex(polygons: Float) -> NDArray[np.bool_]:
-    """Which of polygons (K, n, 3) turn one way only, and once; polygons without area count, for a fan loses nothing."""
+    """Return which of the polygons (K, n, 3) are convex. Polygons without area count: a fan of them loses nothing."""
     normal = newell(polygons)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
@@ -53,7 +53,7 @@ def _convex(polygons: Float) -> NDArray[np.bool_]:
 
 
 def _flattened(polygon: Float) -> Float:
-    """(n, 2): the polygon (n, 3) in the plane that fits it, counter-clockwise."""
+    """Project the polygon (n, 3) to the plane that fits it, (n, 2), counter-clockwise."""
     normal = newell(polygon)
     normal /= np.linalg.norm(normal)
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
@@ -63,7 +63,7 @@ def _flattened(polygon: Float) -> Float:
 
 
 def _clip_ears(p: Float, where: str) -> Int:
-    """Triangles (n - 2, 3) of a simple polygon (n, 2), counter-clockwise."""
+    """Cut a simple polygon (n, 2), counter-clockwise, into triangles (n - 2, 3)."""
     if len(p) > MAX_CONCAVE_CORNERS:
         raise UnsupportedError(f"is concave and has {len(p)} corners", where=where, do="triangulate it")
     crossing = StageError("is a polygon that crosses itself", where=where, do="split it into simple polygons")
@@ -84,7 +84,7 @@ def _clip_ears(p: Float, where: str) -> Int:
 
 
 def _crosses(p: Float) -> bool:
-    """Whether two edges of a polygon (n, 2) cross; touching is no crossing."""
+    """Return whether two edges of a polygon (n, 2) cross; touching does not count."""
     q = np.roll(p, -1, axis=0)
     side_p = _cross((q - p)[:, None], p[None] - p[:, None])  # of each edge's line, every corner
     side_q = np.roll(side_p, -1, axis=1)
@@ -93,7 +93,7 @@ def _crosses(p: Float) -> bool:
 
 
 def _is_ear(p: Float, rest: list[int], i: int) -> bool:
-    """Whether corner i of what remains can be cut off: it turns left and nothing lies within the triangle."""
+    """Return whether corner i of the rest can be cut off: it is convex and no corner lies within the triangle."""
     a, b, c = p[rest[i - 1]], p[rest[i]], p[rest[(i + 1) % len(rest)]]
     if _cross(b - a, c - b) <= 0 or _straight(p, rest, i):
         return False
@@ -104,7 +104,7 @@ def _is_ear(p: Float, rest: list[int], i: int) -> bool:
 
 
 def _straight(p: Float, rest: list[int], i: int) -> bool:
-    """Whether corner i of what remains lies on the line of its neighbours."""
+    """Return whether corner i of the rest lies on the line between its neighbours."""
     before, after = p[rest[i]] - p[rest[i - 1]], p[rest[(i + 1) % len(rest)]] - p[rest[i]]
     return bool(abs(_cross(before, after)) <= STRAIGHT * np.linalg.norm(before) * np.linalg.norm(after))
 

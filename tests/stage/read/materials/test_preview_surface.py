@@ -139,7 +139,9 @@ def test_what_is_no_constant_is_refused_by_name(read_material, inputs, nodes, er
 
 
 def test_a_binding_to_nothing_is_an_error(read_scene) -> None:
-    with pytest.raises(StageError, match=r"^/World/Target/Box: is bound to /World/Target/None, which is not a material"):
+    with pytest.raises(
+        StageError, match=r"^/World/Target/Box: is bound to /World/Target/None, which is not a material"
+    ):
         read_scene(material().replace("= </World/Target/Paint>", "= </World/Target/None>"))
 
 

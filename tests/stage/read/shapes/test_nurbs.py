@@ -87,7 +87,7 @@ def test_a_flat_patch_takes_few_triangles() -> None:
 def test_what_is_no_patch() -> None:
     points, u, v, weights = sphere()
     prim, _stage = patch(points, (u[0][:-1], 3), v, weights)
-    with pytest.raises(StageError, match=r"^/Patch: has 9 points, order 3 and 11 knots along u, which make no patch"):
+    with pytest.raises(StageError, match=r"^/Patch: has 9 points, order 3 and 11 knots along u"):
         read(prim)
     prim, _stage = patch(points, u, v, weights[:-1])
     with pytest.raises(StageError, match=r"^/Patch: has 45 points and 36 weights, expected 9 x 5"):
