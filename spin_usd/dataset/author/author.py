@@ -165,7 +165,7 @@ def _author(
             preset=settings,
             surroundings=surroundings,
         )
-        notes += target_notes(folder / ROOT)
+        notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
         selected = settings.chosen(asset.variants) if settings else {}

@@ -1,22 +1,19 @@
 """Notes on the target of a newly written stage, for what its pictures do not show."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from pxr import Usd, UsdGeom
 
 from spin_usd.scene.model import NOMINAL
-from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.visibility import PROXIES
 
 
-def target_notes(path: Path) -> tuple[str, ...]:
-    """Sentences on the target of the stage at `path`: where it moves in time, where other programs show something else
-    in its place, and where it is smoother than whoever wrote it may have meant."""
-    stage = open_stage(path)
+def target_notes(stage: Usd.Stage) -> tuple[str, ...]:
+    """Return sentences on the target of `stage`: where it moves in time, where other programs show a stand-in, and
+    where subdivision makes it smoother than was perhaps meant."""
     target = find_target(stage)
     return (*_motion(stage, target), *_draw_modes(target), *_smoothed(target))
 

@@ -26,6 +26,7 @@ from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
 from spin_usd.stage.read.target.renderable import geometry_outside, is_geometry
 from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_invisible, own_purpose
@@ -118,7 +119,7 @@ def _of_lights(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
 
 def _read_light(prim: Usd.Prim, time: Usd.TimeCode, world: UsdGeom.XformCache, images: Images) -> None:
     refuse_light(prim)
-    read_light(prim, time, NOWHERE, world, 1.0, images)
+    read_light(prim, CameraSpace(time=time, world=world, T_world_usdcam=NOWHERE, metres=1.0), images)
 
 
 def _refuse(error: SpinError) -> None:

@@ -28,6 +28,7 @@ from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.read.target.renderable import refuse_geometry_outside
 from spin_usd.stage.read.target.target import TargetReader, find_target
 from spin_usd.stage.read.target.time_variation import target_varies
+from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
@@ -133,8 +134,9 @@ class StageReader:
         T_cam_body, body_scale = self._body_at(time, world)
         target = self._target_at(time, body_scale)
         centre = T_cam_body.points(target.mesh.centre)
-        lights = self._lights.read(time, T_world_usdcam, world, self.metres)
-        environment = self._environment.read(time, centre, target.mesh.radius, T_world_usdcam, world, self.metres)
+        space = CameraSpace(time=time, world=world, T_world_usdcam=T_world_usdcam, metres=self.metres)
+        lights = self._lights.read(space)
+        environment = self._environment.read(space, centre, target.mesh.radius)
         return Scene(
             frame=frame,
             camera=self._camera.at(time),

@@ -8,16 +8,15 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
-from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.environment.back_plate import read_back_plate
 from spin_usd.stage.read.environment.planet import read_planet, refuse_hidden_target
 from spin_usd.stage.read.environment.stars import read_stars
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.time_variation import CameraSpaceCache
-from spin_usd.stage.usd.transforms import between, check_chain, placement
+from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.values import refuse_unapplied
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
@@ -47,38 +46,25 @@ class EnvironmentReader:
         """Whether nothing in the environment ever changes or moves in the world."""
         return self._cache.all_still
 
-    def read(
-        self,
-        time: Usd.TimeCode,
-        target_cam: Float,
-        target_radius: float,
-        T_world_usdcam: Transform,
-        world: UsdGeom.XformCache,
-        metres: float,
-    ) -> Environment:
-        """Read what is visible at `time`, behind a target in the ball of `target_radius`, metres, around `target_cam`
-        (3,), camera frame. `world` is of that time; a stage unit is `metres`. It is the same object as long as
-        `T_world_usdcam` is and nothing of it varies.
+    def read(self, space: CameraSpace, target_cam: Float, target_radius: float) -> Environment:
+        """Read what is visible behind a target in the ball of `target_radius`, metres, around `target_cam` (3,), camera
+        frame. It is the same object as long as the camera's pose is and nothing in the environment varies.
 
         Raises StageError, UnsupportedError for a planet that is not behind the target.
         """
-
-        def placed(prim: Usd.Prim) -> tuple[Transform, float]:
-            """Return T_cam_prim, and the prim's own unit in metres."""
-            matrix = world.GetLocalToWorldTransform(prim)
-            found = placement(matrix, frame="prim", metres=metres, where=prim.GetPath())
-            return T_CAM_USDCAM @ between(T_world_usdcam, found.transform), found.scale * metres
+        time = space.time
 
         def read(prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
             """Read the visible ones of `prims`; the same tuple again where nothing moved or changed."""
-            each = (self._cache.read(prim, T_world_usdcam, partial(_if_visible, prim, time, one)) for prim in prims)
+            pose = space.T_world_usdcam
+            each = (self._cache.read(prim, pose, partial(_if_visible, prim, time, one)) for prim in prims)
             return self._cache.same_tuple(one.__name__, tuple(value for value in each if value is not None))
 
         def planet(prim: Usd.Prim) -> Planet:
-            return read_planet(prim, time, *placed(prim), self._images)
+            return read_planet(prim, time, *space.placed(prim), self._images)
 
         def stars(prim: Usd.Prim) -> Stars:
-            return read_stars(prim, time, placed(prim)[0])
+            return read_stars(prim, time, space.placed(prim)[0])
 
         def plate(prim: Usd.Prim) -> BackPlate:
             return read_back_plate(prim, time, self._images)

@@ -13,14 +13,14 @@ from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import AreaLight, CylinderLight, DiskLight, PointLight, RectLight, SphereLight
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import casts_shadows, emission
 from spin_usd.stage.read.lights.light_texture import read_texture
 from spin_usd.stage.read.lights.shaping import read_shaping
-from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE, between
+from spin_usd.stage.usd.camera_space import CameraSpace
+from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE
 from spin_usd.stage.usd.values import AT_LEAST_0, value_in
 
 MIN_SIZE_M = 1e-9  # squared twice it is still above the smallest float32, 1e-38
@@ -28,19 +28,13 @@ POINT_AREA = 1.0  # for a sphere of radius 0: 4 pi times it emits as much as a p
 MAX_DISTANCE_M = 1e15  # a tenth of a light year; squared distances overflow float32 at 2e19 m
 
 
-def read_area_light(
-    prim: Usd.Prim,
-    time: Usd.TimeCode,
-    T_world_usdcam: Transform,
-    world: UsdGeom.XformCache,
-    metres: float,
-    images: Images,
-) -> AreaLight:
+def read_area_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> AreaLight:
     """Read the light, in camera axes. Raises StageError, UnsupportedError."""
-    T_world_light, scale = _axes(prim, world, metres)
-    unlit = _unlit(prim, time, scale, T_CAM_USDCAM @ between(T_world_usdcam, T_world_light))
+    time = space.time
+    T_world_light, scale = _axes(prim, space.world, space.metres)
+    unlit = _unlit(prim, time, scale, space.from_world(T_world_light))
     lit = replace(
-        unlit.scaled(metres),
+        unlit.scaled(space.metres),
         emission=emission(prim, time, unlit.area or POINT_AREA),
         shaping=read_shaping(prim, time),
         shadows=casts_shadows(prim, time),

@@ -16,6 +16,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import casts_shadows, emission
 from spin_usd.stage.read.lights.light_texture import read_texture
 from spin_usd.stage.read.lights.shaping import refuse_shaping
+from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.transforms import placement
 
 MIDDLE_COLUMN = np.diag([-1.0, 1.0, -1.0])  # scene.light's dome has it along -z, USD's along +z
@@ -27,18 +28,17 @@ def is_dome(prim: Usd.Prim) -> bool:
     return bool(prim.IsA(UsdLux.DomeLight) or prim.IsA(UsdLux.DomeLight_1))
 
 
-def read_dome_light(
-    prim: Usd.Prim, time: Usd.TimeCode, T_cam_world: Transform, world: UsdGeom.XformCache, images: Images
-) -> DomeLight:
-    """Read the light at `time`, in camera axes. Raises StageError, UnsupportedError."""
+def read_dome_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> DomeLight:
+    """Read the light, in camera axes. Raises StageError, UnsupportedError."""
+    time = space.time
     refuse_shaping(prim, time, np.pi)
     if not casts_shadows(prim, time):
         raise UnsupportedError("is a dome without shadows", where=prim.GetPath(), do="enable its shadows")
-    matrix = world.GetLocalToWorldTransform(prim)
+    matrix = space.world.GetLocalToWorldTransform(prim)
     matrix.SetTranslateOnly((0, 0, 0))  # a dome is infinitely far
     T_world_usd = placement(matrix, frame="usd dome", metres=1.0, where=prim.GetPath()).transform
     T_usd_dome = Transform(to="usd dome", of="dome", rotation=_pole(prim) @ MIDDLE_COLUMN, translation=np.zeros(3))
-    axes = T_cam_world @ T_world_usd @ T_usd_dome
+    axes = space.T_cam_world @ T_world_usd @ T_usd_dome
     return DomeLight(
         path=str(prim.GetPath()),
         T_cam_dome=Transform(to="cam", of="dome", rotation=axes.rotation, translation=np.zeros(3)),

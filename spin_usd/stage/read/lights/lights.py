@@ -5,8 +5,6 @@ from functools import partial
 from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.geometry.transform import Transform
 from spin_usd.scene.light import DomeLight, Light
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.area import read_area_light
@@ -14,6 +12,7 @@ from spin_usd.stage.read.lights.distant import read_distant_light
 from spin_usd.stage.read.lights.dome import is_dome, read_dome_light
 from spin_usd.stage.read.lights.emission import refuse_unsupported
 from spin_usd.stage.read.lights.linking import LightLinks, refuse_links
+from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.time_variation import CameraSpaceCache
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
@@ -37,46 +36,27 @@ class LightReader:
         """Whether no light ever changes or moves in the world."""
         return self._cache.all_still
 
-    def read(
-        self, time: Usd.TimeCode, T_world_usdcam: Transform, world: UsdGeom.XformCache, metres: float
-    ) -> tuple[Light, ...]:
-        """The lights that are visible at `time`. `world` is of that time; a stage unit is `metres`. They are the same
-        tuple as long as `T_world_usdcam` is the same object and they do not vary."""
-        found = (
-            self._cache.read(prim, T_world_usdcam, partial(self._light, prim, time, T_world_usdcam, world, metres))
-            for prim in self._prims
-        )
+    def read(self, space: CameraSpace) -> tuple[Light, ...]:
+        """Read the lights that are visible. They are the same tuple as long as the camera's pose is the same object and
+        no light varies."""
+        pose = space.T_world_usdcam
+        found = (self._cache.read(prim, pose, partial(self._light, prim, space)) for prim in self._prims)
         return self._cache.same_tuple("lights", tuple(light for light in found if light is not None))
 
-    def _light(
-        self,
-        prim: Usd.Prim,
-        time: Usd.TimeCode,
-        T_world_usdcam: Transform,
-        world: UsdGeom.XformCache,
-        metres: float,
-    ) -> Light | None:
-        light = read_light(prim, time, T_world_usdcam, world, metres, self._images)
+    def _light(self, prim: Usd.Prim, space: CameraSpace) -> Light | None:
+        light = read_light(prim, space, self._images)
         return light if light is None or isinstance(light, DomeLight) else self.links.linked(light, prim)
 
 
-def read_light(
-    prim: Usd.Prim,
-    time: Usd.TimeCode,
-    T_world_usdcam: Transform,
-    world: UsdGeom.XformCache,
-    metres: float,
-    images: Images,
-) -> Light | None:
-    """The light `prim` as LightReader.read has it, links left out; None where it is invisible."""
-    if UsdGeom.Imageable(prim).ComputeVisibility(time) == UsdGeom.Tokens.invisible:
+def read_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> Light | None:
+    """Read the light `prim` without its links; None where it is invisible."""
+    if UsdGeom.Imageable(prim).ComputeVisibility(space.time) == UsdGeom.Tokens.invisible:
         return None
-    T_cam_world = T_CAM_USDCAM @ T_world_usdcam.inverse()
     if is_dome(prim):
-        return read_dome_light(prim, time, T_cam_world, world, images)
+        return read_dome_light(prim, space, images)
     if prim.IsA(UsdLux.DistantLight):
-        return read_distant_light(prim, time, T_cam_world, world)
-    return read_area_light(prim, time, T_world_usdcam, world, metres, images)
+        return read_distant_light(prim, space.time, space.T_cam_world, space.world)
+    return read_area_light(prim, space, images)
 
 
 def find_lights(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:

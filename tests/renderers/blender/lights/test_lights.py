@@ -21,6 +21,7 @@ from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.area import LEAST_SIZE_M, MOST_M
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.usd.camera_space import CameraSpace
 from tests.authorities import irradiance as by
 
 SAMPLES = 4096
@@ -52,7 +53,8 @@ def read(text):
     stage = Usd.Stage.CreateInMemory()
     stage.GetRootLayer().ImportFromString(text)
     time, metres = Usd.TimeCode.Default(), UsdGeom.GetStageMetersPerUnit(stage)
-    return LightReader(stage, Images()).read(time, T_WORLD_USDCAM, UsdGeom.XformCache(time), metres)
+    space = CameraSpace(time=time, world=UsdGeom.XformCache(time), T_world_usdcam=T_WORLD_USDCAM, metres=metres)
+    return LightReader(stage, Images()).read(space)
 
 
 def turned(x, y=0.0, z=0.0):
