@@ -42,7 +42,7 @@ def find_sun(base: BaseStage) -> Usd.Prim:
 
 
 def sun_directions(base: BaseStage, sun: Usd.Prim) -> Float:
-    """(N, 3) or (1, 3) unit vectors to the Sun as the stage has it, camera axes."""
+    """Return unit vectors (N, 3) to the Sun as the stage has it, camera axes; (1, 3) where nothing moves."""
     camera = find_camera(base.stage)
     moves = moves_in_time(sun) or moves_in_time(camera)
     found = []

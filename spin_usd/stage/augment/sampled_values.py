@@ -53,7 +53,8 @@ def sampled_values(
     per_frame: Mapping[str, Sequence[Any]],
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SampledValues:
-    """What the values drawn make of the stage's attributes: `constant` by parameter, `per_frame` one for each picture.
+    """Turn sampled parameters into values of the stage's attributes: `constant` by parameter, `per_frame` one a
+    picture.
 
     Raises InputError as `parameters.attribute_changes`.
     """

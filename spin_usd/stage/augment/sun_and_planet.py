@@ -1,4 +1,4 @@
-"""Where Sun, target and planet are in all pictures, for constraints on sampled values."""
+"""Positions of Sun, target and planet in all pictures, for constraints on sampled values."""
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux

@@ -1,4 +1,4 @@
-"""Where an authored stage has its prims."""
+"""The paths of prims in an authored stage."""
 
 from pxr import Sdf
 

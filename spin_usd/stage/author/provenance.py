@@ -23,8 +23,8 @@ Option = str | int | float | tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """What a stage was authored from. inputs: role (poses, target, camera) -> (file or built-in name, sha256) ·
-    options: name (seed, units_per_metre, sun_direction) -> text, a number or three."""
+    """The inputs and options from which a stage was authored. inputs: role (poses, target, camera) -> (file or built-in
+    name, sha256) · options: name (seed, units_per_metre, sun_direction) -> text, a number or three."""
 
     inputs: Mapping[str, tuple[str, str]]
     options: Mapping[str, Option] = field(default_factory=dict)

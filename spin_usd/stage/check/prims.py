@@ -12,7 +12,7 @@ from spin_usd.stage.usd.draw_modes import stand_ins
 from spin_usd.stage.usd.visibility import ancestors
 
 BRIGHTNESS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
-"""How a picture that is exposed for the Sun looks below an irradiance, W/m2."""
+"""Below each irradiance, W/m2: the appearance of a picture that is exposed for the Sun."""
 LIGHT_INPUTS = ("inputs:intensity", "inputs:normalize")  # other programs have other fallbacks for them
 
 

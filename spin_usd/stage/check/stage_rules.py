@@ -31,4 +31,4 @@ STAGE_RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
     property_findings,
     variant_findings,
 )
-"""In the order in which findings are told."""
+"""All rules, in the order in which findings are reported."""

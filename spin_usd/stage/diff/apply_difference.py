@@ -18,7 +18,7 @@ from spin_usd.stage.diff.differences import (
 from spin_usd.stage.usd.layer_file import reason
 
 Stage: TypeAlias = Usd.Stage
-"""For callers outside this package, which do not import pxr."""
+"""A stage's type, for callers outside this package, which do not import pxr."""
 
 
 def can_apply(difference: Difference, stage: Usd.Stage) -> bool:

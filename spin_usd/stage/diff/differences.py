@@ -29,7 +29,7 @@ WITHOUT_EFFECT = {
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """One thing that differs from a first composition, `before`, to a second, `after`; None is where there is none.
+    """One thing that differs from a first composition, `before`, to a second, `after`, or None.
 
     kind: one of the words above · where: a prim's or property's path, or a file · name: of the variant set or the
     metadata · before_from, after_from: layer and variants of the strongest opinion · samples: how many time samples

@@ -170,5 +170,5 @@ def test_an_augmentation_that_changes_no_picture_is_told(edited: Edited) -> None
     )
     told = found(path)
     assert [code for code, _, _ in told] == ["variant-same", "variant-same"]
-    assert "a_nothing are all those of nominal" in told[0][2]
-    assert "c_dim are all those of b_dim" in told[1][2]
+    assert "a_nothing are those of nominal" in told[0][2]
+    assert "c_dim are those of b_dim" in told[1][2]

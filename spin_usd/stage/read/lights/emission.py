@@ -1,4 +1,4 @@
-"""What all lights share: emission, colour, shadows, and the refusal of what no renderer supports.
+"""The part that all lights share: emission, colour, shadows, and the refusal of unsupported features.
 
 The rules are those of the normative text in UsdLux's schema (LightAPI, ShadowAPI; OpenUSD 25.05 and later) and of the
 reference renderer hdEmbree: intensity times 2 ** exposure times colour times colour temperature, over the size.

@@ -26,7 +26,7 @@ READERS = {
     "UsdPrimvarReader_vector": 3,
     "UsdPrimvarReader_float4": 4,
 }
-"""How many numbers each reader outputs."""
+"""The readers, and how many numbers each outputs."""
 
 CHANNELS = {"r": slice(0, 1), "g": slice(1, 2), "b": slice(2, 3), "a": slice(3, 4), "rgb": slice(0, 3)}
 WRAPS = ("black", "clamp", "repeat", "mirror", "useMetadata")

@@ -275,5 +275,5 @@ def test_what_does_not_fit(arm) -> None:
         meshes(arm(too_few))
     with pytest.raises(UnsupportedError, match=f"^{TUBE}: .* only a part of its SkelRoot /World/Target/Arm"):
         meshes(arm(part, name="part.usda"))
-    with pytest.raises(StageError, match=r"Arm/Box: has no points that a skeleton could bend"):
+    with pytest.raises(StageError, match=r"Arm/Box: has no points that a skeleton could deform"):
         meshes(arm(bent_box, name="bent.usda"))
