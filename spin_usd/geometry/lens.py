@@ -1,7 +1,9 @@
 """Brown-Conrady distortion of normalised image coordinates, and its inverse, in double precision.
 
-Coefficients in OpenCV's order k1, k2, p1, p2, k3. Source: D. C. Brown, "Decentering distortion of lenses"
-(1966); OpenCV's calib3d documentation gives the same formula.
+Coefficients in OpenCV's order k1, k2, p1, p2, k3. Source: D. C. Brown, "Decentering distortion of lenses" (1966);
+OpenCV's calib3d documentation gives the same formula. It stands in `distort` and `distortion_jacobian`, once more in
+`_errors_and_steps`, where both share their terms for speed, and as text in the camera shader
+(renderers.camera_shader.View.shader); tests hold them against one another.
 """
 
 from functools import lru_cache
@@ -113,7 +115,8 @@ def _start(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, 
 
 
 def _errors_and_steps(x: Float, y: Float, x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, Float, Float]:
-    """The errors by which the distorted (x, y) misses (x0, y0), and Newton's step to subtract."""
+    """The errors by which the distorted (x, y) misses (x0, y0), and Newton's step to subtract: `distort` and
+    `distortion_jacobian` in one, as the camera shader has them."""
     k1, k2, p1, p2, k3 = k
     xx, yy, xy = x * x, y * y, x * y
     r2 = xx + yy

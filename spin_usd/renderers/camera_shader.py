@@ -87,7 +87,7 @@ class View:
 
     @property
     def shader(self) -> str:
-        """OSL text of the camera shader.
+        """OSL text of the camera shader. Its Newton step is that of geometry.lens._errors_and_steps, in float32.
 
         Blender calls it with a camera that looks along +z with y up. Its numbers are constants in the text: parameters
         would need Blender's `oslquery` bindings, which clash with OpenImageIO's. Pixels go through integers because

@@ -1,5 +1,6 @@
 """The camera shader's numbers, without Blender: its lens inverse against OpenCV, and where its rays start."""
 
+import re
 from dataclasses import replace
 
 import cv2
@@ -11,6 +12,7 @@ from spin_usd.geometry import lens
 from spin_usd.renderers.camera_shader import View, lens_inverse
 
 LENS_PX = 1e-4  # what the inverse may be off by, over the whole frame
+LENS_TEXT = 1e-7  # of its constants, which are written for float32
 LENSES = [
     (-0.22383016606510672, 0.5140979708910638, -0.0006649961199834, -0.00021404771667484, -0.1312424742940771),
     (-0.35, 0.15, 0.001, -0.002, -0.03),
@@ -35,6 +37,23 @@ def test_lens_inverse_undistorts_as_opencv_does(speedplus, distortion) -> None:
     stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 500, 1e-15)
     wanted = cv2.undistortPoints(pixels[:, None], camera.matrix, np.array(distortion), criteria=stop)[:, 0]
     assert np.abs((xy * inverse.unit - wanted) * (camera.fx, camera.fy)).max() < LENS_PX
+
+
+@pytest.mark.parametrize("distortion", LENSES)
+def test_the_shaders_newton_step_is_that_of_the_lens(speedplus, distortion) -> None:
+    """Its text, worked out in double precision, against `distort` and `distortion_jacobian`."""
+    camera = replace(speedplus, distortion=distortion)
+    text = View(camera=camera, centre=np.array([0, 0, 5.0]), radius=1.0).shader
+    first, rest = re.findall(r"float xx = .*?;\n|float xy = .*? / det;(?=\n  \})", text, re.DOTALL)
+    rng = np.random.default_rng(2)
+    (x, y), (x0, y0) = rng.uniform(-0.3, 0.3, (2, 2, 500))
+    numbers = {"x": x.copy(), "y": y.copy(), "x0": x0, "y0": y0}
+    statements = re.sub(r"\bfloat (?=\w+ =)|(?<=,) (?=\w+ =)", "", first + rest).replace(",", "\n").replace(";", "\n")
+    exec("\n".join(line.strip() for line in statements.splitlines()), numbers)
+    xy, own = np.stack([x, y], -1), lens_inverse(camera).distortion
+    error = lens.distort(xy, own) - np.stack([x0, y0], -1)
+    wanted = xy - np.linalg.solve(lens.distortion_jacobian(xy, own), error[..., None])[..., 0]
+    np.testing.assert_allclose(np.stack([numbers["x"], numbers["y"]], -1), wanted, rtol=0, atol=LENS_TEXT)
 
 
 def test_speedplus_lens_needs_one_step(speedplus) -> None:
