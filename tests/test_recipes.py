@@ -120,8 +120,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Copy:
 
 
 def test_there_is_a_recipe_for_each_extension() -> None:
-    wanted = {"label", "renderer", "camera", "augmentation parameter", "rule of check", "pose-list format"}
-    assert wanted <= set(RECIPES)
+    wanted = {"label", "renderer", "camera", "augmentation parameter", "pose-list format"}
+    assert wanted | {"rule on a dataset's pictures", "rule on a stage"} <= set(RECIPES)
 
 
 @pytest.mark.parametrize("recipe", RECIPES)
@@ -176,8 +176,8 @@ def test_render_shows_every_recipes_work(dataset: Path) -> None:
     assert np.array_equal(Dataset(dataset).picture("middle").label("radius"), radius)
 
 
-def test_check_tells_of_the_new_rule_and_the_new_label(copy: Copy, dataset: Path) -> None:
-    """The edge is warned of; a radius that is wrong, though recorded so, is an error."""
+def test_check_tells_of_the_new_rules_and_the_new_label(copy: Copy, dataset: Path) -> None:
+    """The edge and a missing name are warned of; a radius that is wrong, though recorded so, is an error."""
     wrong = dataset.with_name("wrong")
     shutil.copytree(dataset, wrong)
     path, record = wrong / "radius" / "dim" / "middle.exr", wrong / "records" / "dim" / "middle.json"
@@ -187,9 +187,12 @@ def test_check_tells_of_the_new_rule_and_the_new_label(copy: Copy, dataset: Path
     document = json.loads(record.read_text())
     document["files"]["radius"]["sha256"] = sha256_of(path)
     record.write_text(json.dumps(document))
+    root = wrong / "stage" / "dataset.usda"
+    root.write_text(re.sub(r'(spin:target:name = )"\w+"', r'\1""', root.read_text()))
     found = json.loads(copy.spin_usd("check", wrong, "--json", code=1))["findings"]
     told = {(finding["code"], finding["where"], finding["severity"]) for finding in found if finding["code"] != "cache"}
     assert ("edge", "records/nominal/aside.json", "warning") in told
     assert ("radius", "records/dim/middle.json", "error") in told
-    assert {code for code, _, severity in told if severity == "error"} == {"radius"}
+    assert ("target-name", "/World/Target", "warning") in told
+    assert {code for code, _, severity in told if severity == "error"} == {"radius", "layer"}
     assert "edge" not in {code for code, where, _ in told if "middle" in where}
