@@ -43,7 +43,7 @@ def author(
         camera: a camera's name, a SPEED+ camera.json, or a camera layer.
         units_per_metre: the model's units in a metre, 100 for centimetres.
         prim: the path of the prim of a USD target that is taken; "/" for all root prims.
-        frames: some of the pictures, "A:B:STEP" as Python slices.
+        frames: some of the frames, "A:B:STEP" as Python slices.
         seed: the dataset's seed.
         preset: a preset's name, or a preset layer.
         lights: a name, or a lights layer.

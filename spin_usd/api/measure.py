@@ -35,7 +35,7 @@ def measure(
     Args:
         stage: a stage's root layer, or the folder of its dataset.usda.
         out: the folder to write to; "measured" beside the stage if not given.
-        frames: some of the pictures, "A:B:STEP" as Python slices.
+        frames: some of the frames, "A:B:STEP" as Python slices.
         count: measure so many of them, 1 to 100, small to large.
         variant: the name of the variant to measure.
         seeds: renders of each setting, 2 to 64.

@@ -29,7 +29,7 @@ def plan(
     explain: bool = False,
     on_progress: Progress = ignore,
 ) -> PlanReport:
-    """What a render would make and cost: pictures, label passes, renders and images that each variant adds.
+    """Say what a render would make and cost: pictures, label passes, renders and images that each variant adds.
 
     Args:
         out: a dataset's folder: plan what is missing of it.

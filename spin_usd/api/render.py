@@ -40,9 +40,9 @@ def render(
     Args:
         stage: a stage's root layer, or the folder of its dataset.usda.
         out: the dataset's folder.
-        frames: some of the pictures, "A:B:STEP" as Python slices.
+        frames: some of the frames, "A:B:STEP" as Python slices.
         variants: names, or patterns such as "noisy_*", or "all"; the stage's own selection if not given.
-        samples: light samples per pixel; 16 if nothing is said of effort.
+        samples: light samples per pixel; 16 by default.
         effort: all that a picture may cost, such as "samples=16,denoiser=fast".
         quality: "preview", "draft", "standard" or "reference".
         error: the cheapest effort measured within this relative error, or within "auto".
@@ -50,7 +50,7 @@ def render(
         seed: instead of the stage's own.
         labels: names, "default", "all" or "none".
         labels_only: write no image.
-        renderer: "blender" or "raycast"; blender if nothing is said.
+        renderer: "blender" or "raycast"; blender by default.
         radiance: write linear radiance too.
         image_format: "png" or "jpg".
         workers: worker processes; as many as fit if not given.

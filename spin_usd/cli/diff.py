@@ -25,7 +25,7 @@ def diff(
     frames: Frames = None,
     as_json: Json = False,
 ) -> None:
-    """What differs from one variant to another, by prim and property, and which work that makes.
+    """Show what differs from one variant to another, by prim and property, and which work that makes.
 
     A VARIANT is one of the augmentations, nominal, or a choice in other variant sets, such as camera=rich or
     isda_1,camera=rich. Beside each difference stands what it changes by itself: labels, render, image, or nothing.

@@ -15,7 +15,7 @@ def doctor(
     folder: Annotated[Path, typer.Option(help="Where datasets would go.")] = Path(),
     as_json: Json = False,
 ) -> None:
-    """What this machine has and lacks, each line with its remedy."""
+    """Say what this machine has and lacks, each line with its remedy."""
     from spin_usd.dataset.doctor import examine
 
     lines = []

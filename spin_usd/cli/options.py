@@ -13,10 +13,10 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for pr
 STAGE_HELP = "A stage's root layer, or the folder of its dataset.usda."
 Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=root_layer)]
 Frames = Annotated[
-    str | None, typer.Option(metavar="A:B:STEP", help="Some of the pictures, counted from 0 as Python slices.")
+    str | None, typer.Option(metavar="A:B:STEP", help="Some of the frames, counted from 0 as Python slices.")
 ]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 if nothing is said.")]
+Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 by default.")]
 EffortText = Annotated[
     str | None, typer.Option("--effort", metavar="TEXT", help="All that it may cost: samples=16,denoiser=fast,...")
 ]
@@ -38,9 +38,7 @@ Labels = Annotated[
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
 RendererName = Annotated[
     str | None,
-    typer.Option(
-        "--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} if nothing is said."
-    ),
+    typer.Option("--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} by default."),
 ]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
 NoCache = Annotated[

@@ -43,7 +43,7 @@ def plan(
     ] = False,
     as_json: options.Json = False,
 ) -> None:
-    """What a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
+    """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.plan(
             stage,
