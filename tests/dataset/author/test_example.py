@@ -20,7 +20,7 @@ from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
 from spin_usd.stage.author.target.extent import box_corners
-from spin_usd.stage.author.target.from_usd import describe
+from spin_usd.stage.author.target.target_asset import describe
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -122,7 +122,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
     """The same light, whichever file it is in."""
     found = []
     for most, suffix in ((4096, "usda"), (5, "usdc")):
-        monkeypatch.setattr(sampled_layer, "MOST_IN_TEXT", most)
+        monkeypatch.setattr(sampled_layer, "MAX_FRAMES_IN_TEXT", most)
         out = tmp_path / suffix
         report = author_example(example="speedplus", out=out, count=6)
         assert [file.name for file in (out / "layers").glob("sampled.*")] == [f"sampled.{suffix}"]

@@ -18,7 +18,7 @@ from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
 from spin_usd.scene.texture import Image
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.read.lights.area import LEAST_SIZE_M, MOST_M
+from spin_usd.stage.read.lights.area import MAX_DISTANCE_M, MIN_SIZE_M
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.usd.camera_space import CameraSpace
@@ -439,7 +439,9 @@ def test_lamps_that_cannot_be_are_named(blender, plane, values) -> None:
 
 
 @pytest.mark.parametrize(
-    ("size_m", "distance_m"), [(MOST_M / 200, MOST_M / 2), (2 * LEAST_SIZE_M, 1.0)], ids=["farthest", "smallest"]
+    ("size_m", "distance_m"),
+    [(MAX_DISTANCE_M / 200, MAX_DISTANCE_M / 2), (2 * MIN_SIZE_M, 1.0)],
+    ids=["farthest", "smallest"],
 )
 def test_a_sphere_at_the_end_of_what_is_accepted_shines(blender, plane, size_m, distance_m) -> None:
     bright = EMISSIONS.high / L / 2 if size_m < 1 else 1
