@@ -36,7 +36,8 @@ from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.provenance import Option, Origin
 from spin_usd.stage.author.target.extent import box_corners
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
-from spin_usd.stage.author.target.from_usd import TargetAsset, copy_usd_target, describe
+from spin_usd.stage.author.target.from_usd import copy_usd_target
+from spin_usd.stage.author.target.target_asset import TargetAsset, describe
 from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage

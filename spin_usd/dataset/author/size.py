@@ -10,8 +10,8 @@ from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import READERS
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.source.source_bounds import SourceBounds
-from spin_usd.stage.author.target.from_usd import TargetAsset
 from spin_usd.stage.author.target.source_bounds import usd_bounds
+from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.read.stage_reader import StageReader
 
 

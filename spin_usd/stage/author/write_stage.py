@@ -21,7 +21,7 @@ from spin_usd.stage.author.poses_layer import T_WORLD_CAM, poses_layer
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.render_layer import SETTINGS, render_layer
-from spin_usd.stage.author.target.from_usd import TargetAsset
+from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets

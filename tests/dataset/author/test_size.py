@@ -12,7 +12,7 @@ from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.size import check_written
 from spin_usd.errors import InputError
-from spin_usd.stage.author.target.from_usd import describe
+from spin_usd.stage.author.target.target_asset import describe
 from spin_usd.stage.read.stage_reader import StageReader
 
 POSES = [{"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 25]}]

@@ -4,7 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
-from spin_usd.stage.author.target.from_usd import TargetAsset
+from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 
 
