@@ -6,6 +6,7 @@ HEAD = """#usda 1.0
     endTimeCode = {end}
     framesPerSecond = 24
     metersPerUnit = 1
+    renderSettingsPrimPath = "/Render/Settings"
     startTimeCode = 0
     subLayers = [@./dataset.usda@]
     timeCodesPerSecond = 24

@@ -20,78 +20,62 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.effort import Effort
+from tests.cases.root_layers import over_stage
 
 VARIANTS = ("nominal", "dim", "starry", "matt", "wide", "noisy")
 FRAMES = "0:3"
-AUGMENTED = """#usda 1.0
-(
-    defaultPrim = "World"
-    endTimeCode = 7
-    framesPerSecond = 24
-    metersPerUnit = 1
-    renderSettingsPrimPath = "/Render/Settings"
-    startTimeCode = 0
-    subLayers = [@./dataset.usda@]
-    timeCodesPerSecond = 24
-    upAxis = "Z"
-)
-
-over "World" (
-    prepend variantSets = "augmentation"
-)
-{
-    variantSet "augmentation" = {
-        "dim" {
-            over "Lights" {
-                over "Sun" {
-                    float inputs:intensity = 400
-                }
+AUGMENTATIONS = """
+variantSet "augmentation" = {
+    "dim" {
+        over "Lights" {
+            over "Sun" {
+                float inputs:intensity = 400
             }
         }
-        "matt" {
-            over "Target" {
-                over "Model" (
-                    variants = {
-                        string look = "matt"
-                    }
-                )
-                {
+    }
+    "matt" {
+        over "Target" {
+            over "Model" (
+                variants = {
+                    string look = "matt"
                 }
-            }
-        }
-        "noisy" {
-            over "Camera" (
-                prepend apiSchemas = ["SpinOpticsAPI"]
             )
             {
-                double spin:optics:psfSigma = 0.7
-                bool spin:sensor:autoExposure = 1
-                double spin:sensor:gain = 4
-                double spin:sensor:readNoise = 8
             }
         }
-        "starry" {
-            over "Lights" {
-                over "Sun" {
-                    color3f inputs:color = (1, 0.6, 0.4)
-                }
-            }
-            over "Environment" {
-                def Xform "Stars" (
-                    prepend apiSchemas = ["SpinStarsAPI"]
-                )
-                {
-                    double spin:stars:limitingMagnitude = 6.5
-                    int64 spin:stars:seed = 3
-                }
+    }
+    "noisy" {
+        over "Camera" (
+            prepend apiSchemas = ["SpinOpticsAPI"]
+        )
+        {
+            double spin:optics:psfSigma = 0.7
+            bool spin:sensor:autoExposure = 1
+            double spin:sensor:gain = 4
+            double spin:sensor:readNoise = 8
+        }
+    }
+    "starry" {
+        over "Lights" {
+            over "Sun" {
+                color3f inputs:color = (1, 0.6, 0.4)
             }
         }
-        "wide" {
-            over "Camera" {
-                float horizontalApertureOffset = 0.0007032
-                float omni:lensdistortion:opencvPinhole:cx = 118.5
-                double spin:lens:cx = 118.5
+        over "Environment" {
+            def Xform "Stars" (
+                prepend apiSchemas = ["SpinStarsAPI"]
+            )
+            {
+                double spin:stars:limitingMagnitude = 6.5
+                int64 spin:stars:seed = 3
             }
+        }
+    }
+    "wide" {
+        over "Camera" {
+            float horizontalApertureOffset = 0.0007032
+            float omni:lensdistortion:opencvPinhole:cx = 118.5
+            double spin:lens:cx = 118.5
         }
     }
 }
@@ -103,7 +87,8 @@ def stage(small_stage, tmp_path_factory):
     """The small stage with five variants: a weaker Sun; another colour and background; materials; lens; detector."""
     folder = tmp_path_factory.mktemp("augmented")
     shutil.copytree(small_stage.parent, folder, dirs_exist_ok=True)
-    (folder / "augmented.usda").write_text(AUGMENTED)
+    sets = 'prepend variantSets = "augmentation"'
+    (folder / "augmented.usda").write_text(over_stage(frames=8, metadata=sets, body=AUGMENTATIONS))
     return folder / "augmented.usda"
 
 
