@@ -1,11 +1,13 @@
 """Every bad input: one sentence on standard error that says what and where, exit code 2, nothing half-written."""
 
 import json
+from typing import Any
 
 import pytest
 
 from spin_usd.dataset.plan import make_plan
-from spin_usd.dataset.render.render import RenderRequest, render
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.errors import SpinError
 
 GOOD_POSE = {"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
@@ -107,7 +109,7 @@ def test_author_refuses_bad_files(inputs, spin_usd, name) -> None:
     assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
 
 
-BAD_OPTIONS = {
+BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "no pose list": ({"poses": "nowhere.json"}, "nowhere.json"),
     "unknown camera": ({"camera": "hubble"}, "speedplus"),
     "unknown target": ({"target": "voyager"}, "tango"),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from spin_usd.cli.main import app
 from tests.conftest import REPOSITORY
@@ -50,6 +51,7 @@ def guide(document):
 @pytest.mark.parametrize("document", WITH_COMMANDS, ids=lambda path: path.name)
 def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
     command_line = typer.main.get_command(app)
+    assert isinstance(command_line, TyperGroup)
     for command in commands(document):
         name, *arguments = shlex.split(command)
         if name in TOOLS:

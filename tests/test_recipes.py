@@ -10,6 +10,7 @@ import venv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -126,7 +127,8 @@ def test_there_is_a_recipe_for_each_extension() -> None:
 
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_a_recipe_is_one_new_file_and_one_table(recipe: str) -> None:
-    made, changed = set(), set()
+    made: set[Any] = set()
+    changed: set[Any] = set()
     for step in steps(RECIPES[recipe]):
         if step.language != "sh":
             (changed if step.language == "diff" else made).add(step.path)

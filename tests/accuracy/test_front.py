@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from spin_usd.accuracy.choice import AUTO, choose
 from spin_usd.accuracy.front import Criterion, front, outcomes
+from spin_usd.accuracy.measurement import Figures
 from spin_usd.errors import InputError
 from tests.cases.measurements import NOISE_DN, figures, frame, measurement, setting, usual
 
@@ -24,7 +25,7 @@ criteria = st.sampled_from(Criterion)
 @st.composite
 def measurements(draw):
     """Of two pictures, with all settings, or some, measured on both."""
-    made = []
+    made: list[Figures] = []
     for each in draw(st.lists(st.sampled_from(SETTINGS), min_size=1, unique=True)):
         for name in FRAMES if not made else draw(st.sampled_from([FRAMES, FRAMES, FRAMES[:1]])):
             cpu_s, error, error_dn = draw(st.tuples(few, few | errors, few))
@@ -122,6 +123,7 @@ def test_what_is_advised_where_none_is_good_enough_is_good_enough(found) -> None
     with pytest.raises(InputError, match="no setting measured has an error of at most") as refused:
         choose(found, error=1e-9, renderer=renderer)
     advised = re.search(r"--error (\S+) or more", str(refused.value))
+    assert advised is not None
     assert choose(found, error=float(advised[1]), renderer=renderer)
 
 

@@ -6,6 +6,7 @@ import shlex
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from spin_usd.cli.examples import EXAMPLES
 from spin_usd.cli.main import app
@@ -13,7 +14,9 @@ from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.stage.usd.layer_file import open_layer
 from tests.conftest import REPOSITORY
 
-COMMANDS = typer.main.get_command(app).commands
+COMMAND_LINE = typer.main.get_command(app)
+assert isinstance(COMMAND_LINE, TyperGroup)
+COMMANDS = COMMAND_LINE.commands
 
 
 def test_the_help_names_all_that_travels_along(spin_usd) -> None:

@@ -217,8 +217,8 @@ def lenses():
         away = 100.0 if through.fx > 1e6 else 5.0
         size = 30.0 / through.fx * away
         yield Case(group="lens", name=name, camera=through, mesh=ball(size), t=(0.3 * size, 0.1 * size, away))
-    for name, k in PINCUSHIONS.items():
-        through = Camera(width=WIDTH, height=HEIGHT, fx=80.0, fy=81.0, cx=30.0, cy=25.0, distortion=k)
+    for name, distortion in PINCUSHIONS.items():
+        through = Camera(width=WIDTH, height=HEIGHT, fx=80.0, fy=81.0, cx=30.0, cy=25.0, distortion=distortion)
         yield Case(group="lens", name=name, camera=through, mesh=ball(1.5), t=(0.2, 0.1, 3.0))
         yield Case(group="lens", name=f"{name}, far", camera=through, mesh=ball(15.0), t=(-2.0, 6.0, 170.0))
 

@@ -72,7 +72,7 @@ def test_a_real_mesh(shared, renderer, away, focal) -> None:
 @lru_cache
 def tango(file, away, focal):
     """Once for both renderers, so that its truth is. The file's unit is the centimetre."""
-    model = trimesh.load(file, force="mesh", process=False)
+    model: trimesh.Trimesh = trimesh.load_mesh(file, process=False)
     through = replace(camera(focal), width=16, height=12, cx=8.3, cy=5.7)
     mesh = np.asarray(model.vertices) / 100, np.asarray(model.faces)
     return Case(group="real", name="Tango", camera=through, mesh=mesh, t=(0.0, 0.0, away))

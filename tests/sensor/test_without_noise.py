@@ -1,10 +1,13 @@
 """The image without noise or rounding is what noise and rounding come on top of."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
+from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
 from spin_usd.scene.sensor import AutoExposure, Optics, Sensor
 from spin_usd.sensor.develop import develop, developed_without_noise
@@ -17,7 +20,7 @@ NOISY = {"gain": 10.0, "read_noise": 12.0, "dark_current": 4e4, "prnu": 0.0, "bl
 FINE = {"bit_depth": 16, "encoding": "linear"}  # so fine that the written steps do not count
 
 
-def picture(**sensor):
+def picture(**sensor: Any) -> tuple[Scene, Radiance]:
     scene = scenes.scene(scenes.target(*scenes.box()), camera=CAMERA, sensor=Sensor(**sensor))
     object.__setattr__(scene, "optics", Optics(psf_sigma=0.7))
     light = np.random.default_rng(0).uniform(0, 1, (*REGION.shape, 4)).astype(np.float32)

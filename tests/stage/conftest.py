@@ -1,6 +1,7 @@
 """A small stage around the geometry that a test is about, written as text so that a reader sees all of it."""
 
 import pytest
+from pxr import Usd
 
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.camera.camera import find_camera
@@ -79,7 +80,7 @@ def read_scene(make_stage):
 @pytest.fixture
 def open_camera(make_stage):
     """The camera prim of a stage whose camera has these attributes and, unless told otherwise, the API `api`."""
-    open_stages = []  # a prim dies with its stage
+    open_stages: list[Usd.Stage] = []  # a prim dies with its stage
 
     def camera(text, api, *, applied=True):
         apis = ("SpinLensAPI", api) if applied else ("SpinLensAPI",)

@@ -163,7 +163,7 @@ def test_a_mirrored_turned_and_scaled_gltf_passes(tmp_path: Path) -> None:
 def test_the_real_tango_is_as_large_as_trimesh_says(shared: Path, tmp_path: Path) -> None:
     target = shared / "data" / "tango" / "tango.obj"
     assert not [note for note in author(tmp_path, target, 100).notes if "compared" in note]
-    size = np.ptp(trimesh.load(target, process=False, force="mesh").triangles.reshape(-1, 3), axis=0) / 100
+    size = np.ptp(trimesh.load_mesh(target, process=False).triangles.reshape(-1, 3), axis=0) / 100
     root, other = tmp_path / "stage" / "dataset.usda", tmp_path / "other.usda"
     asset = describe(root.parent / "targets" / "tango" / "tango.usda", "tango")
     other.write_text(usd(""))

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
-from typing import Never
+from typing import Any, Never
 
 import pytest
 
@@ -232,7 +232,8 @@ class Answering:
     """A processes in which all that is asked is answered with these, by what is asked."""
 
     def __init__(self, **answers) -> None:
-        self.answers, self.jobs = answers, []
+        self.answers = answers
+        self.jobs: list[Any] = []
 
     def run(self, jobs, on_made=None):
         self.jobs += jobs
@@ -367,8 +368,8 @@ def test_a_crash_ends_one_job(opened) -> None:
         first, crashed, refused, last = processes.run([digest, dies, wrong, digest])
     assert first.failed is None
     assert first.result == last.result
-    assert "SIGKILL" in crashed.failed
-    assert "is not the render that was written" in refused.failed
+    assert "SIGKILL" in str(crashed.failed)
+    assert "is not the render that was written" in str(refused.failed)
 
 
 def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
@@ -380,7 +381,7 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
         assert processes.run([job])[0].failed is None
         processes.pool.hang_s = 0.2
         (answer,) = processes.run([endless])
-    assert "gave no answer within 0.2 s" in answer.failed
+    assert "gave no answer within 0.2 s" in str(answer.failed)
 
 
 def test_the_patience_grows_with_the_samples(tmp_path) -> None:

@@ -1,5 +1,8 @@
 """A pool of real children: their answers, their deaths and their hangs."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
@@ -7,13 +10,13 @@ from spin_usd.dataset.process.pool import Answered, Failed, Pool
 
 
 @pytest.fixture
-def pool():
-    with Pool() as pool:
+def pool() -> Iterator[Pool[Any]]:
+    with Pool[Any]() as pool:
         yield pool
 
 
 def events(pool, count):
-    found = []
+    found: list[Any] = []
     while len(found) < count:
         found += pool.wait()
     return found
@@ -69,6 +72,6 @@ def test_only_a_child_at_work_can_hang(pool) -> None:
 
 def test_children_end_with_their_pool() -> None:
     child = Child()
-    with Pool() as pool:
+    with Pool[Any]() as pool:
         pool.add("one", child, at_work=True)
     assert child.process.poll() is not None

@@ -390,7 +390,8 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
 
 def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch) -> None:
     make(small_stage, dataset)
-    unlink, removed = Path.unlink, []
+    unlink = Path.unlink
+    removed: list[Path] = []
 
     def killed(path, **options) -> None:
         if "img00000" in path.name and len(removed) == 6:  # of a picture's five names, the second picture's first

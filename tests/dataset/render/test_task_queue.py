@@ -1,5 +1,7 @@
 """The order in which pictures are handed to workers."""
 
+from typing import Any
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,7 +56,9 @@ TASKS = st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), max_size=12)
 @given(needs=TASKS, steps=st.lists(st.tuples(st.integers(0, 4), st.integers(0, 9))), workers=st.integers(1, 4))
 def test_no_pass_is_made_by_two_and_no_task_is_lost(needs, steps, workers) -> None:
     queue = TaskQueue([task(i, f"g{g}", f"r{g}{r}") for i, (g, r) in enumerate(needs)])
-    out, made, ended = [], set(), []
+    out: list[RenderTask] = []
+    ended: list[int] = []
+    made: set[Any] = set()
     for what, which in [*steps, *[(0, 0), (4, 0)] * len(needs) * 2]:
         if what < 3 and len(out) < workers and (taken := queue.take()):
             assert not (taken.needs - made) & {key for other in out for key in other.needs}

@@ -17,21 +17,10 @@ from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.dataset_folder import OWN
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.effort import Effort
+from tests.cases.root_layers import over_stage
 from tests.conftest import REPOSITORY, speedplus_camera
 
 TOKEN = "0123456789abcdef" * 2
-OVER = """#usda 1.0
-(
-    defaultPrim = "World"
-    endTimeCode = 1
-    metersPerUnit = 1
-    renderSettingsPrimPath = "/Render/Settings"
-    startTimeCode = 0
-    subLayers = [@./dataset.usda@]
-    timeCodesPerSecond = 24
-    upAxis = "Z"
-)
-"""
 CRAFT = """#usda 1.0
 (
     defaultPrim = "Craft"
@@ -106,8 +95,8 @@ def outside(tmp_path):
 
 
 def make(stage, out, **options):
-    request = {name: options.pop(name) for name in ("frames", "effort") if name in options}
-    request = RenderRequest(stage=stage, renderer="raycast", **{"effort": Effort(samples=1), **request})
+    chosen = {name: options.pop(name) for name in ("frames", "effort") if name in options}
+    request = RenderRequest(stage=stage, renderer="raycast", **{"effort": Effort(samples=1), **chosen})
     return render(request, out, workers=1, progress=lambda *_: None, **options)
 
 
@@ -268,7 +257,7 @@ def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_p
     lights = edited / "layers" / "lights.usda"
     lights.write_text(lights.read_text().replace("1361", "1000"))
     over = edited / "over.usda"
-    over.write_text(OVER)
+    over.write_text(over_stage(frames=2))
     assert make(over, dataset).made == 2
     before = content(dataset)
     other = author(authored.parent.parent, tmp_path / "other", target="capsule", seed=1)

@@ -34,7 +34,7 @@ def placed(placement: ImageTransform, st: Float) -> Float:
     """UsdTransform2d in its own words: scaled, then turned counter-clockwise, then translated."""
     angle = np.radians(placement.rotation_deg)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return st * placement.scale @ turn.T + placement.translation
+    return np.asarray(st * placement.scale @ turn.T + placement.translation, float)
 
 
 def test_trimesh_reads_the_same_coordinates_normals_and_image(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_coordinates_and_the_texture_that_a_comment_names(tmp_path: Path, names:
     (tmp_path / "wood.png").write_bytes(png(np.zeros((2, 2, 3))))
     path = ply(tmp_path / "a.ply", (kinds, rows), [[0, 1, 2]], comments=["TextureFile wood.png"])
     asset = read_mesh_file(path, 1)
-    theirs = trimesh.load(path, process=False).visual.uv
+    theirs = trimesh.load_mesh(path, process=False).visual.uv
     assert np.array_equal(asset.parts[0].primvars["st"], theirs[:3])
     image = asset.materials[asset.parts[0].face_material[0]].images["diffuseColor"]
     assert (image.file.name, image.primvar, image.color_space) == ("wood.png", "st", "sRGB")

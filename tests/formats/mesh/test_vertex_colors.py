@@ -20,7 +20,7 @@ def test_colours_are_those_of_trimesh(tmp_path: Path) -> None:
     asset = read_mesh_file(path, 1)
     (part,) = asset.parts
     assert asset.materials[part.face_material[0]].constants.diffuse_color == SHOWN
-    theirs = trimesh.load(path, process=False).visual.vertex_colors[[2, 0, 1], :3] / 255
+    theirs = trimesh.load_mesh(path, process=False).visual.vertex_colors[[2, 0, 1], :3] / 255
     assert np.allclose(srgb.encode(part.primvars["displayColor"]), theirs, rtol=0, atol=1 / 255)
     assert asset.notes == ("its colours are taken as sRGB",)
 

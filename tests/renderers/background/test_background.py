@@ -269,8 +269,8 @@ def test_detail_has_no_waves_that_a_pixel_cannot_hold() -> None:
 @pytest.mark.parametrize("step", [1e-5, 1e-4, 1e-3])
 def test_detail_is_as_large_as_it_says(step) -> None:
     """At random points of the whole sphere, on which the longest waves repeat hundreds of times."""
-    normal = np.random.default_rng(0).normal(size=(3, 400_000))
-    normal = list((normal / np.linalg.norm(normal, axis=0)).astype(np.float32))
+    points = np.random.default_rng(0).normal(size=(3, 400_000))
+    normal = list((points / np.linalg.norm(points, axis=0)).astype(np.float32))
     noise, variance = detail(normal, np.full(400_000, step, np.float32), 0.01)
     assert variance[0] > 0.05
     assert noise.mean() == pytest.approx(0, abs=0.01)

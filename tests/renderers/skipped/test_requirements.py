@@ -162,8 +162,8 @@ def test_light_is_traced_where_there_is_any() -> None:
         assert "shading" in left(a_scene(MATT, lights=lights))
         assert "shading" not in left(a_scene(replace(MATT, opacity=0.5), lights=lights))  # coverage depends on it
         assert "shading" not in left(a_scene(GLOWING, lights=lights))
-    for lights in ((SUN,), (BALL,), (DOME,)):
-        assert "shading" not in left(a_scene(MATT, lights=lights))
+    for light in (SUN, BALL, DOME):
+        assert "shading" not in left(a_scene(MATT, lights=(light,)))
 
 
 def test_inputs_that_change_nothing_are_not_looked_up() -> None:

@@ -1,5 +1,6 @@
 """What is left out of a render: switched off indeed, and the picture is the same as with it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import bpy
@@ -11,7 +12,7 @@ from spin_usd.renderers.blender.materials.textures import forget_render_data
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.renderers.skipped.rules import BITS, MEASURED, ROUNDING, RULES
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.model import Shutter, ThinLens
+from spin_usd.scene.model import Scene, Shutter, ThinLens
 from tests.cases import scenes
 from tests.cases.lit_scenes import BALL, DARK, DOME, GLOWING, MATT, METAL, PINHOLE, SUN, a_scene, textured
 
@@ -27,8 +28,8 @@ POSE = scenes.pose(q=(1, 0.2, 0.1, 0.05))  # onto the floor of a corner
 class Case:
     """A scene that does not need something; `off`: whether Blender now goes without; its scene."""
 
-    scene: object
-    off: object
+    scene: Scene
+    off: Callable[[], object]
     effort: Effort = Effort(samples=SAMPLES)  # noqa: RUF009 - frozen
 
 
@@ -139,7 +140,7 @@ def test_there_is_a_case_of_each() -> None:
 
 def left(case, keep=()):
     required = Requirements.of(CASES[case].scene, CASES[case].effort, frozenset(keep))
-    return {each.what for each in required.left_out}
+    return {each.what for each in required.skipped}
 
 
 @pytest.mark.parametrize("case", CASES)

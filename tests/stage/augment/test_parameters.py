@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import fields, is_dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -118,7 +119,7 @@ def Xform "World" (
 """
 DIRECTION, ATTITUDE = (0.6, 0.0, -0.8), (0.5, 0.5, 0.5, 0.5)
 # parameter: (its value in its own unit, what of the scene changes, and to what)
-CASES = {
+CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sun.direction": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, 0.8)}),
     "sun.irradiance": (1200, {"lights.1.irradiance": (1200, 1200, 1200)}),
     "sun.factor": (0.5, {"lights.1.irradiance": (500, 500, 500)}),

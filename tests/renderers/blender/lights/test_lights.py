@@ -73,7 +73,8 @@ def corners(width, height, R=None, at=(0, 0, -2)):
 
 def integral(pieces, *, R=None, at=(0, 0, -2), factor=None):
     R = np.eye(3) if R is None else R
-    return by.surface(factor or (lambda d: np.ones(len(d))), *by.moved(pieces, R, np.array(at)), P, N)
+    points, normals, areas = by.moved(pieces, R, np.array(at))
+    return by.surface(factor or (lambda d: np.ones(len(d))), points, normals, areas, P, N)
 
 
 WARM = np.array(UsdLux.BlackbodyTemperatureAsRgb(3000))

@@ -1,5 +1,7 @@
 """Catmull-Clark: the properties of its limit surface, and those of sharp edges."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import trimesh
@@ -144,7 +146,7 @@ def test_normals_are_smooth_and_point_outwards() -> None:
     t = read()
     facing = trimesh.Trimesh(t.points, t.corners, process=False).face_normals
     assert ((t.normals * facing[:, None]).sum(-1) > 0.9).all()
-    by_point = {}
+    by_point: dict[Any, Any] = {}
     for point, normal in zip(t.corners.reshape(-1), t.normals.reshape(-1, 3), strict=True):
         np.testing.assert_allclose(by_point.setdefault(point, normal), normal, atol=ROUNDING)
 

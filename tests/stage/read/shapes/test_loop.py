@@ -102,7 +102,9 @@ def read(mesh, **attributes):
     rest = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("rest", Sdf.ValueTypeNames.Float3Array, "vertex")
     rest.Set(Vt.Vec3fArray.FromNumpy(mesh.vertices.astype(np.float32)))
     time = Usd.TimeCode.Default()
-    return read_mesh(prim.GetPrim(), time, [find_primvar(prim.GetPrim(), "rest", 3, time)])
+    found = find_primvar(prim.GetPrim(), "rest", 3, time)
+    assert found is not None
+    return read_mesh(prim.GetPrim(), time, [found])
 
 
 def test_a_mesh_becomes_a_smooth_closed_surface() -> None:

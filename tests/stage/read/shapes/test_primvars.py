@@ -34,7 +34,9 @@ def author(mesh, name, values, interpolation, indices=None, kind=None):
 
 
 def triangles(mesh, name="uv", channels=2):
-    return read_mesh(mesh.GetPrim(), TIME, [find_primvar(mesh.GetPrim(), name, channels, TIME)])
+    found = find_primvar(mesh.GetPrim(), name, channels, TIME)
+    assert found is not None
+    return read_mesh(mesh.GetPrim(), TIME, [found])
 
 
 @pytest.mark.parametrize("interpolation", COUNTS)

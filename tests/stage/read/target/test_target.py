@@ -156,6 +156,7 @@ ORIENTATIONS = "[(1, 0, 0, 0), (0.8, 0.6, 0, 0), (0.6, 0, 0.8, 0), (0, 0, 0, 1)]
 def test_point_instances_stand_where_explicit_copies_stand(read_scene, kind, tolerance) -> None:
     scene = read_scene(INSTANCER.format(orientations=f"{kind} = {ORIENTATIONS}", invisible=""))
     copies = ""
+    places: list[tuple[tuple[float, ...], ...]]
     places = [((0, 0, 0), (1, 0, 0, 0), (1, 1, 1)), ((3, 0, 0), (0.8, 0.6, 0, 0), (1, 2, 1))]
     places += [((0, 5, 0), (0.6, 0, 0.8, 0), (-1, 1, 1)), ((0, 0, 7), (0, 0, 0, 1), (1, 1, 1))]
     for i, (position, orient, scale) in enumerate(places):
