@@ -65,7 +65,7 @@ class PlanReport:
         if self.views:
             report["views"] = self.views.as_json()
         if self.skipped is not None:
-            report["left_out"] = [asdict(each) for each in self.skipped]
+            report["skipped"] = [asdict(each) for each in self.skipped]
         return report
 
 

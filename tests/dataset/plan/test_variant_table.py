@@ -230,7 +230,7 @@ def test_the_command_explains_what_is_left_out_of_which_pictures(spin_usd, small
     (small_stage.parent / "look.usda").write_text(MATT_LOOK)
     root.write_text(small_stage.read_text().replace("@./layers/poses.usdc@", "@./look.usda@, @./layers/poses.usdc@", 1))
     command = ["plan", root, "--variants", "all", "--frames", "0:2", "--explain"]
-    told = json.loads(spin_usd(*command, "--json").stdout)["left_out"]
+    told = json.loads(spin_usd(*command, "--json").stdout)["skipped"]
     of = {(each["part"], each["what"]): each for each in told}
     assert of["render", "volumes"]["pictures"] == {"nominal": 2, "matt": 2}
     assert of["render", "glossy bounces"]["pictures"] == {"matt": 2}
