@@ -24,7 +24,7 @@ class Distribution(Protocol):
     """The source of sampled values. Its fields are checked when it is made: a distribution without a possible value is
     an InputError."""
 
-    def draw(self, rng: np.random.Generator) -> Value: ...
+    def sample(self, rng: np.random.Generator) -> Value: ...
 
 
 def rounded(value: float) -> float:
@@ -38,7 +38,7 @@ class Fixed:
 
     value: Value
 
-    def draw(self, rng: np.random.Generator) -> Value:
+    def sample(self, rng: np.random.Generator) -> Value:
         return self.value
 
 
@@ -52,7 +52,7 @@ class Uniform:
     def __post_init__(self) -> None:
         _check_range(self.low, self.high)
 
-    def draw(self, rng: np.random.Generator) -> float:
+    def sample(self, rng: np.random.Generator) -> float:
         return rounded(rng.uniform(self.low, self.high))
 
 
@@ -68,13 +68,13 @@ class LogUniform:
         if self.low <= 0:
             raise InputError(f"low is {self.low:g}, which has no logarithm", do="make it positive, or sample uniformly")
 
-    def draw(self, rng: np.random.Generator) -> float:
+    def sample(self, rng: np.random.Generator) -> float:
         return rounded(math.exp(rng.uniform(math.log(self.low), math.log(self.high))))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Normal:
-    """A normal distribution, of whose draws only those from `low` to `high` count."""
+    """A normal distribution, of whose values only those from `low` to `high` count."""
 
     mean: float
     sigma: float
@@ -90,7 +90,7 @@ class Normal:
             raise InputError(found, do="give a lower low or a higher high")
         law = NormalDist(self.mean, self.sigma)
         if law.cdf(self.high) - law.cdf(self.low) < MIN_SHARE:
-            few = f"fewer than {MIN_SHARE:g} of all draws"
+            few = f"fewer than {MIN_SHARE:g} of all values"
             found = f"{few} about {self.mean:g} +- {self.sigma:g} are from {self.low:g} to {self.high:g}"
             raise InputError(found, do="move the range to where the distribution is")
 
@@ -99,7 +99,7 @@ class Normal:
         """The ends that it has."""
         return tuple(end for end in (self.low, self.high) if math.isfinite(end))
 
-    def draw(self, rng: np.random.Generator) -> float:
+    def sample(self, rng: np.random.Generator) -> float:
         while True:  # it ends: MIN_SHARE
             value = rounded(rng.normal(self.mean, self.sigma))
             if self.low <= value <= self.high:
@@ -122,7 +122,7 @@ class Choice:
         if self.weights and not (min(self.weights) >= 0 and 0 < sum(self.weights) < math.inf):
             raise InputError(f"weights {list(self.weights)} leave nothing to choose", do="make some positive")
 
-    def draw(self, rng: np.random.Generator) -> Value:
+    def sample(self, rng: np.random.Generator) -> Value:
         shares = np.cumsum(self.weights or [1.0] * len(self.values))
         return self.values[int(np.searchsorted(shares, rng.random() * shares[-1], side="right"))]
 
@@ -140,7 +140,7 @@ class Directions:
             found = f"no direction lies {self.least:g} to {self.most:g} degrees from {list(self.axis)}"
             raise InputError(found, do="give an axis, and angles from 0 to 180 with the lower first")
 
-    def draw(self, rng: np.random.Generator) -> tuple[float, float, float]:
+    def sample(self, rng: np.random.Generator) -> tuple[float, float, float]:
         """A direction; equal solid angles are equally likely, because the cosine from the axis is uniform."""
         z = rng.uniform(math.cos(math.radians(self.most)), math.cos(math.radians(self.least)))
         turn, sine = rng.uniform(0, 2 * math.pi), math.sqrt(max(1 - z * z, 0.0))
@@ -154,7 +154,7 @@ class Directions:
 class Attitudes:
     """Rotations, every one alike, as unit quaternions (w, x, y, z) with w not below zero."""
 
-    def draw(self, rng: np.random.Generator) -> tuple[float, float, float, float]:
+    def sample(self, rng: np.random.Generator) -> tuple[float, float, float, float]:
         """Four normal numbers, normalised (Marsaglia 1972)."""
         q = rng.normal(size=4)
         q *= (1 if q[0] >= 0 else -1) / np.linalg.norm(q)

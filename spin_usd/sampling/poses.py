@@ -26,7 +26,7 @@ class PositionLaw:
     down: Distribution
     frame: tuple[int, int]
 
-    def draw(self, rng: np.random.Generator, camera: Camera) -> Float:
+    def sample(self, rng: np.random.Generator, camera: Camera) -> Float:
         """(3,) metres, camera frame."""
         away, u, v = (number(law, rng) for law in (self.range, self.across, self.down))
         wider, taller = camera.width / self.frame[0], camera.height / self.frame[1]
@@ -43,13 +43,13 @@ class PoseLaw:
     attitude: Distribution
     whole: bool = False
 
-    def draw(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
+    def sample(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
         """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame.
 
-        Raises InputError when none of MAX_TRIES draws has all of it in the picture.
+        Raises InputError when none of MAX_TRIES poses has all of it in the picture.
         """
         for _ in range(MAX_TRIES):
-            q, t = quaternion(self.attitude, rng), self.place.draw(rng, camera)
+            q, t = quaternion(self.attitude, rng), self.place.sample(rng, camera)
             if not self.whole or in_frame(camera, hull, q[None], t[None]):
                 return q, t
         raise InputError(
@@ -66,8 +66,8 @@ def in_frame(camera: Camera, hull: Float, q_cam_body: Float, t_cam_body: Float) 
 
 
 def quaternion(law: Distribution, rng: np.random.Generator) -> Float:
-    """A draw of four numbers, normalised."""
-    q = np.array(law.draw(rng), np.float64)
+    """A sampled quaternion (4,), normalised."""
+    q = np.array(law.sample(rng), np.float64)
     if q.shape != (4,) or not np.linalg.norm(q) > 0:
         raise InputError(
             f"attitude {q.tolist()} is not a quaternion", do="sample 'attitudes', or fix four numbers w, x, y, z"
@@ -77,8 +77,8 @@ def quaternion(law: Distribution, rng: np.random.Generator) -> Float:
 
 
 def number(law: Distribution, rng: np.random.Generator) -> float:
-    """A draw of one number."""
-    value = law.draw(rng)
+    """One sampled number."""
+    value = law.sample(rng)
     if not isinstance(value, float | int):
         raise InputError(f"{value!r} is not a number", do="sample from a distribution of numbers")
     return float(value)

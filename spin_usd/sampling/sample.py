@@ -76,12 +76,12 @@ def _plain(value: Any, factor: float) -> Any:
 
 
 Shared = Mapping[str, Sequence[str]]
-"""By a parameter that pictures share: what each picture's value is drawn for, such as its sequence, not its name."""
+"""By a parameter that pictures share: what each picture's value is sampled for, such as its sequence, not its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """One parameter's distribution; `per_frame`: drawn for each picture, else once."""
+    """One parameter's distribution; `per_frame`: sampled for each picture, else once."""
 
     parameter: str
     distribution: Distribution
@@ -89,7 +89,7 @@ class Sample:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Draws:
+class ParameterValues:
     """Sampled values by parameter: one value for all pictures, or one for each."""
 
     constant: Mapping[str, Value] = field(default_factory=dict)
@@ -103,27 +103,27 @@ class Draws:
         return self.per_frame[parameter] if parameter in self.per_frame else (self.constant[parameter],)
 
 
-def draw_all(
+def sample_all(
     samples: Sequence[Sample], *, seed: int, name: str, frames: Sequence[str], shared: Shared | None = None
-) -> Draws:
-    """The first draws of all `samples` for the augmentation `name` of pictures named `frames`."""
-    one = {s.parameter: draw_one(s, seed=seed, name=name) for s in samples if not s.per_frame}
+) -> ParameterValues:
+    """The first values of all `samples` for the augmentation `name` of pictures named `frames`."""
+    one = {s.parameter: sample_one(s, seed=seed, name=name) for s in samples if not s.per_frame}
     each = {}
     for sample in samples:
         if sample.per_frame:
             names = (shared or {}).get(sample.parameter, frames)
-            values = {own: draw_one(sample, seed=seed, name=name, frame=own) for own in dict.fromkeys(names)}
+            values = {own: sample_one(sample, seed=seed, name=name, frame=own) for own in dict.fromkeys(names)}
             each[sample.parameter] = [values[own] for own in names]
-    return Draws(constant=one, per_frame=each)
+    return ParameterValues(constant=one, per_frame=each)
 
 
-def draw_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: int = 0) -> Value:
-    """The draw of one sample for one picture, or for all where `frame` is "": a function of its arguments alone.
+def sample_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: int = 0) -> Value:
+    """The value of one sample for one picture, or for all where `frame` is "": a function of its arguments alone.
 
-    again: how many draws before this one did not meet their constraints. Raises InputError that names the parameter.
+    again: how many values before this one did not meet their constraints. Raises InputError that names the parameter.
     """
     names = (name, sample.parameter, frame, *([str(again)] if again else []))
     try:
-        return sample.distribution.draw(stream(seed, *names))
+        return sample.distribution.sample(stream(seed, *names))
     except InputError as error:
         raise InputError(error.found, where=sample.parameter, do=error.do) from None

@@ -48,7 +48,7 @@ class RelativeOrbit:
 
 @dataclass(frozen=True, kw_only=True)
 class Transfer:
-    """Free fall from a drawn place to another, which it reaches with the sequence's last picture."""
+    """Free fall from a sampled place to another, which it reaches with the sequence's last picture."""
 
     start: PositionLaw
     end: PositionLaw
@@ -66,7 +66,7 @@ class Spin:
 
     def turns(self, rng: np.random.Generator, pictures: int) -> Float:
         """R_start_body (pictures, 3, 3)."""
-        axis = np.array(self.axis.draw(rng), np.float64)
+        axis = np.array(self.axis.sample(rng), np.float64)
         rate = math.radians(number(self.degrees, rng))
         return torque_free(rate * axis / np.linalg.norm(axis), self.symmetry, self.inertia, np.arange(pictures))
 
@@ -86,7 +86,7 @@ class TrajectoryLaw:
     range: tuple[float, float] = (0.0, math.inf)
     whole: bool = False
 
-    def draw(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
+    def sample(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.
 
         Raises InputError when none of MAX_SEQUENCES stays in range and, with `whole`, in the picture.
@@ -116,7 +116,7 @@ class TrajectoryLaw:
         if isinstance(self.path, RelativeOrbit):
             state = self.path.state(n)
         else:
-            first, last = (to_cam.T @ place.draw(rng, camera) for place in (self.path.start, self.path.end))
+            first, last = (to_cam.T @ place.sample(rng, camera) for place in (self.path.start, self.path.end))
             state = between(first, last, n, float(times[-1]))
         path: Float = free_fall(state, n, times)[:, :3] @ to_cam.T
         return path

@@ -24,7 +24,7 @@ SURE = 1e-3  # of a test of the right distribution, the seed being what it is
 
 
 def drawn(law, count=400, hull=HULL):
-    found = [law.draw(stream(5, "pose", str(i)), CAMERA, hull) for i in range(count)]
+    found = [law.sample(stream(5, "pose", str(i)), CAMERA, hull) for i in range(count)]
     return tuple(np.array(each) for each in zip(*found, strict=True))
 
 
@@ -50,7 +50,7 @@ def test_a_smaller_frame_of_the_same_view_shows_the_same(smaller) -> None:
     size = {name: getattr(CAMERA, name) / smaller for name in ("fx", "fy", "cx", "cy")}
     small = Camera(width=CAMERA.width // smaller, height=CAMERA.height // smaller, **size)
     for i in range(50):
-        mine, theirs = (PLACE.draw(stream(5, str(i)), camera) for camera in (small, CAMERA))
+        mine, theirs = (PLACE.sample(stream(5, str(i)), camera) for camera in (small, CAMERA))
         np.testing.assert_allclose(mine, theirs, rtol=1e-12)
 
 
@@ -70,4 +70,4 @@ def test_a_target_behind_the_camera_is_not_in_the_picture() -> None:
 def test_what_is_no_pose_is_said(changes, word) -> None:
     law = PoseLaw(**{"place": PLACE, "attitude": Attitudes()} | changes)
     with pytest.raises(InputError, match=word):
-        law.draw(stream(1, "a"), CAMERA, HULL)
+        law.sample(stream(1, "a"), CAMERA, HULL)

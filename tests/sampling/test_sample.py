@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from spin_usd.errors import InputError
-from spin_usd.sampling.sample import Sample, distribution_of, draw_all, draw_one
+from spin_usd.sampling.sample import Sample, distribution_of, sample_all, sample_one
 
 N = 4000
 LEAST_P = 1e-3  # seeds are fixed: a test that passes once passes always
@@ -16,7 +16,7 @@ FRAMES = [f"img{i:06d}" for i in range(N)]
 
 def drawn(words, factor=1.0, name="a"):
     sample = Sample(parameter="p", distribution=distribution_of(words, factor), per_frame=True)
-    return np.array(draw_all([sample], seed=3, name=name, frames=FRAMES).per_frame["p"])
+    return np.array(sample_all([sample], seed=3, name=name, frames=FRAMES).per_frame["p"])
 
 
 @pytest.mark.parametrize(
@@ -63,9 +63,9 @@ def test_other_parameters_and_pictures_change_no_draw(others, frames) -> None:
         words = {"distribution": "uniform", "low": 0, "high": 1}
         return Sample(parameter=name, distribution=distribution_of(words), per_frame=True)
 
-    alone = draw_all([sample("p")], seed=0, name="x", frames=FRAMES[:50]).per_frame["p"]
+    alone = sample_all([sample("p")], seed=0, name="x", frames=FRAMES[:50]).per_frame["p"]
     order = sorted(frames)
-    beside = draw_all([*(sample(name) for name in others), sample("p")], seed=0, name="x", frames=order)
+    beside = sample_all([*(sample(name) for name in others), sample("p")], seed=0, name="x", frames=order)
     assert beside.per_frame["p"] == [alone[FRAMES.index(frame)] for frame in order]
 
 
@@ -73,12 +73,12 @@ def test_seed_augmentation_parameter_picture_and_try_all_count() -> None:
     words = {"distribution": "uniform", "low": 0, "high": 1}
     sample, other = (Sample(parameter=name, distribution=distribution_of(words)) for name in "pq")
     draws = [
-        draw_one(sample, seed=0, name="a"),
-        draw_one(sample, seed=1, name="a"),
-        draw_one(sample, seed=0, name="b"),
-        draw_one(other, seed=0, name="a"),
-        draw_one(sample, seed=0, name="a", frame="img000001"),
-        draw_one(sample, seed=0, name="a", again=1),
+        sample_one(sample, seed=0, name="a"),
+        sample_one(sample, seed=1, name="a"),
+        sample_one(sample, seed=0, name="b"),
+        sample_one(other, seed=0, name="a"),
+        sample_one(sample, seed=0, name="a", frame="img000001"),
+        sample_one(sample, seed=0, name="a", again=1),
     ]
     assert len(set(draws)) == len(draws)
 
@@ -91,7 +91,7 @@ def test_seed_augmentation_parameter_picture_and_try_all_count() -> None:
         ({"distribution": "uniform", "low": 2, "high": 1}, "no number lies between"),
         ({"distribution": "log_uniform", "low": 0, "high": 1}, "no logarithm"),
         ({"distribution": "normal", "mean": 0, "sigma": 0}, "sigma"),
-        ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 3.1}, "fewer than 0.001 of all draws about 0"),
+        ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 3.1}, "fewer than 0.001 of all values about 0"),
         ({"distribution": "normal", "mean": 0, "sigma": 1, "low": 2, "high": 2}, "no number lies between"),
         ({"distribution": "choice", "values": []}, "nothing to choose"),
         ({"distribution": "choice", "values": [1, 2], "weights": [0, 0]}, "nothing to choose"),

@@ -90,7 +90,7 @@ def law(**changes):
 
 
 def test_pictures_follow_one_another_steadily() -> None:
-    q, t = law().draw(stream(1, "a"), CAMERA, HULL, 100)
+    q, t = law().sample(stream(1, "a"), CAMERA, HULL, 100)
     turned = Rotation.from_quat(q, scalar_first=True)
     assert np.allclose(np.degrees((turned[:-1].inv() * turned[1:]).magnitude()), 1.5)
     steps = np.diff(t, axis=0)
@@ -100,17 +100,17 @@ def test_pictures_follow_one_another_steadily() -> None:
 def test_the_body_turns_about_its_centre_of_mass() -> None:
     mass = np.array([0.0, 0.02, 0.16])
     still = RelativeOrbit(forward=8)
-    q, t = law(path=still, centre_of_mass=tuple(mass)).draw(stream(1, "a"), CAMERA, HULL, 50)
+    q, t = law(path=still, centre_of_mass=tuple(mass)).sample(stream(1, "a"), CAMERA, HULL, 50)
     middle = Rotation.from_quat(q, scalar_first=True).apply(mass) + t
     assert np.allclose(middle, [0, 0, 8])
     assert np.ptp(t, axis=0).max() > 0.05
 
 
 def test_a_tilted_camera_sees_the_target_where_it_was_turned_from() -> None:
-    _, t = law(path=RelativeOrbit(forward=8), tilt=(0.01, 0.0)).draw(stream(1, "a"), CAMERA, HULL, 1)
+    _, t = law(path=RelativeOrbit(forward=8), tilt=(0.01, 0.0)).sample(stream(1, "a"), CAMERA, HULL, 1)
     assert t[0] == pytest.approx([0, 8 * math.sin(0.01), 8 * math.cos(0.01)])  # turned up: what is ahead moves down
 
 
 def test_what_cannot_stay_in_the_picture_is_said() -> None:
     with pytest.raises(InputError, match="none of 1000 sequences"):
-        law(path=RelativeOrbit(forward=8), range=(1, 2)).draw(stream(1, "a"), CAMERA, HULL, 2)
+        law(path=RelativeOrbit(forward=8), range=(1, 2)).sample(stream(1, "a"), CAMERA, HULL, 2)

@@ -132,5 +132,5 @@ def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str
             raise InputError(
                 found, where=BACKGROUND, do='give it distribution = "choice", "in_turn" or "fixed", without per or unit'
             )
-        return background_of(stage, str(distribution.draw(stream(seed, name, BACKGROUND))), folder)
+        return background_of(stage, str(distribution.sample(stream(seed, name, BACKGROUND))), folder)
     return None

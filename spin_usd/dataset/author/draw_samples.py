@@ -11,7 +11,7 @@ from spin_usd.dataset.author.limits import check_ends, cut, limited
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
-from spin_usd.sampling.sample import Draws, Sample, Shared, distribution_of, draw_all, draw_one
+from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage
 from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
@@ -53,7 +53,7 @@ def drawn(
     else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
     samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
-    draws = draw_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
+    draws = sample_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
     draws = _Resampling(base, pictures, samples, seed, name).placed(draws, constraints or {})
     for parameter, values in (*((p, [v]) for p, v in draws.constant.items()), *draws.per_frame.items()):
         for value in values:
@@ -108,7 +108,7 @@ class _Resampling:
         self._base, self._pictures, self._seed, self._name = base, pictures, seed, name
         self._samples = {sample.parameter: sample for sample in samples}
 
-    def placed(self, draws: Draws, constraints: Mapping[str, float]) -> Draws:
+    def placed(self, draws: ParameterValues, constraints: Mapping[str, float]) -> ParameterValues:
         """`draws` with those drawn again that the constraints bear on."""
         wanted = [_AskedConstraint(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
         moves_planet = any(parameter in draws for parameter in GROUPS[1])
@@ -127,7 +127,9 @@ class _Resampling:
     def _bears(self, want: _AskedConstraint, group: tuple[str, ...]) -> bool:
         return any(p in self._samples and p in want.constraint.bears_on for p in group)
 
-    def _group(self, draws: Draws, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky) -> Draws:
+    def _group(
+        self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
+    ) -> ParameterValues:
         """Draws what of the group is drawn until all that is wanted holds in all pictures."""
         drawn = [self._samples[name] for name in group if name in self._samples]
         moving = [sample for sample in drawn if sample.per_frame] or drawn
@@ -146,7 +148,7 @@ class _Resampling:
         raise InputError(message, do="widen what is drawn, or loosen the constraint")
 
     def _unmet(
-        self, draws: Draws, wanted: list[_AskedConstraint], sky: Sky
+        self, draws: ParameterValues, wanted: list[_AskedConstraint], sky: Sky
     ) -> tuple[_AskedConstraint, np.ndarray] | None:
         """The first that does not hold, and the indices of the pictures where any does not."""
         now = _seen(draws, sky)
@@ -157,19 +159,19 @@ class _Resampling:
                 return want, np.flatnonzero(~np.logical_and.reduce(held))
         return None
 
-    def _again(self, draws: Draws, moving: list[Sample], wrong: np.ndarray, again: int) -> Draws:
+    def _again(self, draws: ParameterValues, moving: list[Sample], wrong: np.ndarray, again: int) -> ParameterValues:
         constant, per_frame = dict(draws.constant), dict(draws.per_frame)
         for sample in moving:
             if not sample.per_frame:
-                constant[sample.parameter] = draw_one(sample, seed=self._seed, name=self._name, again=again)
+                constant[sample.parameter] = sample_one(sample, seed=self._seed, name=self._name, again=again)
                 continue
             names, column = self._pictures.sampled_for(sample.parameter), per_frame[sample.parameter]
             values = {
-                own: draw_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
+                own: sample_one(sample, seed=self._seed, name=self._name, frame=own, again=again)
                 for own in dict.fromkeys(names[int(i)] for i in wrong)
             }
             per_frame[sample.parameter] = [values.get(own, old) for own, old in zip(names, column, strict=True)]
-        return Draws(constant=constant, per_frame=per_frame)
+        return ParameterValues(constant=constant, per_frame=per_frame)
 
 
 def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
@@ -179,7 +181,7 @@ def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
         raise InputError(f"{want.name} is asked for, but the stage has no Sun", do="select lights with one")
 
 
-def _seen(draws: Draws, sky: Sky) -> Sky:
+def _seen(draws: ParameterValues, sky: Sky) -> Sky:
     """`sky` as it is with what is drawn."""
     if "sun.direction" in draws:
         sun = np.array(draws.of("sun.direction"), np.float64)
@@ -189,7 +191,7 @@ def _seen(draws: Draws, sky: Sky) -> Sky:
     return sky
 
 
-def _planet(draws: Draws, own: Float, longest: float) -> Float:
+def _planet(draws: ParameterValues, own: Float, longest: float) -> Float:
     """(N, 3) or (1, 3) where the planet's centre is."""
     far = np.linalg.norm(own, axis=1, keepdims=True)
     direction = own / far

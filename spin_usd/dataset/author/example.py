@@ -23,7 +23,7 @@ SEQUENCE = "sequence"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
+class ExamplePart:
     """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
     `first_sequence` and `first_picture` · sequential: those of `sample` that are drawn for each sequence, which are per
     frame otherwise · published: the part's own statistics, as the file has them."""
@@ -59,7 +59,7 @@ class Example:
     environment: str | None
     notes: tuple[str, ...]
     constraints: Mapping[str, float]
-    parts: tuple[Part, ...]
+    parts: tuple[ExamplePart, ...]
     published: Mapping[str, Any]
 
     @property
@@ -98,11 +98,11 @@ def _beside(preset: str | None, file: Path) -> str | None:
     return str(file.parent / preset) if preset is not None and Path(preset).suffix else preset
 
 
-def _part(table: Mapping[str, Any], shared: Mapping[str, Any], frame: tuple[int, int], where: str) -> Part:
+def _part(table: Mapping[str, Any], shared: Mapping[str, Any], frame: tuple[int, int], where: str) -> ExamplePart:
     """frame: width and height of the example's own pictures."""
     sample = {**shared, **table.get("sample", {})}
     sequential = frozenset(name for name, words in sample.items() if words.get("per") == SEQUENCE)
-    return Part(
+    return ExamplePart(
         name=table["name"],
         names=table["names"],
         law=_poses(table["poses"], frame, where)

@@ -10,7 +10,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.author.draw_samples import SampledPictures, drawn
-from spin_usd.dataset.author.example import Example, Part
+from spin_usd.dataset.author.example import Example, ExamplePart
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.poses import PoseLaw
@@ -26,7 +26,7 @@ DECIMALS = 12  # of what sines and cosines gave, whose last bit differs from mac
 class ExamplePicture:
     """One picture: the `picture`th of the `sequence`th of its part, both from 0."""
 
-    part: Part
+    part: ExamplePart
     sequence: int
     picture: int
 
@@ -77,15 +77,15 @@ def draw_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull
     """
 
     @cache
-    def sequence(part: Part, number: int) -> tuple[Float, Float]:
+    def sequence(part: ExamplePart, number: int) -> tuple[Float, Float]:
         picture = ExamplePicture(part=part, sequence=number, picture=0)
         rng = stream(seed, "sequence", picture.sequence_name)
         assert not isinstance(part.law, PoseLaw)
-        return part.law.draw(rng, camera, hull, part.pictures)
+        return part.law.sample(rng, camera, hull, part.pictures)
 
     def pose(picture: ExamplePicture) -> tuple[Float, Float]:
         if isinstance(picture.part.law, PoseLaw):
-            return picture.part.law.draw(stream(seed, "pose", picture.name), camera, hull)
+            return picture.part.law.sample(stream(seed, "pose", picture.name), camera, hull)
         q, t = sequence(picture.part, picture.sequence)
         return q[picture.picture], t[picture.picture]
 
@@ -123,9 +123,9 @@ def pictures_of(of_part: Sequence[ExamplePicture]) -> SampledPictures:
     return SampledPictures(names=tuple(picture.name for picture in of_part), shared=shared)
 
 
-def _rows_of_parts(chosen: Sequence[ExamplePicture]) -> Mapping[Part, Sequence[int]]:
+def _rows_of_parts(chosen: Sequence[ExamplePicture]) -> Mapping[ExamplePart, Sequence[int]]:
     """By part, which of the pictures are its own. Raises InputError for what some parts sample and others do not."""
-    rows: dict[Part, list[int]] = {}
+    rows: dict[ExamplePart, list[int]] = {}
     for i, picture in enumerate(chosen):
         rows.setdefault(picture.part, []).append(i)
     sampled = [{entry.parameter for entry in part.sample} for part in rows]

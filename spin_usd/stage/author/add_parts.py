@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 from spin_usd.errors import InputError
 from spin_usd.scene.source.part_rule import PartRule, first_match
 from spin_usd.stage.author.added_layer import add_layer
-from spin_usd.stage.author.model_surfaces import Surface, model_surfaces
+from spin_usd.stage.author.model_surfaces import ModelSurface, model_surfaces
 from spin_usd.stage.author.paths import MODEL, TARGET
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.usd import schema
@@ -42,7 +42,7 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     return dict(sizes), len(found) - len(chosen)
 
 
-def _refuse_idle(rules: Sequence[PartRule], found: Sequence[Surface], used: set[str], where: object) -> None:
+def _refuse_idle(rules: Sequence[PartRule], found: Sequence[ModelSurface], used: set[str], where: object) -> None:
     """Raise InputError for a rule that labels no surface."""
     for rule in rules:
         if rule.pattern in used:
@@ -57,9 +57,9 @@ def _refuse_idle(rules: Sequence[PartRule], found: Sequence[Surface], used: set[
         raise InputError(f"the pattern {rule.pattern!r} {what}", where=where, do=do)
 
 
-def _refuse_mixed(chosen: Sequence[tuple[Surface, PartRule]], where: object) -> None:
+def _refuse_mixed(chosen: Sequence[tuple[ModelSurface, PartRule]], where: object) -> None:
     """Raise InputError for a part without a given class whose surfaces have several."""
-    first: dict[str, Surface] = {}
+    first: dict[str, ModelSurface] = {}
     for surface, rule in chosen:
         other = first.setdefault(rule.part, surface)
         if rule.class_name is None and surface.class_name != other.class_name:
@@ -69,7 +69,7 @@ def _refuse_mixed(chosen: Sequence[tuple[Surface, PartRule]], where: object) -> 
             )
 
 
-def _layer(chosen: Sequence[tuple[Surface, PartRule]]) -> Sdf.Layer:
+def _layer(chosen: Sequence[tuple[ModelSurface, PartRule]]) -> Sdf.Layer:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=MODEL.name, documentation="The parts' names and classes that were given.")
     model = Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)

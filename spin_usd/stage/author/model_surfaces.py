@@ -14,7 +14,7 @@ NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class ModelSurface:
     """A gprim, or a subset of its faces that has a material of its own.
 
     names: its own and those of the prims above it, and their paths below the model · materials: names of its material ·
@@ -28,7 +28,7 @@ class Surface:
     instances: tuple[Sdf.Path, ...]
 
 
-def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[Surface]:
+def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[ModelSurface]:
     """Yield the surfaces of all gprims at and below `model`, which is below `target`."""
     for prim in Usd.PrimRange(model, PROXIES):
         if prim.IsA(UsdGeom.Gprim) and not any(prim.IsA(kind) for kind in NO_SURFACES):
@@ -38,7 +38,7 @@ def model_surfaces(target: Usd.Prim, model: Usd.Prim) -> Iterator[Surface]:
                     yield _surface(subset.GetPrim(), target, model)
 
 
-def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> Surface:
+def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
     stage, root = prim.GetStage(), model.GetPath()
     chain = [stage.GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes() if path.HasPrefix(root)]
     labels = labels_of_target(target)
@@ -47,7 +47,7 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> Surface:
     below = [each for each in chain if each != model] or chain
     paths = [str(each.GetPath().MakeRelativePath(root)) for each in below]
     material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    return Surface(
+    return ModelSurface(
         path=prim.GetPath(),
         names=_unique(*map(_names, below), paths),
         materials=_unique(_names(material.GetPrim())) if material else (),

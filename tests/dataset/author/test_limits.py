@@ -9,7 +9,7 @@ from scipy import stats
 from spin_usd.dataset.author.draw_samples import SampledPictures, drawn, samples_for
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import samples_of
-from spin_usd.sampling.sample import draw_all
+from spin_usd.sampling.sample import sample_all
 from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.composition.open_stage import open_stage
 
@@ -33,7 +33,7 @@ def entries(name, **words):
         ),
         ("optics.glare", {"distribution": "choice", "values": [0.1, 0.2, -0.1]}, "may be sampled as -0.1; choose"),
         ("optics.glare", {"distribution": "normal", "mean": 0.5, "sigma": 1, "high": 1.5}, "may be sampled as 1.5"),
-        ("optics.glare", {"distribution": "normal", "mean": 9, "sigma": 1}, "fewer than 0.001 of all draws about 9"),
+        ("optics.glare", {"distribution": "normal", "mean": 9, "sigma": 1}, "fewer than 0.001 of all values about 9"),
         ("focus.fstop", {"distribution": "uniform", "low": 0, "high": 8}, "may be sampled as 0 to 8; choose numbers"),
         ("focus.distance", {"distribution": "uniform", "low": 0, "high": 8, "unit": "m"}, "choose numbers above 0"),
         ("earth.visible", {"distribution": "uniform", "low": 0, "high": 1}, "does not take 0: it is a truth"),
@@ -64,14 +64,14 @@ def test_a_range_up_to_the_limits_is_not(name, words) -> None:
 
 def test_a_normal_distribution_is_cut_at_the_limits() -> None:
     (sample,) = samples_for(entries("optics.glare", distribution="normal", mean=0.5, sigma=1, high=0.9, per="frame"))
-    values = np.array(draw_all([sample], seed=0, name="a", frames=FRAMES).per_frame["optics.glare"])
+    values = np.array(sample_all([sample], seed=0, name="a", frames=FRAMES).per_frame["optics.glare"])
     assert stats.kstest(values, stats.truncnorm(-0.5, 0.4, 0.5, 1).cdf).pvalue > LEAST_P
 
 
 def test_a_normal_distribution_is_cut_above_an_open_limit() -> None:
     (sample,) = samples_for(entries("focus.distance", distribution="normal", mean=0, sigma=1, unit="m", per="frame"))
-    drawn = draw_all([sample], seed=0, name="a", frames=FRAMES).per_frame["focus.distance"]
-    assert np.min(np.array(drawn, float)) > 0
+    sampled = sample_all([sample], seed=0, name="a", frames=FRAMES).per_frame["focus.distance"]
+    assert np.min(np.array(sampled, float)) > 0
 
 
 STAGE = """#usda 1.0
@@ -124,7 +124,7 @@ def painted(tmp_path_factory):
         ),
         ("ior", {"distribution": "uniform", "low": 0.6, "high": 1}, r"0\.6, which turns an input into 0\.9"),
         ("diffuseColor", {"distribution": "choice", "values": [1, [4, 2, 1.3]]}, r"which turns an input into 1\.04"),
-        ("roughness", {"distribution": "normal", "mean": 3, "sigma": 0.1}, "fewer than 0.001 of all draws about 3"),
+        ("roughness", {"distribution": "normal", "mean": 3, "sigma": 0.1}, "fewer than 0.001 of all values about 3"),
     ],
 )
 def test_a_factor_that_no_material_can_have_is_refused_whatever_the_seed(painted, of, words, sentence) -> None:
