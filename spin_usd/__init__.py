@@ -9,8 +9,8 @@ Blender is ever loaded into the caller's.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as type checkers know it; typing itself takes longer to load than all else here
 if TYPE_CHECKING:
     from spin_usd.api.augment import augment
     from spin_usd.api.author import author
@@ -53,7 +53,7 @@ _MODULES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Load what is asked for (PEP 562)."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
