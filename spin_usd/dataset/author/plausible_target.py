@@ -1,4 +1,4 @@
-"""Refuses a target whose size no spacecraft has, or which holds the camera in most pictures: its unit is wrong."""
+"""Refuses a target whose unit is wrong: a size that no spacecraft has, a camera inside it, keypoints far away."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, around, framings
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.scene.derived.view_text import number_text, size_text
+from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.plausible import is_plausible, likely_units
 from spin_usd.scene.source.poses import PoseList
 
@@ -76,3 +77,20 @@ def _implausible(
     if likely is not None:
         do = f"did you mean {unit.words(likely)} ({size_text(size * unit.per_metre / likely)})? {INSISTS}"
     return InputError(f"{unit.said}the target is {size_text(size)}{among}", where=unit.file, do=do)
+
+
+def notes_on_far_keypoints(keypoints: Keypoints | None, corners: Float) -> tuple[str, ...]:
+    """A note where keypoints are farther from the bounding box of the `corners` (N, 3), body frame, metres, than its
+    diagonal is long."""
+    if keypoints is None:
+        return ()
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    away = np.linalg.norm(np.maximum(0, np.maximum(low - keypoints.points, keypoints.points - high)), axis=1)
+    far = int(np.count_nonzero(away > np.linalg.norm(high - low)))
+    if not far:
+        return ()
+    name, most = keypoints.names[int(away.argmax())], float(away.max())
+    return (
+        f"keypoints far off the target: {far} of {len(away)} ({name!r}: {most:.3g} m from its bounding box); "
+        "they are in metres, in body axes: check the unit of their file",
+    )

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.look import look_notes
+from spin_usd.dataset.author.views import look_notes
 from spin_usd.errors import InputError
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import READERS

@@ -4,13 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spin_usd.errors import SpinError
 from spin_usd.geometry.rotation import matrices_from_quaternions
+from spin_usd.scene.derived.emission import dim_emissions
 from spin_usd.scene.derived.lit_share import suns_of
 from spin_usd.scene.derived.views import Views, views_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.read.stage_reader import StageReader
 
+BLACK = (0.0, 0.0, 0.0)
 LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are looked at: each takes about a millisecond
 
 
@@ -36,3 +39,17 @@ def look_at(reader: StageReader, poses: PoseList) -> Look:
     mesh = scene.target.mesh
     found = views_of(mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
     return Look(mesh=mesh, views=found, grey=scene.target.coloured and scene.sensor.channels == "mono")
+
+
+def look_notes(reader: StageReader) -> tuple[str, ...]:
+    """Return notes on a target that cannot be seen, and on light of its own that will not show."""
+    frame = reader.frames[0]
+    materials = reader.target_at(frame.time_code).materials
+    if all(material.opacity == 0 for material in materials):
+        return ("every material of the target has opacity 0: pictures show at most its reflections, labels all of it",)
+    if all(material.emissive_color == BLACK for material in materials):
+        return ()
+    try:
+        return dim_emissions(reader.scene(frame))
+    except SpinError:  # of the lights, which `check` and `render` report with all else that is wrong
+        return ()

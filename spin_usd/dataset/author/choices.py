@@ -1,0 +1,100 @@
+"""What a user chooses of a new stage, and the files that it is made of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.dataset.author.additions import Additions
+from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
+from spin_usd.dataset.author.model import model_file
+from spin_usd.errors import InputError
+from spin_usd.resources import bundled
+from spin_usd.sha256 import sha256_of
+from spin_usd.stage.author.lights_and_environment import open_surroundings
+from spin_usd.stage.author.presets import Preset, open_preset
+from spin_usd.stage.author.provenance import Option, Origin
+from spin_usd.stage.usd.layer_file import Layer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """What a user chooses of a new stage, beside its pictures.
+
+    target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
+    the environment replace the preset's · augment: a specification to write over the stage · prim: the path of the prim
+    that is taken of a USD target · additions: what is written over the stage before that · any_size: take a target of a
+    size that no craft has, and one inside which the camera is.
+    """
+
+    target: str | Path
+    camera: str | Path
+    units_per_metre: float | None = None
+    prim: str | None = None
+    seed: int = 0
+    preset: str | Path | None = None
+    lights: str | Path | None = None
+    environment: str | Path | None = None
+    augment: str | None = None
+    additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
+    any_size: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sources:
+    """The files that a stage is made of, opened: its camera with notes on it, its target, preset and surroundings."""
+
+    camera: Layer
+    camera_file: Path
+    camera_notes: tuple[str, ...]
+    target_file: Path
+    preset: Preset | None
+    surroundings: Mapping[str, Layer]
+    origin: Origin
+
+
+def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
+    """Open what the choices name; `pictures`: the files that the poses come from. Raises InputError."""
+    if not -(2**63) <= choices.seed < 2**63:
+        raise InputError(f"seed {choices.seed} does not fit 64 bits")
+    camera, camera_file, camera_notes = open_camera(str(choices.camera))
+    target_file = model_file(str(choices.target))
+    files = {**pictures, "target": target_file, "camera": camera_file}
+    preset = _preset(str(choices.preset)) if choices.preset is not None else None
+    if preset:
+        files["preset"] = preset.file
+    given_layers = {"lights": choices.lights, "environment": choices.environment}
+    layers = {kind: _surroundings_file(str(given), kind) for kind, given in given_layers.items() if given is not None}
+    files |= layers | dict(choices.additions.files)
+    inputs = {role: (file.name, sha256_of(file)) for role, file in files.items()}
+    return Sources(
+        camera=camera,
+        camera_file=camera_file,
+        camera_notes=camera_notes,
+        target_file=target_file,
+        preset=preset,
+        surroundings={kind: open_surroundings(file, kind) for kind, file in layers.items()},
+        origin=Origin(inputs=inputs, options=_options(choices)),
+    )
+
+
+def _options(choices: Choices) -> dict[str, Option]:
+    """Return what was given that decides pictures beside the files, by the names of `author`'s options."""
+    options = {
+        "seed": choices.seed,
+        "units_per_metre": choices.units_per_metre,
+        "prim": choices.prim,
+        "channels": choices.additions.channels,
+        "sun_direction": choices.additions.sun_from_camera,
+        "sun_from_target": choices.additions.sun_from_target,
+    }
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _preset(given: str) -> Preset:
+    """Open the preset of that name or in that file."""
+    return open_preset(given if Path(given).suffix.lower() in USD_SUFFIXES else bundled("preset", given))
+
+
+def _surroundings_file(given: str, kind: str) -> Path:
+    """Return the layer of the lights or the environment of that name, or the file itself."""
+    return Path(given) if Path(given).suffix.lower() in USD_SUFFIXES else bundled(kind, given)

@@ -1,0 +1,47 @@
+"""The model of a target: its file, its unit, and writing it into a stage."""
+
+from pathlib import Path
+
+from spin_usd.dataset.author.camera import USD_SUFFIXES
+from spin_usd.dataset.author.plausible_target import ModelUnit
+from spin_usd.errors import InputError
+from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
+from spin_usd.resources import bundled
+from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
+from spin_usd.stage.author.target.from_usd import copy_usd_target
+from spin_usd.stage.author.target.target_asset import TargetAsset, describe
+
+
+def model_file(given: str) -> Path:
+    """Return the file of the target of that name, or the file itself. Raises InputError."""
+    suffix = Path(given).suffix.lower()
+    if suffix not in USD_SUFFIXES | set(READERS):
+        if suffix or "/" in given:
+            raise InputError("is not a model file", where=given, do=f"give one of {', '.join(READERS)} or USD")
+        return bundled("target", given)
+    if not Path(given).is_file():
+        raise InputError("is not there, or is not a file", where=given)
+    return Path(given)
+
+
+def write_model(
+    file: Path, folder: Path, units_per_metre: float | None, prim: str | None
+) -> tuple[TargetAsset, tuple[str, ...]]:
+    """Write the model as a target of the stage in `folder`; return it with notes on it. Raises InputError."""
+    name = target_name(file.stem)
+    place = folder / "targets" / name
+    if file.suffix.lower() in USD_SUFFIXES:
+        asset = copy_usd_target(file, place, name, units_per_metre, prim)
+        return asset, asset.notes
+    if prim is not None:
+        raise InputError("--prim is given, and only USD files have prims", where=file, do="leave --prim out")
+    model = read_mesh_file(file, units_per_metre)
+    return describe(write_mesh_target(model, place, name), name), model.notes
+
+
+def model_unit(file: Path, target: TargetAsset, units_per_metre: float | None) -> ModelUnit:
+    """Return how long a unit of the model in `file` is."""
+    per_metre = units_per_metre or 1 / target.metres_per_unit
+    if file.suffix.lower() in READERS and units_per_metre is None:
+        per_metre = 1.0
+    return ModelUnit(file=file, per_metre=per_metre, given=units_per_metre is not None)
