@@ -65,7 +65,7 @@ def write_variant_sets(
             _over(world, "materials", name, MODEL).variantSelections.update(kind.selections)
         elif name == PLAIN:
             author_diffuse_materials(layer, materials.path, overrides)
-    world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # sets share no attribute: any order does
+    world.variantSetNameList.prependedItems[:] = VARIANT_SETS  # they share no attribute, so any order works
     export(layer, folder / LAYER)
 
 

@@ -18,13 +18,13 @@ from spin_usd.stage.check.poses_and_cameras import camera_findings
 from spin_usd.stage.check.properties import property_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.opinions import has_opinion
-from spin_usd.stage.composition.prim_opinions import Opinion, Selection, opinions
+from spin_usd.stage.composition.prim_opinions import Opinion, VariantSelection, opinions
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.usd import schema
 
 FIELDS = ("active", "instanceable")  # of a prim; the strongest opinion holds
 
-Statements: TypeAlias = dict[tuple[str, str], Selection]
+Statements: TypeAlias = dict[tuple[str, str], VariantSelection]
 """The opinions of a variant set: (where, what) -> a variant that has that opinion."""
 
 
@@ -59,7 +59,7 @@ def _variants_of(trial: Usd.Stage, path: Sdf.Path, baseline: "_Baseline") -> Ite
         statements[name] = {}
         for variant in trial.GetPrimAtPath(path).GetVariantSet(name).GetVariantNames()[:MAX_VARIANTS]:
             trial.GetPrimAtPath(path).GetVariantSet(name).SetVariantSelection(variant)
-            tried = Selection(owner=path, name=name, variant=variant)
+            tried = VariantSelection(owner=path, name=name, variant=variant)
             yield from _VariantOpinions(tried, statements[name]).findings(trial.GetPrimAtPath(path))
             yield from baseline.new_findings(tried)
         _deselect(trial.GetPrimAtPath(path), name)
@@ -83,7 +83,7 @@ class _Baseline:
         self.content = set(self._of_content())
         self.errors = set(composition_errors(trial))
 
-    def new_findings(self, tried: Selection) -> Iterator[Finding]:
+    def new_findings(self, tried: VariantSelection) -> Iterator[Finding]:
         """Yield the findings that only the variant causes, apart from those on its opinions."""
         if tried.name == AUGMENTATION:  # reading its pictures finds composition errors
             new = [finding for finding in self._of_content() if finding not in self.content]
@@ -134,7 +134,7 @@ def _overlaps(statements: dict[str, Statements]) -> Iterator[Finding]:
 class _VariantOpinions:
     """The opinions of the selected variant `tried`; they are added to the `statements` of its set."""
 
-    def __init__(self, tried: Selection, statements: Statements) -> None:
+    def __init__(self, tried: VariantSelection, statements: Statements) -> None:
         self.tried, self.statements = tried, statements
 
     def findings(self, owner: Usd.Prim) -> Iterator[Finding]:

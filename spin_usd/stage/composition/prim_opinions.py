@@ -11,7 +11,7 @@ from pxr import Pcp, Sdf, Usd
 
 
 @dataclass(frozen=True, kw_only=True)
-class Selection:
+class VariantSelection:
     """The `variant` of the set `name` on the prim at `owner`, as composed."""
 
     owner: Sdf.Path
@@ -27,7 +27,7 @@ class Opinion:
     """One layer's spec of a prim. through: the selections that contribute it, outermost first."""
 
     spec: Sdf.PrimSpec
-    through: tuple[Selection, ...]
+    through: tuple[VariantSelection, ...]
 
     @cached_property
     def properties(self) -> dict[str, Sdf.PropertySpec]:
@@ -47,7 +47,7 @@ def opinions(prim: Usd.Prim) -> list[Opinion]:
 
 
 def _of_node(
-    node: Pcp.NodeRef, composed: Sdf.Path, above: tuple[Selection, ...], session: Sdf.Layer
+    node: Pcp.NodeRef, composed: Sdf.Path, above: tuple[VariantSelection, ...], session: Sdf.Layer
 ) -> Iterator[Opinion]:
     through = above + tuple(each for each in _selections(node.path, composed) if each not in above)
     if node.hasSpecs:
@@ -59,7 +59,7 @@ def _of_node(
         yield from _of_node(child, composed, through, session)
 
 
-def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[Selection]:
+def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[VariantSelection]:
     """Yield the selections on the way to `path`, for the prim that is at `composed` on the stage."""
     for prefix in path.GetPrefixes():
         if prefix.IsPrimVariantSelectionPath():
@@ -69,4 +69,4 @@ def _selections(path: Sdf.Path, composed: Sdf.Path) -> Iterator[Selection]:
             for _ in range(below):
                 owner = owner.GetParentPath()
             name, variant = prefix.GetVariantSelection()
-            yield Selection(owner=owner, name=name, variant=variant)
+            yield VariantSelection(owner=owner, name=name, variant=variant)
