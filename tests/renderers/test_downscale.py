@@ -9,7 +9,7 @@ from spin_usd.dataset.picture.make_picture import Stopwatch, render_in
 from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import REDUCTIONS, Effort
 from spin_usd.scene.light import DistantLight

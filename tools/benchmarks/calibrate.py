@@ -29,7 +29,7 @@ from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort, parse_effort
 
 EFFORTS = (

@@ -26,7 +26,7 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import parse_effort
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader

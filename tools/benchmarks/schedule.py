@@ -28,7 +28,7 @@ from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

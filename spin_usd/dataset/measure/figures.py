@@ -17,7 +17,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.errors import InputError
 from spin_usd.renderers.background.sky import sky
-from spin_usd.scene.derived.keys import RenderSettings, picture_seed
+from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene

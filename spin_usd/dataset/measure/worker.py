@@ -19,7 +19,7 @@ from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
 from spin_usd.renderers.renderer import Renderer
 from spin_usd.renderers.skipped.requirements import Requirements
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene

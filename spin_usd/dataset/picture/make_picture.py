@@ -13,7 +13,7 @@ from spin_usd.labels.table import LABELS
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import Renderer
-from spin_usd.scene.derived.keys import RenderSettings, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene

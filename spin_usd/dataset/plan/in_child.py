@@ -18,7 +18,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.finding import in_sentences

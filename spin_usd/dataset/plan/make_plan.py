@@ -11,7 +11,7 @@ from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedErr
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import SpinError, StageError
 from spin_usd.progress import Progress
-from spin_usd.scene.derived.keys import KEYS, RenderSettings
+from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 from spin_usd.scene.effort import Effort
 

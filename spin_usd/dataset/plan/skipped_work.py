@@ -9,7 +9,7 @@ from spin_usd.dataset.plan.work import BEHIND, NOISE, THROUGH_OPTICS
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.renderers.skipped.facts import Facts
 from spin_usd.renderers.skipped.rules import BITS, SkippedWork, skipped_work
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.model import Scene
 
 RENDER, BACKGROUND, OPTICS, DETECTOR, LABELS = "render", "background", "optics", "detector", "labels"

@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.scene.derived.keys import picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
 

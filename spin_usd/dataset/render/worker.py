@@ -36,7 +36,7 @@ from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels.table import LABELS
-from spin_usd.scene.derived.keys import KeyMaker
+from spin_usd.scene.derived.content_keys import KeyMaker
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance

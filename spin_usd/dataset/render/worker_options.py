@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from spin_usd.dataset.plan.effort_choice import Chosen
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 
 
 @dataclass(frozen=True, kw_only=True)

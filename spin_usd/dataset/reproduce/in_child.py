@@ -9,7 +9,7 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import NodeType, file_at, type_of
 from spin_usd.errors import InputError
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.sha256 import sha256_of
 

@@ -11,7 +11,7 @@ from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANC
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.scene.derived.keys import KEYS
+from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.sha256 import sha256_of
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.pose_format import PoseFormat
-from spin_usd.formats.poses.table import POSE_FORMATS
+from spin_usd.formats.poses.pose_formats import POSE_FORMATS
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.finding import WARNING, Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene

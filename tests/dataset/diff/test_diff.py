@@ -9,7 +9,7 @@ from spin_usd.dataset.diff.in_child.compare import compare
 from spin_usd.dataset.diff.in_child.selection import Selection
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import InputError
-from spin_usd.scene.derived.keys import KEYS
+from spin_usd.scene.derived.content_keys import KEYS
 from tests.cases.root_layers import over_stage
 
 SETS = """

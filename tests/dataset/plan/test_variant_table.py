@@ -10,7 +10,7 @@ from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, r
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.variant_table import MANY, VariantRow, in_lines, variant_table
 from spin_usd.dataset.plan.work import RunOptions, Task
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 

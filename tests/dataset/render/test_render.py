@@ -24,7 +24,7 @@ from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError, RenderError
-from spin_usd.scene.derived.keys import RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 from tests.conftest import REPOSITORY
 

@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.content import content
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
 from spin_usd.scene.derived.light_groups import CLASS, LightGroups, in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.environment import Environment, Planet

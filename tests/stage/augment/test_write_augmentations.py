@@ -13,7 +13,7 @@ from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled_names, stages
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.augment import write_augmentations as augmenting
 from spin_usd.stage.augment.replace_files import FOLDER, SET

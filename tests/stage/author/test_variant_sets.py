@@ -14,7 +14,7 @@ from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.resources import bundled_names, stages
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene

@@ -8,7 +8,7 @@ from spin_usd.dataset.diff.in_child.selection import Selection
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
-from spin_usd.scene.derived.keys import KEYS
+from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.scene.model import FrameId
 from spin_usd.stage.diff.differences import differences
 from spin_usd.stage.read.stage_reader import StageReader

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 from spin_usd.errors import SpinError
-from spin_usd.scene.derived.keys import KEYS, KeyMaker, RenderSettings
+from spin_usd.scene.derived.content_keys import KEYS, KeyMaker, RenderSettings
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import NOMINAL, FrameId
 from spin_usd.stage.diff.apply_difference import Stage, add_schemas, apply_difference, can_apply

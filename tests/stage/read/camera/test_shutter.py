@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spin_usd.errors import StageError
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
 

@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from spin_usd.errors import StageError, UnsupportedError
-from spin_usd.scene.derived.keys import geometry_key
+from spin_usd.scene.derived.content_keys import geometry_key
 from spin_usd.stage.read.stage_reader import StageReader
 
 TUBE = "/World/Target/Arm/Tube"

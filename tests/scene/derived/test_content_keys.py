@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.scene.derived.keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
