@@ -237,6 +237,11 @@ def test_no_module_is_a_drawer() -> None:
     assert not [module for module in MODULES if drawers & set(module.with_suffix("").parts)]
 
 
+def test_each_class_name_stands_for_one_thing() -> None:
+    counts = Counter(node.name for m in MODULES for node in ast.walk(tree(m)) if isinstance(node, ast.ClassDef))
+    assert not [name for name, count in counts.items() if count > 1]
+
+
 HELP = "import sys; sys.argv = ['spin-usd', '--help']; from spin_usd.cli.main import run; run()"
 REPORT = (
     "import atexit, sys; atexit.register(lambda: print(*sorted({'bpy', 'pxr'} & set(sys.modules)), file=sys.stderr))"
