@@ -1,4 +1,4 @@
-"""What is wrong with a stage or a dataset."""
+"""Check a stage or a dataset for what is wrong with it."""
 
 from pathlib import Path
 

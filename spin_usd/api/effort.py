@@ -1,4 +1,4 @@
-"""How hard to try, of the ways in which it can be said."""
+"""Work out the renderer's setting from samples, an effort, a quality or an error: the ways to ask for one."""
 
 from pathlib import Path
 

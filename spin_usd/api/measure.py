@@ -1,4 +1,4 @@
-"""What settings of a render cost and how far they are off."""
+"""Measure what the settings of a render cost, and how large their errors are."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a render would make and cost."""
+"""Plan a render: list what it would make and what that would cost."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What plan reports."""
+"""The report that `plan` returns."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ from spin_usd.scene.effort import Effort
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanReport:
-    """What a render would make, and about what that costs.
+    """The pictures that a render would make, and about what they cost.
 
     cost: a row for each variant, and their total · pictures: how many are planned of each variant · workers: processes
     that a render would start · seconds: about the wall-clock time with them · renderer, effort: how the pictures are

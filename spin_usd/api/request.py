@@ -1,4 +1,4 @@
-"""What plan and render are asked to make."""
+"""Turn the arguments of `plan` and `render` into one request."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -113,7 +113,7 @@ def explanation(report: "PlanReport") -> str:
 
 
 def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
-    """Which pictures, of those that are `planned` of each variant."""
+    """Say how many pictures of each variant the counts are, of those that are `planned`."""
     if counts == planned:
         return "all pictures"
     if len(counts) > NAMED:

@@ -78,7 +78,7 @@ def render(
 
 
 def _sentence(report: "RenderReport", out: Path, prune: bool) -> str:
-    """What was made and what was there, in one line."""
+    """Say in one line what was made and what was there already."""
     removed = f", {report.pruned} removed" if prune or report.pruned else ""
     made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
     passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"

@@ -33,7 +33,8 @@ def main() -> None:
 
 
 def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
-    """What a child can be asked to do. Imported when asked, so that a child carries only what it needs."""
+    """Return the functions that a child can be asked to call, by name. Each imports what it needs when it is called, so
+    that a child carries no more than that."""
     worker: Any = None
     measuring: Any = None
 

@@ -19,7 +19,7 @@ SAMPLES = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Demo:
-    """Where to look."""
+    """The places where the demo put its results, and the report of its render."""
 
     stage: Path
     dataset: Path

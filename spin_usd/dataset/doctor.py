@@ -1,4 +1,4 @@
-"""What this machine has and lacks."""
+"""Examine this machine for what spin_usd needs."""
 
 import os
 import platform
@@ -36,7 +36,7 @@ class Line:
 
 
 def examine(folder: Path) -> Iterator[Line]:
-    """What spin_usd needs of this machine, with `folder` as the place where datasets would go."""
+    """Examine all that spin_usd needs of this machine, with `folder` as the place where datasets would go."""
     yield Line(subject="spin_usd", found=spin_usd.__version__)
     yield _python()
     for name in LIBRARIES:

@@ -1,4 +1,4 @@
-"""What a command that renders says at its end of pictures that show little or failed."""
+"""Messages at the end of a render about pictures that show little, and about those that failed."""
 
 import sys
 from pathlib import Path

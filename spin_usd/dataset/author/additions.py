@@ -1,4 +1,4 @@
-"""What a user adds to an authored stage: keypoints, names of parts, colour, and where the Sun stands."""
+"""Additions that a user makes to an authored stage: keypoints, names of parts, colour, and where the Sun stands."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,9 +24,12 @@ SUN = "sun.direction"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Additions:
-    """files: those that were given, by what they are · keypoints · parts: rules, in their order · channels: "mono" or
+    """The additions to one stage. None and empty leave the stage as it is.
+
+    files: the files that were given, by what they hold · keypoints · parts: rules, in their order · channels: "mono" or
     "rgb" · sun_from_camera, sun_from_target: directions to the Sun, in camera and in body axes, of which one at most is
-    given. None and empty leave the stage as it is."""
+    given.
+    """
 
     files: Mapping[str, Path]
     keypoints: Keypoints | None = None
@@ -54,12 +57,12 @@ class Additions:
 
     @property
     def turn_sun(self) -> bool:
-        """Whether `sun` gives something."""
+        """Return whether `sun` gives a direction."""
         return self.sun_from_camera is not None or self.sun_from_target is not None
 
     def sun(self, stage: Any) -> SampledValues | None:
-        """What turns the Sun of the opened `stage` where it was asked for; None where it was not. Raises InputError for
-        a stage without a Sun."""
+        """Return the values that turn the Sun of the opened `stage`; None where no direction was asked for. Raises
+        InputError for a stage without a Sun."""
         if self.sun_from_camera is not None:
             return sampled_values(open_base(stage)[0], {SUN: self.sun_from_camera}, {})
         if self.sun_from_target is not None:
@@ -77,7 +80,7 @@ def read_additions(
     sun_direction: Sequence[float] | None = None,
     sun_from_target: Sequence[float] | None = None,
 ) -> Additions:
-    """The additions that these name, files and values. Raises InputError."""
+    """Read the additions that these files and values describe. Raises InputError."""
     if channels is not None and channels not in CHANNELS:
         raise InputError(f"there are no channels {channels!r}", do=f"choose {' or '.join(CHANNELS)}")
     if sun_direction is not None and sun_from_target is not None:
@@ -95,12 +98,12 @@ def read_additions(
 
 
 def _direction(given: Sequence[float] | None) -> tuple[float, float, float] | None:
-    """At unit length."""
+    """Return the direction at unit length. Raises InputError where it has none."""
     if given is None:
         return None
     length = float(np.linalg.norm(given))
     if len(given) != 3 or not 0 < length < float("inf"):
-        found = f"{', '.join(f'{number:g}' for number in given)} is no direction to the Sun"
+        found = f"{', '.join(f'{number:g}' for number in given)} is not a direction to the Sun"
         raise InputError(found, do="give three numbers X,Y,Z, not all zero")
     x, y, z = (float(number) / length for number in given)
     return x, y, z

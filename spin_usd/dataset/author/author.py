@@ -168,8 +168,8 @@ def _look(
     asset: TargetAsset,
     units_per_metre: float | None,
 ) -> tuple[Look | None, tuple[str, ...]]:
-    """What the pictures of the stage in `folder` show, and notes on it and on the target; no look at one that a render
-    will refuse. Raises as check_written."""
+    """Return what the pictures of the stage in `folder` show, and notes on that and on the target; no look at a stage
+    that a render will refuse. Raises as check_written."""
     selected = sources.preset.chosen(asset.variants) if sources.preset else {}
     notes: tuple[str, ...] = ()
     unknown = "the target's size could not be compared with its file's"

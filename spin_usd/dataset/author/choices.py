@@ -1,4 +1,4 @@
-"""What a user chooses of a new stage, and the files that it is made of."""
+"""The choices that a user makes for a new stage, and the files that it is made of."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from spin_usd.stage.usd.layer_file import Layer
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """What a user chooses of a new stage, beside its pictures.
+    """The choices that a user makes for a new stage, beside its pictures.
 
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
     the environment replace the preset's · augment: a specification to write over the stage · prim: the path of the prim

@@ -102,7 +102,7 @@ def draw_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull
 def draw_light(
     stage: Any, chosen: Sequence[ExamplePicture], seed: int, constraints: Mapping[str, float]
 ) -> SampledValues:
-    """What the samples of their parts make of the opened `stage` of the `chosen` pictures.
+    """Return the values that the samples of the `chosen` pictures' parts give for their opened `stage`.
 
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
@@ -124,7 +124,8 @@ def pictures_of(of_part: Sequence[ExamplePicture]) -> SampledPictures:
 
 
 def _rows_of_parts(chosen: Sequence[ExamplePicture]) -> Mapping[ExamplePart, Sequence[int]]:
-    """By part, which of the pictures are its own. Raises InputError for what some parts sample and others do not."""
+    """Return by part the places of its own pictures among the chosen ones. Raises InputError for a parameter that some
+    parts sample and others do not."""
     rows: dict[ExamplePart, list[int]] = {}
     for i, picture in enumerate(chosen):
         rows.setdefault(picture.part, []).append(i)

@@ -1,4 +1,4 @@
-"""What a specification of augmentations can draw, as a table for people and programs."""
+"""The parameters that a specification of augmentations can sample, as a table for people and programs."""
 
 from typing import Any
 
@@ -12,8 +12,8 @@ ATTRIBUTE_IS = "Any attribute of the stage, by its path; it takes what the attri
 
 
 def parameter_list() -> list[dict[str, Any]]:
-    """An entry for each parameter: its name, the units it can be given in (none for plain numbers), what it takes in
-    the first of them, whether it can differ from picture to picture, and what it is."""
+    """Return an entry for each parameter: its name, the units it can be given in (none for plain numbers), what it
+    takes in the first of them, whether it can differ from picture to picture, and what it is."""
     materials = (parameter_named(f"material.NAME.{field}") for field in FIELDS)
     return [
         *(_entry(parameter, parameter.description) for parameter in PARAMETERS.values()),

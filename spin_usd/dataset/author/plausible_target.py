@@ -21,14 +21,14 @@ INSISTS = "--any-size insists"
 
 @dataclass(frozen=True, kw_only=True)
 class ModelUnit:
-    """How long a unit of the model in `file` is: `per_metre` of them are a metre; `given`, by --units-per-metre."""
+    """The unit of the model in `file`: `per_metre` of them are a metre; `given`: --units-per-metre says so."""
 
     file: Path
     per_metre: float
     given: bool
 
     def words(self, per_metre: float) -> str:
-        """What would say that so many are a metre."""
+        """Return the option or the line of the file that would say that so many units are a metre."""
         if self.given or self.file.suffix.lower() in READERS:
             return f"--units-per-metre {number_text(per_metre)}"
         return f"metersPerUnit = {number_text(1 / per_metre)} in {self.file.name}"
@@ -64,7 +64,7 @@ def _implausible(
     corners: Float, unit: ModelUnit, camera: Camera | None, poses: PoseList | None, among: str
 ) -> InputError:
     def fits(scale: float) -> bool:
-        """Whether most pictures would show all of a target that is so many times as large."""
+        """Return whether most pictures would show all of a target that is so many times as large."""
         if camera is None or poses is None:
             return True
         rotations = matrices_from_quaternions(poses.q_cam_body)
@@ -80,8 +80,8 @@ def _implausible(
 
 
 def notes_on_far_keypoints(keypoints: Keypoints | None, corners: Float) -> tuple[str, ...]:
-    """A note where keypoints are farther from the bounding box of the `corners` (N, 3), body frame, metres, than its
-    diagonal is long."""
+    """Return a note where keypoints are farther from the bounding box of the `corners` (N, 3), body frame, metres, than
+    its diagonal is long."""
     if keypoints is None:
         return ()
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -1,4 +1,4 @@
-"""What author and augment made, as they report it from the child process to the caller."""
+"""Reports of what `author` and `augment` made, sent from the child process to the caller."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

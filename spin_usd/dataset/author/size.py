@@ -1,4 +1,4 @@
-"""What `author` wrote, composed again and in metres, beside what another reader finds in the model's own file."""
+"""Compare the target that `author` wrote, composed again and in metres, with what another reader finds in its file."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ def check_written(
     units_per_metre: float | None,
     selections: Mapping[str, str],
 ) -> tuple[str, ...]:
-    """Notes on the target that the stage of the `reader` has from the model `file`, with the variants `selections`.
+    """Return notes on the target that the stage of the `reader` has from the model `file`, with variants `selections`.
 
     Raises InputError when its size is another than the file's, StageError or UnsupportedError as a render would.
     """
@@ -48,6 +48,6 @@ def _refuse_another_size(file: Path, written: Float, source: SourceBounds) -> No
 
 
 def _size(box: Float) -> str:
-    """The box's edges, and where it lies, so that two of one size differ."""
+    """Say how long the box's edges are and where it lies, so that two boxes of one size differ."""
     edges = " x ".join(f"{edge:.6g}" for edge in box[1] - box[0])
     return f"{edges} m around ({', '.join(f'{x:.6g}' for x in box.mean(0))})"

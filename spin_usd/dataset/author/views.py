@@ -1,4 +1,4 @@
-"""What the pictures of a stage just authored show: from its first picture, and the poses it was made of."""
+"""Find what the pictures of a stage just authored show, from its first picture and the poses it was made of."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Look:
 
 
 def look_at(reader: StageReader, poses: PoseList) -> Look:
-    """The stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError as a render
+    """Look at the stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError as a render
     would."""
     scene = reader.scene(reader.frames[0])
     if reader.light_is_still:

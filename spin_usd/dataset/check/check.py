@@ -31,7 +31,7 @@ class Checked:
 
 
 def check(path: Path, *, progress: Progress) -> Checked:
-    """What there is to say of `path`. InputError when it is neither a stage nor a dataset."""
+    """Check the stage or dataset at `path`. Raises InputError when it is neither."""
     if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
         return Checked(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
     if (root := root_layer(path)).is_file():
@@ -41,7 +41,7 @@ def check(path: Path, *, progress: Progress) -> Checked:
 
 
 def check_stage(root: Path, *, progress: Progress) -> Checked:
-    """What there is to say of the stage whose root layer is `root`."""
+    """Check the stage whose root layer is `root`."""
     try:
         with Child(memory=stage_memory()) as child:
             found = child.call(
@@ -58,7 +58,7 @@ def check_stage(root: Path, *, progress: Progress) -> Checked:
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
-    """All that is wrong with the dataset in the folder `root`: links, its stage, its pictures, and stray files."""
+    """Find all that is wrong with the dataset in the folder `root`: links, its stage, its pictures, and stray files."""
     store = Store(root=root)
     nodes = list(walk(root))
     yield from map(_strange, (node for node in nodes if node.type in STRANGE))
@@ -83,7 +83,8 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
 
 
 def _strange(node: Node) -> Finding:
-    """Of what is neither file nor folder: a render refuses it where the dataset's own should be."""
+    """Return a finding on a node that is neither file nor folder: a render refuses it where the dataset's own should
+    be."""
     severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING
     message = f"is a {node.type}, and those are not followed; put what it stands for in its place, or remove it"
     return Finding(
@@ -102,8 +103,8 @@ def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) ->
 
 
 def _strays(inventory: Inventory) -> Iterator[Finding]:
-    """Files among the pictures that no record lists. Outside the kinds' own folders all else is the user's."""
+    """Find files among the pictures that no record lists. Outside the kinds' own folders all else is the user's."""
     for name in sorted(inventory.present - inventory.files):
         if name.partition("/")[0] in KINDS:
-            message = "is in no record; move it elsewhere, or remove it"
+            message = "is not in any record; move it elsewhere, or remove it"
             yield Finding(code="stray", where=name, message=message, severity=WARNING)

@@ -18,9 +18,12 @@ MAKE_AGAIN = "remove its record and run spin-usd render again"
 
 @dataclass(kw_only=True)
 class Inventory:
-    """What `check` knows of the whole dataset: its description (dataset.json) and the names of the files that are
-    there; and what the records seen so far speak of: files listed, what they use of the cache, the inodes (device,
-    number) of files that were verified, and layers that were."""
+    """The contents of the whole dataset, as `check` has seen them so far.
+
+    description: its dataset.json · present: names of the files that are there · the others are of the records seen so
+    far: the files that they list, what they use of the cache, the inodes (device, number) of files that were verified,
+    and the layers that were.
+    """
 
     description: Mapping[str, Any]
     present: Set[str]
@@ -53,7 +56,7 @@ class CheckedPicture:
 
 
 def digest_findings(store: Store, name: str, sha256: str, inventory: Inventory) -> Iterator[Finding]:
-    """Whether the dataset's file `name` is there, with the bytes that its record says."""
+    """Find whether the dataset's file `name` is missing, or has other bytes than its record says."""
     if name not in inventory.present:
         yield Finding(code="missing", where=name, message=f"the file is missing; {MAKE_AGAIN}")
     elif sha256_of(store.root / name) != sha256:

@@ -1,4 +1,4 @@
-"""What differs between two variants of a stage, and which work that makes."""
+"""Compare two variants of a stage: what differs, and which work that makes."""
 
 from pathlib import Path
 from typing import Any

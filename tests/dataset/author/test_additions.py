@@ -272,7 +272,7 @@ def test_a_sun_that_is_given_from_the_target_turns_with_it(
     ("additions", "sentence"),
     [
         ({"channels": "grey"}, "no channels 'grey'; choose mono or rgb"),
-        ({"sun_direction": (0, 0, 0)}, "0, 0, 0 is no direction to the Sun"),
+        ({"sun_direction": (0, 0, 0)}, "0, 0, 0 is not a direction to the Sun"),
         ({"sun_direction": (1, 2)}, "three numbers X,Y,Z"),
         ({"sun_direction": (1, 0, 0), "sun_from_target": (1, 0, 0)}, "given together"),
     ],

@@ -382,7 +382,7 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
         {
             "code": "stray",
             "where": "image/nominal/notes.txt",
-            "message": "is in no record; move it elsewhere, or remove it",
+            "message": "is not in any record; move it elsewhere, or remove it",
             "severity": "warning",
         }
     ]

@@ -1,4 +1,4 @@
-"""What differs between two variants of a stage, composed side by side, as JSON."""
+"""Compare two variants of a stage, composed side by side, as JSON."""
 
 from dataclasses import asdict
 from typing import Any

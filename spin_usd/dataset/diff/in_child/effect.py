@@ -1,4 +1,4 @@
-"""Which of a picture's keys each difference between two variants changes by itself, found by trying it."""
+"""Find which of a picture's keys each difference between two variants changes by itself, by trying it."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
