@@ -1,4 +1,4 @@
-"""What is asked of a measurement, and what all of its parts share."""
+"""The request for a measurement, and what all of its parts share."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -22,12 +22,12 @@ OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
 SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
 PERCENT = 100
-MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is told
+MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is caught
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureRequest:
-    """What the user asked of `measure`.
+    """A user's request to `measure`.
 
     frames: a slice of the stage's pictures; count: so many of them are measured · seeds: renders of each setting ·
     most_samples: of a setting · reference_share: of the smallest mean square error compared, the most that the
@@ -45,7 +45,7 @@ class MeasureRequest:
 
     @property
     def hang_s(self) -> float:
-        """How long a process may render without a word: a render's samples are several times `most_samples`."""
+        """Seconds that a process may render without a word: a render's samples are several times `most_samples`."""
         return HANG_S + SAMPLE_S * max(STEP, PART) * self.most_samples
 
     def __post_init__(self) -> None:
@@ -67,7 +67,7 @@ def _refuse_unless(well: bool, found: str, do: str) -> None:
 
 
 class PercentDone:
-    """How much of the work is done: pieces of work by key, each of which counts once."""
+    """The share of the work that is done: pieces of work by key, each of which counts once."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -79,15 +79,15 @@ class PercentDone:
         new = cost.keys() - self._cost.keys()
         self._cost.update((key, cost[key]) for key in new)
         self._left |= new
-        self._tell()
+        self._report()
 
     def did(self, keys: Iterable[str]) -> None:
         for key in self._left.intersection(keys):
             self._left.remove(key)
             self._done += self._cost[key]
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         self._progress("measuring: percent", PERCENT * self._done // max(sum(self._cost.values()), 1), PERCENT)
 
 
@@ -103,8 +103,11 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Campaign:
-    """request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software ·
-    machine: what it is measured on · processes(count): so many processes."""
+    """All that the parts of a measurement share.
+
+    request · runs: what was made so far · seed: of the dataset · stage: its hash · versions: of the software · machine:
+    what it is measured on · processes(count): so many processes.
+    """
 
     request: MeasureRequest
     runs: RenderStore
@@ -116,7 +119,7 @@ class Campaign:
     processes: Callable[[int], Processes]
 
     def measurement(self, **found: Any) -> Measurement:
-        """With what was `found`, by the names of Measurement."""
+        """Return the measurement that holds what was `found`, by the names of Measurement."""
         return Measurement(
             stage=self.stage,
             variant=self.request.variant,
@@ -127,19 +130,19 @@ class Campaign:
         )
 
     def key(self, *of: Any) -> str:
-        """Of what was made of `of`, JSON, with this software on this machine."""
+        """Return the key of what was made from `of`, JSON, with this software on this machine."""
         return digest(dict(self.versions), dict(self.machine), list(of))
 
     def result_key(self, *of: Any) -> str:
-        """Of figures that were made of `of`, JSON, by today's formulas."""
+        """Return the key of figures that were made from `of`, JSON, by today's formulas."""
         return self.key("formulas", FORMULAS, *of)
 
     def seeds(self, purpose: str, numbers: range) -> tuple[int, ...]:
-        """Those of renders for this purpose, by number; others than those of pictures that are made for a dataset."""
+        """Return the seeds of renders for this purpose, by number; a dataset's own pictures have other seeds."""
         return tuple(int(digest(["measure", self.seed, purpose, n])[:8], 16) & 0x7FFFFFFF for n in numbers)
 
     def series(self, picture: PlannedPicture, kind: ProcessKind, effort: Effort, seeds: Sequence[int]) -> Series:
-        """Of the picture, with these seeds."""
+        """Return the renders of the picture with these seeds."""
         how = [picture.radiance, asdict(kind), asdict(effort)]
         keys = tuple(self.key(*how, seed) for seed in seeds)
         return Series(kind=kind, effort=effort, seeds=tuple(seeds), keys=keys)
@@ -147,7 +150,7 @@ class Campaign:
     def asked(
         self, processes: Processes, picture: PlannedPicture, kind: ProcessKind, what: str, **arguments: Any
     ) -> JobResult:
-        """What came of asking a process of that kind about the picture."""
+        """Ask a process of that kind about the picture, and return its answer, or why it failed."""
         return processes.run([Job(kind=kind, what=what, arguments={"index": picture.index, **arguments})])[0]
 
     def expect(self, picture: PlannedPicture, wanted: Iterable[Series]) -> None:
@@ -156,7 +159,7 @@ class Campaign:
             self.percent_done.expect(dict.fromkeys(series.keys, weight(picture, series.effort)))
 
     def make(self, processes: Processes, picture: PlannedPicture, wanted: Sequence[Series]) -> list[str | None]:
-        """Render what is missing of the series; of each why it failed, None where all of it is there."""
+        """Render what is missing of the series. Return for each why it failed, None where all of it is there."""
         self.expect(picture, wanted)
         jobs = {}
         for number, series in enumerate(wanted):
@@ -173,5 +176,5 @@ class Campaign:
 
 
 def weight(picture: PlannedPicture, effort: Effort) -> int:
-    """About what a render costs, in samples of a pixel."""
+    """Return about what a render costs, in samples of a pixel."""
     return picture.region_pixels * (effort.samples + OVERHEAD_SAMPLES)

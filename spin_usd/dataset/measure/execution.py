@@ -15,7 +15,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 
 @dataclass(frozen=True, kw_only=True)
 class ExecutionMode:
-    """So many processes that share the processors, with or without the crop."""
+    """A way to render: a number of processes that share the processors, with or without the crop to the target."""
 
     processes: int
     crop: bool
@@ -50,11 +50,11 @@ class ExecutionTask:
 
     @property
     def keys(self) -> set[str]:
-        """Of all that is kept of it."""
+        """Keys of all results that are kept of it."""
         return set(self._keys.values())
 
     def measured(self) -> tuple[tuple[Execution, ...], tuple[Failure, ...]]:
-        """What each way took, and which failed."""
+        """Return what each way took, and the ways that failed."""
         made, failures = {}, []
         for way, key in self._keys.items():
             known = self._campaign.runs.known(key) or self._run(way)
@@ -79,7 +79,7 @@ class ExecutionTask:
         return tuple(executions), tuple(failures)
 
     def _run(self, way: ExecutionMode) -> dict[str, Any]:
-        """Seconds of wall clock, and each render's digest; or why it failed."""
+        """Render in that way. Return seconds of wall clock and each render's digest, or why it failed."""
         kind = ProcessKind(renderer="blender", crop=way.crop)
         jobs = [Job(kind=kind, what="render_digest", arguments=each) for each in self._renders]
         with self._campaign.processes(way.processes) as processes:

@@ -1,4 +1,4 @@
-"""A picture's figures, from the runs that were made of it: the sentences that accuracy is the words of."""
+"""A picture's figures, worked out from its runs by the formulas of `accuracy`."""
 
 import math
 from collections.abc import Sequence
@@ -71,14 +71,14 @@ class PictureFigures:
 
     @cached_property
     def reference(self) -> Reference:
-        """Of the target's pixels."""
+        """The reference's part that holds the target's pixels alone."""
         whole, target = self._whole, self._target.ravel()
         return Reference(
             radiance=whole.radiance[target, :3], variance=whole.variance[target, :3], parts=len(self._parts)
         )
 
     def linear_error(self, keys: Sequence[str]) -> LinearError:
-        """Of the runs with those keys, which differ in their seeds alone."""
+        """Return the error in linear light of the runs with those keys, which differ in their seeds alone."""
         return linear_error(np.stack([self.radiance(key).rgb[self._target] for key in keys]), self.reference)
 
     def developed(self, seed: int) -> DevelopedReference:
@@ -103,13 +103,14 @@ class PictureFigures:
         )
 
     def _own_variance(self, scene: Scene, behind: NDArray[np.float32] | None) -> float:
-        """Of the reference's image by its own error: from what two halves of its parts differ by."""
+        """Return the variance of the reference's image by its own error: from what two halves of its parts differ
+        by."""
         halves = [self._parts[half::2] for half in range(2)]
         one, other = (developed_without_noise(scene, self._mean(half), behind) for half in halves)
         return self._square(one - other) / (len(self._parts) * sum(1 / len(half) for half in halves))
 
     def frame(self, image: DevelopedReference) -> dict[str, Any]:
-        """What is known of the picture and its reference: as JSON what a measurement's Frame holds of that."""
+        """Return the fields of a measurement's MeasuredPicture on the picture and its reference, as JSON."""
         region, frame = self._region, self.scene.frame
         return {
             "name": frame.name,
@@ -123,8 +124,8 @@ class PictureFigures:
     def figures(
         self, image: DevelopedReference, setting: Configuration, keys: Sequence[str], *, capped: bool = False
     ) -> Figures:
-        """Of the setting, from its runs; `capped`: the reference may be less exact than they are. Raises InputError
-        where one of them is not there any more."""
+        """Return the figures of the setting, from its runs; `capped`: the reference may be less exact than they are.
+        Raises InputError where one of them is not there any more."""
         linear, pictures = self.linear_error(keys), [self._image_of(key, image) for key in keys]
         squares = [self._square(picture - image.image) for picture in pictures]
         off = max(fmean(squares) - image.variance, 0.0)
@@ -144,8 +145,8 @@ class PictureFigures:
         )
 
     def cost(self, keys: Sequence[str]) -> dict[str, Any]:
-        """What Figures hold of the runs' cost. Those that were not the first of their kind in a process tell the
-        time, if there are any."""
+        """Return the fields of Figures on the runs' cost. The times are of runs that were not the first of their kind
+        in a process, if there are any."""
         costs = [self._runs.cost(key) for key in keys]
         timed = [cost for cost in costs if cost.warm] or costs
         return {
@@ -155,7 +156,8 @@ class PictureFigures:
         }
 
     def saving(self, what: str, with_it: Sequence[str], without: Sequence[str]) -> Saving:
-        """Of runs that differ in that work alone, seed by seed, which took turns."""
+        """Return what is saved by leaving that work out, from runs that differ in it alone, seed by seed, and that took
+        turns."""
         pairs = zip(with_it, without, strict=True)
         ratios = [self._runs.cost(one).cpu_s / self._runs.cost(other).cpu_s for one, other in pairs]
         return Saving(
@@ -179,7 +181,7 @@ class PictureFigures:
         return developed_without_noise(image.scene, self.radiance(key), image.sky)
 
     def _unlikeness(self, picture: Float, image: DevelopedReference) -> float:
-        """1 - SSIM, the mean over the target's pixels."""
+        """Return 1 - SSIM, the mean over the target's pixels."""
         around = self._region.padded(2 * RADIUS_PX) & self.scene.camera.frame
         top = 2**image.scene.sensor.bit_depth - 1
         alike = ssim(picture[around.slices], image.image[around.slices], top=top)
@@ -189,11 +191,11 @@ class PictureFigures:
         return max(1 - float(found.mean()), 0.0)
 
     def _square(self, deviation: Float) -> float:
-        """Mean square over the target's pixels, of an image's deviation (H, W) or (H, W, C)."""
+        """Return the mean square over the target's pixels of an image's deviation (H, W) or (H, W, C)."""
         inside: Float = deviation[self._region.slices][self._target]
         return float((inside * inside).mean())
 
     def _mean(self, keys: Sequence[str]) -> Radiance:
-        """Of runs."""
+        """Return the mean of runs, pixel by pixel."""
         total = sum(self.radiance(key).rgba.astype(np.float64) for key in keys)
         return Radiance.of(self._region, np.asarray(total / len(keys), np.float32))

@@ -54,10 +54,9 @@ def measure(
 ) -> Measurement:
     """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
 
-    `workers`: processes that render at once, each with its share of the processors. `on_note` is told, before anything
-    is rendered, what the measurement will not serve for. Raises InputError, also where the
-    folder holds a measurement of another stage or variant, OutputError, and RenderError where no picture could be
-    measured.
+    `workers`: processes that render at once, each with its share of the processors. `on_note` is called, before
+    anything is rendered, with what the measurement will not serve for. Raises InputError, also where the folder holds a
+    measurement of another stage or variant, OutputError, and RenderError where no picture could be measured.
     """
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
@@ -92,7 +91,7 @@ def measure(
 
 
 def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) -> tuple[Measurement, set[str]]:
-    """All that was measured, and the keys of what the next run can use."""
+    """Return all that was measured, and the keys of what the next run can use."""
     smallest = min(pictures, key=lambda each: each.region_pixels)
     tasks = [PictureTask(campaign, each, savings=each is smallest) for each in pictures]
     execution = ExecutionTask(campaign, pictures)
@@ -116,24 +115,24 @@ def _measured(campaign: Campaign, pictures: list[PlannedPicture], workers: int) 
 
 def _prepare(folder: Path) -> None:
     """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
-    else, or no measurement, OutputError where it is no folder."""
+    else, or not a measurement, OutputError where it is not a folder."""
     held = Store(root=folder).held()
     refuse_strange(folder, OURS)
     own = held and type_of(folder / RUNS / render_file(SUBJECT)) is NodeType.FILE
     runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_render_file(name))
     strays = [*(name for name in held if not own or name not in OURS), *runs]
     if strays:
-        raise InputError(f"holds {strays[0]}, which is of no measurement", where=folder, do="choose an empty folder")
+        raise InputError(f"holds {strays[0]}, which is not of a measurement", where=folder, do="choose an empty folder")
 
 
 def _subject(request: MeasureRequest, folder: Path) -> dict[str, str]:
-    """What is measured, which stays the same when the stage is edited, or moved with the folder."""
+    """Return the name of what is measured: it stays the same when the stage is edited, or moved with the folder."""
     root = os.path.relpath(request.stage.resolve(), folder.resolve())
     return {"stage": Path(root).as_posix(), "variant": request.variant}
 
 
 def _refuse_another(runs: RenderStore, subject: Mapping[str, str], folder: Path) -> None:
-    """Raises InputError where the folder holds a measurement of anything but the subject."""
+    """Raise InputError where the folder holds a measurement of anything but the subject."""
     held = runs.known(SUBJECT) or subject
     if held != subject:
         found = f"holds a measurement of variant {held['variant']} of {held['stage']}"
@@ -180,7 +179,7 @@ def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: in
 
 
 def _write(path: Path, measurement: Measurement, work: Path) -> None:
-    """As JSON, which is checked before it is there."""
+    """Write the measurement as JSON, which is checked before it is there."""
 
     def write(temporary: Path) -> None:
         text = json.dumps(measurement.as_json(), indent=1, allow_nan=False) + "\n"

@@ -15,13 +15,13 @@ from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
 
-FIRST_PARTS = 4  # whose spread tells the reference's error well enough to say how many more are needed
+FIRST_PARTS = 4  # whose spread gives the reference's error well enough to say how many more are needed
 MARGIN = 1.1  # times as many parts as seem to be needed
 REFERENCE_BOUNCES = 32  # paths end by chance long before, in proportion to what they still carry
 
 
 class PictureTask:
-    """What is to be measured of a picture; what is saved by leaving work out, of the one that has `savings`."""
+    """The measurement of one picture; with `savings` also of what is saved by leaving work out of it."""
 
     def __init__(self, campaign: Campaign, picture: PlannedPicture, *, savings: bool = False) -> None:
         self._campaign, self._picture = campaign, picture
@@ -44,8 +44,8 @@ class PictureTask:
         campaign.expect(picture, [*self._settings.values(), *self._parts(FIRST_PARTS)])
 
     def measured(self, processes: Processes) -> Measurement:
-        """All of it. A picture whose reference failed is not among the frames, a setting that failed not among the
-        figures; the failures say why, and what was made is kept for the next run."""
+        """Measure all of it. A picture whose reference failed is not among the frames, a setting that failed not among
+        the figures; the failures say why, and what was made is kept for the next run."""
         runs = self._campaign.runs
         try:
             found = read_measurement(runs.result(self.key))
@@ -61,7 +61,7 @@ class PictureTask:
 
     @property
     def keys(self) -> set[str]:
-        """Of all that there can be of the picture."""
+        """Keys of all that there can be of the picture."""
         series = [*self._settings.values(), *self._parts(self._most_parts)]
         saved = self._savings.keys if self._savings else ()
         return {self.key, *saved, *(key for each in series for key in each.keys)}
@@ -87,7 +87,7 @@ class PictureTask:
         )
 
     def _rendered(self, processes: Processes, wanted: Mapping[Configuration, Series]) -> dict[Configuration, Series]:
-        """Those of which all renders are there."""
+        """Render these settings, and return those of which all renders are there."""
         reasons = self._campaign.make(processes, self._picture, list(wanted.values()))
         failed = {setting: why for setting, why in zip(wanted, reasons, strict=True) if why is not None}
         for setting, why in failed.items():
@@ -139,7 +139,7 @@ class PictureTask:
         )
 
     def _asked(self, processes: Processes, kind: ProcessKind, what: str, **arguments: Any) -> Any:
-        """What a process of that kind answers; None where it failed."""
+        """Return what a process of that kind answers; None where it failed."""
         answer = self._campaign.asked(processes, self._picture, kind, what, **arguments)
         if answer.failed is not None:
             self._fail(what, answer.failed)
@@ -153,6 +153,6 @@ class PictureTask:
         return self._campaign.series(self._picture, kind, setting.effort, self._campaign.seeds("setting", numbers))
 
     def _parts(self, count: int) -> list[Series]:
-        """Of the reference, each one render: several processes share them."""
+        """Return the first `count` parts of the reference, each one render: several processes share them."""
         seeds = self._campaign.seeds("reference", range(count))
         return [self._campaign.series(self._picture, BLENDER, self._part, [seed]) for seed in seeds]

@@ -64,12 +64,12 @@ def plot(measurement: Measurement) -> str:
 
 
 def _short_coordinates(svg: str) -> str:
-    """Hundredths of a point are enough; what is said between tags stays."""
+    """Shorten coordinates to hundredths of a point, which are enough; text between tags stays."""
     return re.sub(r">[^<]*<|(\.\d\d)\d+", lambda found: found[1] or found[0], svg)
 
 
 def kind_of(setting: Configuration) -> str:
-    """Of the kinds in LOOKS."""
+    """Return which of the kinds in LOOKS the setting is."""
     usual, effort = Effort(samples=setting.effort.samples), setting.effort
     if setting.renderer == "raycast":
         return "raycast"
@@ -96,7 +96,8 @@ def _panel(axes: Axes, found: Sequence[Outcome], criterion: Criterion, title: st
 
 
 def _lines(axes: Axes, best: Sequence[Outcome], criterion: Criterion) -> None:
-    """The front, and from each of its points down to what is expected of the picture with the least error."""
+    """Draw the front, and a line from each of its points down to what is expected of the picture with the least
+    error."""
     x, most = [each.cpu_s for each in best], [each.error(criterion).at_most for each in best]
     least = [min(error.expected for error in each.errors(criterion)) for each in best]
     axes.plot(x, most, color=GREY, linewidth=1, zorder=1)
@@ -120,7 +121,7 @@ def _scales(axes: Axes) -> None:
 def _names(
     axes: Axes, points: Sequence[tuple[Configuration, tuple[float, float]]], best: Container[Configuration]
 ) -> None:
-    """The named qualities', and of the front's other points those for which there is room."""
+    """Write the names of the named qualities, and of the front's other points for which there is room."""
     qualities = {Configuration(renderer="blender", effort=effort): f"{name}: " for name, effort in QUALITIES.items()}
     axes.autoscale_view()
     place = (axes.transData - axes.transAxes).transform
@@ -137,13 +138,13 @@ def _names(
 
 
 def _short(setting: Configuration) -> str:
-    """As its text, with what all settings have left unsaid: `16 fast`."""
+    """Return the setting's text, with what all settings have left unsaid: `16 fast`."""
     said = setting.effort.text.removeprefix("samples=").replace("denoiser=", "").replace(",", " ")
     return said if setting.renderer == "blender" else f"{setting.renderer} {said}"
 
 
 def _detector(axes: Axes, noise_dn: Sequence[float]) -> None:
-    """Where the error is less than AUTO of the noise, what costs more buys nothing."""
+    """Shade where the error is less than AUTO of the noise: there, what costs more buys nothing."""
     low, high = axes.get_ylim()
     low = min(low, AUTO / 2)
     axes.set_ylim(low, high)

@@ -29,7 +29,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class JobResult:
-    """What came of a job, or why it failed."""
+    """The result of a job, or why it failed."""
 
     result: Any = None
     failed: str | None = None

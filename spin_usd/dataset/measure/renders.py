@@ -1,4 +1,4 @@
-"""What a measurement has made so far, by content: renders with what they cost, and results.
+"""The store of what a measurement has made so far, by content: renders with what they cost, and results.
 
 runs/<2>/<key>.exr    a render in unit light (dataset.rendered)
 runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
@@ -29,19 +29,19 @@ NAME = re.compile(rf"([0-9a-f]{{2}})/(?=\1)[0-9a-f]{{64}}({'|'.join(map(re.escap
 
 
 def is_render_file(name: str) -> bool:
-    """Whether a file of that name, relative to the folder, is one of them."""
+    """Return whether a file of that name, relative to the folder, is one of the store's."""
     return bool(NAME.fullmatch(name)) or name == render_file(SUBJECT)
 
 
 def render_file(key: str, suffix: str = ".json") -> str:
-    """The name, relative to the folder, of the file of that key."""
+    """Return the name, relative to the folder, of the file of that key."""
     return f"{key[:2]}/{key}{suffix}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class RenderCost:
-    """Of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and whether
-    that process had rendered the same picture with the same effort just before."""
+    """The cost of a render: seconds of one core and of wall clock, the most bytes that its process held meanwhile, and
+    whether that process had rendered the same picture with the same effort just before."""
 
     cpu_s: float
     wall_s: float
@@ -51,13 +51,13 @@ class RenderCost:
 
 @dataclass(frozen=True, kw_only=True)
 class RenderStore:
-    """Those in the folder `root`; `work` is for temporary files."""
+    """The renders and results in the folder `root`; `work` is for temporary files."""
 
     root: Path
     work: Path
 
     def has(self, key: str) -> bool:
-        """Whether the render of that key is there, every byte verified."""
+        """Return whether the render of that key is there, every byte verified."""
         with suppress(OSError, ValueError, KeyError, TypeError):
             value = self._value(key)
             RenderCost(**value["cost"])
@@ -65,7 +65,7 @@ class RenderStore:
         return False
 
     def cost(self, key: str) -> RenderCost:
-        """That of a render that is there."""
+        """Return the cost of a render that is there."""
         return RenderCost(**self._value(key)["cost"])
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
@@ -83,11 +83,11 @@ class RenderStore:
         self.write_result(key, {"cost": vars(cost), "sha256": sha256})
 
     def result(self, key: str) -> Path:
-        """The file for the result of that key."""
+        """Return the file for the result of that key."""
         return self._path(key, ".json")
 
     def known(self, key: str) -> dict[str, Any] | None:
-        """The result of that key; None where it is not there, or damaged."""
+        """Return the result of that key; None where it is not there, or damaged."""
         with suppress(OSError, ValueError):
             return self._value(key)
         return None

@@ -1,4 +1,4 @@
-"""What it saves to leave out the work that a picture's scene does not need: it is made with that work, too."""
+"""Measure what it saves to leave out the work that a picture's scene does not need: it is made with that work, too."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -14,7 +14,7 @@ RENDERS = 2  # for each that is timed: the one before it warms the process up
 
 
 class SavingsTask:
-    """Of a picture, with the base effort."""
+    """The savings measured on one picture, with the base effort."""
 
     def __init__(self, campaign: Campaign, picture: PlannedPicture) -> None:
         self._campaign, self._picture = campaign, picture
@@ -25,11 +25,11 @@ class SavingsTask:
 
     @property
     def keys(self) -> set[str]:
-        """Of what was rendered for it."""
+        """Keys of what was rendered for it."""
         return {key for runs in self._runs.values() for keys in runs.values() for key in keys}
 
     def render(self, processes: Processes) -> None:
-        """The picture with and without each work that is left out of it, and all of that."""
+        """Render the picture with and without each work that is left out of it, and with and without all of it."""
         campaign, effort = self._campaign, asdict(self._effort)
         found = campaign.asked(processes, self._picture, BLENDER, "skipped_work", effort=effort)
         if found.failed is not None:
@@ -59,7 +59,7 @@ class SavingsTask:
                 campaign.percent_done.did(key for keys in self._runs.pop(what).values() for key in keys)
 
     def savings(self, processes: Processes, reference: Sequence[str]) -> tuple[Saving, ...]:
-        """By the weights of the reference, given by its parts' keys."""
+        """Return the savings, weighted by the reference, which is given by its parts' keys."""
         how = {"reference": reference, "runs": self._runs}
         found = self._campaign.asked(processes, self._picture, RAYCAST, "savings", **how)
         if found.failed is not None:
@@ -67,7 +67,7 @@ class SavingsTask:
         return tuple(Saving(**each) for each in found.result or [])
 
     def _pairs(self, what: str, work: Sequence[str]) -> dict[str, list[str]]:
-        """Keys of the renders with and without that work, seed by seed, and count them as work to come."""
+        """Return keys of the renders with and without that work, seed by seed, and count them as work to come."""
         of = [self._picture.radiance, asdict(self._effort), what, list(work)]
         pairs = {
             side: [self._campaign.key("saving", side, of, seed) for seed in self._seeds]
@@ -78,7 +78,7 @@ class SavingsTask:
         return pairs
 
     def _is_there(self, what: str) -> bool:
-        """Whether all of it is: what was timed in another process is not compared."""
+        """Return whether all renders of it are there: what was timed in another process is not compared."""
         keys = [key for side in self._runs[what].values() for key in side]
         there = all(self._campaign.runs.has(key) for key in keys)
         if there:
@@ -90,6 +90,6 @@ class SavingsTask:
 
 
 def _works(names: Sequence[str]) -> dict[str, list[str]]:
-    """Of what is left out, each by itself, and all together where it is more than one."""
+    """Return each work that is left out by itself, and all together where it is more than one."""
     together = {EVERYTHING: list(names)} if len(names) > 1 else {}
     return {name: [name] for name in names} | together

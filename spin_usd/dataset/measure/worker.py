@@ -56,7 +56,7 @@ class MeasuringWorker:
         self._before: tuple[int, Effort] | None = None
 
     def make_runs(self, *, index: int, effort: Mapping[str, Any], seeds: Mapping[str, int]) -> None:
-        """Render picture `index` with each of the seeds, keep each under its key, and tell of each."""
+        """Render picture `index` with each of the seeds, keep each under its key, and report each."""
         self._do(())
         scene, wanted = self._scene(index), Effort(**effort)
         for key, seed in seeds.items():
@@ -74,7 +74,7 @@ class MeasuringWorker:
         without: Sequence[str],
     ) -> None:
         """Render picture `index` with each of the seeds with the `work` and without any, keep each under its key, and
-        tell of each. One after the other in turn, so that what drifts does so for both; and each twice, of which the
+        report each. The two take turns, so that what drifts does so for both; and each is rendered twice, of which the
         second is kept, so that both are timed warm."""
         scene, wanted = self._scene(index), Effort(**effort)
         for number, (seed, *keys) in enumerate(zip(seeds, with_it, without, strict=True)):
@@ -86,12 +86,13 @@ class MeasuringWorker:
                 self._on_made(key)
 
     def render_digest(self, *, index: int, effort: Mapping[str, Any], seed: int) -> str:
-        """Of the render of picture `index`, every bit of it."""
+        """Return the digest of the render of picture `index`, over every bit of it."""
         radiance = self._render(self._scene(index), Effort(**effort), seed)
         return digest(radiance.groups, radiance.coverage)
 
     def labels(self, *, index: int, against: str) -> dict[str, Any]:
-        """This renderer's labels of picture `index` against those of the renderer `against`: LabelFigures as JSON."""
+        """Compare this renderer's labels of picture `index` with those of the renderer `against`; return LabelFigures
+        as JSON."""
         scene, other = self._scene(index), open_renderer(against)
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
         ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
@@ -100,7 +101,8 @@ class MeasuringWorker:
         return asdict(agreement(ours, theirs, sight, **names))
 
     def errors(self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]]) -> dict[str, Any]:
-        """Mean square errors, relative: the reference's own, and of each setting's runs, all given by their keys."""
+        """Return mean square errors, relative: the reference's own, and of each setting's runs, all given by their
+        keys."""
         picture = self._picture(index, reference)
         return {
             "reference": picture.reference.error_squared,
@@ -117,9 +119,9 @@ class MeasuringWorker:
         settings: Sequence[Mapping[str, Any]],
         runs: Sequence[Sequence[str]],
     ) -> dict[str, Any]:
-        """What is known of the picture from the runs of the settings: its "frame" and its "figures", as JSON.
+        """Return what the runs of the settings say of the picture: its "frame" and its "figures", as JSON.
 
-        `seed` of the dataset, of what lies behind the target; `capped`: the reference ended before it was good enough.
+        `seed`: the dataset's, for what lies behind the target; `capped`: the reference ended before it was good enough.
         """
         picture = self._picture(index, reference)
         image = picture.developed(seed)
@@ -133,7 +135,7 @@ class MeasuringWorker:
         }
 
     def skipped_work(self, *, index: int, effort: Mapping[str, Any]) -> list[str]:
-        """Names of the work that a render of picture `index` does not need."""
+        """Return the names of the work that a render of picture `index` does not need."""
         required = Requirements.of(self._scene(index), Effort(**effort))
         return [each.what for each in required.skipped]
 
@@ -144,12 +146,13 @@ class MeasuringWorker:
         reference: Sequence[str],
         runs: Mapping[str, Mapping[str, Sequence[str]]],
     ) -> list[dict[str, Any]]:
-        """What leaving work out saves and changes, by the runs `with_it` and `without` it of each: Saving, as JSON."""
+        """Return what leaving work out saves and changes, by the runs `with_it` and `without` it of each: Saving, as
+        JSON."""
         picture = self._picture(index, reference)
         return [asdict(picture.saving(work, **keys)) for work, keys in runs.items()]
 
     def _do(self, work: Sequence[str]) -> None:
-        """From now on do that work in each render, needed or not."""
+        """Do that work in each render from now on, needed or not."""
         if list(work) != self._work:
             self.renderer.close()
             self.renderer, self._work, self._before = self._open(keep=work), list(work), None

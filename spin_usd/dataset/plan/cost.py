@@ -42,13 +42,13 @@ MIN_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
 
 def tracing_costs(renderer: str) -> Costs:
-    """The same of the two passes of the renderer `renderer`."""
+    """Return seconds a unit of each kind of work in the two passes of the renderer `renderer`."""
     entry = renderer_entry(renderer)
     return {LABEL_PASS: entry.label_costs, BEAUTY_PASS: entry.image_costs}
 
 
 def expected_work(task: Task, options: RunOptions) -> dict[str, float]:
-    """Seconds of one core by kind of work."""
+    """Return seconds of one core by kind of work."""
     costs = {**EVERYWHERE, **tracing_costs(options.renderer)}
     return {
         work: sum(costs[work].get(unit, 0.0) * count for unit, count in units.items())
@@ -57,7 +57,7 @@ def expected_work(task: Task, options: RunOptions) -> dict[str, float]:
 
 
 def expected_bytes(task: Task, options: RunOptions) -> float:
-    """On disk; labels that another picture's file holds already take none."""
+    """Return the bytes on disk; labels that another picture's file holds already take none."""
     region, frame = task.picture.region_pixels, options.frame_pixels
     kinds = [kind for kind in options.kinds if task.label_pass or kind not in LABELS]
     size = sum(region * BYTES_PER_REGION_PIXEL[kind] + frame * BYTES_PER_FRAME_PIXEL for kind in kinds)
@@ -81,19 +81,19 @@ class Timings:
                 sums[work] = sums.get(work, 0.0) + seconds
 
     def scaled(self, work: Mapping[str, float]) -> dict[str, float]:
-        """`work` as expected, each kind times what it took of what was expected of it."""
+        """Return `work` as expected, each kind times what it took of what was expected of it."""
         return {kind: seconds * self._scale(kind) for kind, seconds in work.items()}
 
-    def knows(self, work: str) -> bool:
-        """Whether there was enough of that kind of work to say anything."""
+    def has_measured(self, work: str) -> bool:
+        """Return whether there was enough of that kind of work to say anything."""
         return self.expected.get(work, 0.0) >= MIN_MEASURED_S
 
     def _scale(self, work: str) -> float:
-        return self.taken.get(work, 0.0) / self.expected[work] if self.knows(work) else 1.0
+        return self.taken.get(work, 0.0) / self.expected[work] if self.has_measured(work) else 1.0
 
 
 def read_measured(file: Path) -> Timings:
-    """What `write_measured` wrote; nothing where that is not there or damaged."""
+    """Read what `write_measured` wrote; nothing where that is not there or damaged."""
     with suppress(OSError, ValueError, TypeError, AttributeError, KeyError):
         values = json.loads(file.read_text(encoding="utf-8"))
         parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]

@@ -1,4 +1,4 @@
-"""How hard a render tries where it is asked for a result instead, a named quality or an error; and why."""
+"""Choose a render's effort where it is asked for a result instead, a named quality or an error, and say why."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -27,8 +27,9 @@ class Basis:
 
 @dataclass(frozen=True, kw_only=True)
 class Expected:
-    """Of the setting, as measured: the worst picture's relative error in linear light, and the most that it may be; its
-    error after the detector beside the detector's own noise, digital numbers; seconds of one core a picture."""
+    """The figures of a setting, as measured: the worst picture's relative error in linear light, and the most that it
+    may be; its error after the detector beside the detector's own noise, digital numbers; seconds of one core a
+    picture."""
 
     error: float
     error_at_most: float
@@ -45,43 +46,48 @@ class Expected:
 
 @dataclass(frozen=True, kw_only=True)
 class Chosen:
-    """Why a render tries as hard as it does. by: "quality" or "error" · asked: in the user's words · reason: a
-    sentence · basis: the measurement, if there is one, `expected` by it; of a quality also what it `knows`, if this is
-    the stage that was measured."""
+    """The reason why a render's effort is what it is.
+
+    by: "quality" or "error" · asked: in the user's words · reason: a sentence · basis: the measurement, if there is one
+    · expected: its figures of the setting · note: a sentence of the measurement on a quality, to be said where this is
+    the stage that was measured; "" for none.
+    """
 
     by: str
     asked: str
     reason: str
     basis: Basis | None = None
     expected: Expected | None = None
-    knows: str = ""
+    note: str = ""
 
     @property
     def recorded(self) -> dict[str, str]:
-        """By schema record-1."""
+        """The choice as schema record-1 has it."""
         said = {"by": self.by, "asked": self.asked, "reason": self.reason}
         return said | ({"measurement": self.basis.sha256} if self.basis and self.by == "error" else {})
 
     def as_json(self, stages: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        """As recorded, with what is expected; of a quality only where one of the `stages` is that measured."""
-        told = self.by == "error" or self.is_of(stages)
-        return self.recorded | ({"expected": asdict(self.expected)} if self.expected and told else {})
+        """Return it as recorded, with what is expected; of a quality only where one of the `stages` is that
+        measured."""
+        applies = self.by == "error" or self.is_of(stages)
+        return self.recorded | ({"expected": asdict(self.expected)} if self.expected and applies else {})
 
     def is_of(self, stages: Mapping[str, Mapping[str, Any]]) -> bool:
-        """Whether the measurement is of one of the `stages`: by variant, what records say of it."""
+        """Return whether the measurement is of one of the `stages`: by variant, what records say of it."""
         basis = self.basis
         return basis is not None and basis.variant in stages and stages[basis.variant]["hash"] == basis.stage
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Chosen":
-        """Of what `dataclasses.asdict` made of it."""
+        """Make a choice again of what `dataclasses.asdict` made of it."""
         basis, expected = value["basis"], value["expected"]
         made = {"basis": basis and Basis(**basis), "expected": expected and Expected(**expected)}
         return cls(**{**value, **made})
 
 
 def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen]:
-    """With what the measurement beside the `stage` knows of it. Raises InputError for a name that no quality has."""
+    """Return the effort of the quality `name`, with what the measurement beside the `stage` says of it. Raises
+    InputError for a name that no quality has."""
     if name not in QUALITIES:
         raise InputError(f"there is no quality {name!r}", do=f"choose among {', '.join(QUALITIES)}")
     effort = QUALITIES[name]
@@ -96,12 +102,12 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
         return effort, chosen
     said = f"the quality {name}: {expectation(measurement, outcome)}"
     basis = _basis(measurement, file)
-    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), knows=said)
+    return effort, replace(chosen, basis=basis, expected=Expected.of(outcome), note=said)
 
 
 def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
-    """The cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number or
-    "auto". Raises InputError where there is none."""
+    """Return the cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number
+    or "auto". Raises InputError where there is none."""
     bound = None if asked == "auto" else _number(asked)
     measurement = read_measurement(file)
     choice = choose(measurement, error=bound, auto=bound is None, renderer=renderer)
@@ -110,11 +116,11 @@ def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, C
 
 
 def doubts(chosen: Chosen | None, stages: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """What may make errors others than those that were measured, and of a quality what was. `stages`: by variant, what
-    records say of it."""
+    """Return sentences on what may make errors differ from the measured ones, and on what was measured of a quality.
+    `stages`: by variant, what records say of it."""
     if chosen is None or chosen.basis is None or (chosen.by == "quality" and not chosen.is_of(stages)):
         return []
-    basis, said = chosen.basis, [chosen.knows] if chosen.knows else []
+    basis, said = chosen.basis, [chosen.note] if chosen.note else []
     if basis.variant in stages and not chosen.is_of(stages):
         said.append("the measurement is of the stage as it was, or of another; run spin-usd measure to have its own")
     if {*stages} != {basis.variant}:

@@ -21,8 +21,8 @@ MANY = 24  # variants, beyond which those in a row that cost alike share a line
 
 @dataclass(frozen=True, kw_only=True)
 class VariantRow:
-    """Of the variant `name`: pictures to make, and the label passes, renders and images (`exposures`) that none before
-    it has made, in the order of the variants; seconds of one core; bytes. `variants`: how many it stands for."""
+    """The row of the variant `name`: pictures to make, and the label passes, renders and images (`exposures`) that none
+    before it has made, in the order of the variants; seconds of one core; bytes. `variants`: how many it stands for."""
 
     name: str
     pictures: int
@@ -76,7 +76,7 @@ def _json(row: VariantRow) -> dict[str, Any]:
 def variant_table(
     plan: Plan, options: RunOptions, image_suffix: str, out: Path | None = None, renders: Timings | None = None
 ) -> VariantTable:
-    """What a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
+    """Return what a run would make of `plan`; of the dataset `out`, where it is given, what is missing there.
 
     `renders`: what some took, where the dataset has made none. Raises InputError for a dataset that a run refuses.
     """
@@ -85,7 +85,7 @@ def variant_table(
         store.refuse_strange()
     held = held_keys(store) if store else {}
     measured = read_measured(store.cache / MEASURED) if store else Timings()
-    if renders and not measured.knows(BEAUTY_PASS):
+    if renders and not measured.has_measured(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
     wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
@@ -108,7 +108,7 @@ def variant_table(
 
 
 def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
-    """Rows as they are shown: of many, those in a row with the same counts as one, with their sums."""
+    """Return rows as they are shown: of many, those in a row with the same counts as one, with their sums."""
     if len(rows) <= MANY:
         return list(rows)
     return list(_merged(rows))
@@ -122,7 +122,7 @@ def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
 
 
 def _task(picture: PlannedPicture, options: RunOptions, labelled: set[str], rendered: set[str]) -> Task:
-    """How the picture is made when what the two sets name is there already; they take what it makes."""
+    """Return how the picture is made when what the two sets name is there already, and add what it makes to them."""
     label_pass = bool(options.labels) and picture.geometry not in labelled
     render = options.lit and picture.radiance not in rendered
     labelled.add(picture.geometry)

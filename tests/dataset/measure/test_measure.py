@@ -327,7 +327,7 @@ def test_a_folder_that_is_no_measurement_is_refused(small_stage, tmp_path, name)
     path = tmp_path / "out" / name
     path.parent.mkdir(parents=True)
     path.write_text("mine")
-    with pytest.raises(InputError, match="which is of no measurement"):
+    with pytest.raises(InputError, match="which is not of a measurement"):
         measure(MeasureRequest(stage=small_stage), tmp_path / "out", progress=lambda *_: None)
     assert [each for each in (tmp_path / "out").rglob("*") if each.is_file()] == [path]
 

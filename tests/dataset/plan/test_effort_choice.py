@@ -143,7 +143,7 @@ def test_of_a_quality_a_note_names_what_is_cheaper_and_more_exact(tmp_path) -> N
     made = [figures(draft, cpu_s=2.0, error=0.2), figures(better, cpu_s=1.0, error=0.1)]
     preview = figures(setting("samples=1", "raycast"), cpu_s=0.1, error=0.01)
     written(folder_of(tmp_path / "stage.usda"), measurement([*made, preview]))
-    assert asked(tmp_path / "stage.usda", quality="draft")[1].knows.endswith(
+    assert asked(tmp_path / "stage.usda", quality="draft")[1].note.endswith(
         "; blender samples=3 is cheaper and more exact: 10 % for 1 CPU s a picture"
     )
 
