@@ -1,4 +1,4 @@
-"""Where the layers and schemas that travel with the package lie: in a wheel, or at a checkout's top level."""
+"""Find the layers and schemas that travel with the package: in a wheel, or at a checkout's top level."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

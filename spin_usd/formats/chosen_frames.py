@@ -1,4 +1,4 @@
-"""Which pictures are meant by "A:B:STEP", as Python slices them."""
+"""Choose the pictures that are meant by "A:B:STEP", as Python slices them."""
 
 from spin_usd.errors import InputError
 from spin_usd.scene.source.poses import PoseList

@@ -28,7 +28,7 @@ class Transform:
 
     @classmethod
     def from_quaternion(cls, *, to: str, of: str, q: ArrayLike, t: ArrayLike) -> "Transform":
-        """From a unit quaternion (4,), scalar first, and a translation (3,) in metres."""
+        """Make a transform from a unit quaternion (4,), scalar first, and a translation (3,) in metres."""
         return cls(to=to, of=of, rotation=matrix_from_quaternion(q), translation=np.asarray(t, np.float64))
 
     @classmethod

@@ -16,7 +16,7 @@ WORDS = {BLACK: "nearly black", WHITE: "nearly white", EXPOSURE_END: "at an end 
 
 
 def faults(record: Mapping[str, Any]) -> tuple[str, ...]:
-    """Which of the three the picture of the `record` is."""
+    """Return the faults that the picture of the `record` has."""
     tones = record.get("tones") or {}
     found = {
         BLACK: tones.get("dark", 0) > 1 - MIN_SHOWN,
@@ -27,14 +27,14 @@ def faults(record: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def tone_findings(record: Mapping[str, Any], name: str) -> Iterator[Finding]:
-    """A warning for each, with what would cure it; `name` is the record's."""
+    """Yield a warning for each fault, with what would cure it; `name` is the record's."""
     for fault in faults(record):
         message = f"is {WORDS[fault]}: {_why(fault, record)}"
         yield Finding(code=fault.replace("_", "-"), where=name, message=message, severity=WARNING)
 
 
 def counted_faults(counts: Mapping[str, int], pictures: int) -> str:
-    """A sentence's part on how many of so many pictures have each fault; "" where none has."""
+    """Return a sentence's part on how many of so many pictures have each fault; "" where none has."""
     return ", ".join(f"{count} of {pictures} {WORDS[fault]}" for fault, count in counts.items() if count)
 
 
@@ -54,7 +54,7 @@ def _why(fault: str, record: Mapping[str, Any]) -> str:
 
 
 def _more_sun(record: Mapping[str, Any]) -> str:
-    """What the Sun should do, where it is what is wrong; "" where it is not."""
+    """Say what would cure the Sun, where it is what is wrong; "" where it is not."""
     sun = record.get("sun")
     if sun is None:
         return "there is no distant light: add one, or raise the others"

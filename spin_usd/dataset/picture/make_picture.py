@@ -113,14 +113,14 @@ def make_image(
 
 
 def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> dict[str, Any] | None:
-    """What the record says of how bright the target is in the `image` that was made of its `radiance`; None where the
-    target is not seen."""
+    """Return what the record says of how bright the target is in the `image` that was made of its `radiance`; None
+    where the target is not seen."""
     tones, end = target_tones(image, radiance, scene.sensor), exposure_end(scene.sensor, radiance)
     return None if tones is None else asdict(tones) | ({"exposure_end": end} if end else {})
 
 
 def image_channels(sensor: Sensor) -> Channels:
-    """Those of the image that `sensor` writes."""
+    """Return the channels of the image that `sensor` writes."""
     return Channels(
         meaning=IMAGE_MEANING,
         dtype=f"uint{sensor.bit_depth}",

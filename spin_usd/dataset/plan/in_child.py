@@ -1,4 +1,4 @@
-"""What a run would make: every picture with its keys. Runs in child processes, for it opens the stage.
+"""Plan every picture that a run would make, with its keys. Runs in child processes, for it opens the stage.
 
 `open_plan` copies and describes the stage; `plan_pictures` does the long work, of some of the pictures in all variants,
 so that several processes can share it. Pictures come as columns: there may be a million.
@@ -35,8 +35,8 @@ PROGRESS_EVERY = 500
 def open_plan(
     *, stage: str, variants: Sequence[str], frames: str | None, seed: int | None, copy_to: str | None = None
 ) -> dict[str, Any]:
-    """What a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names, which of
-    them are chosen, what the stage was made from, and what dataset.json says of the target.
+    """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
+    which of them are chosen, what the stage was made from, and what dataset.json says of the target.
 
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `copy_to`:
     first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
@@ -69,8 +69,8 @@ def plan_pictures(
     explain: bool,
     progress: Progress,
 ) -> list[dict[str, Any]]:
-    """For each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those also
-    named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
+    """Return for each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those
+    also named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
     that. With `explain` also "skipped", as SkippedWorkCounter.taken has it.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` counts all
@@ -89,8 +89,8 @@ def plan_pictures(
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
-        told = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
-        answer.append({"variant": variant, "stage": stage, **told, **planned})
+        said = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
+        answer.append({"variant": variant, "stage": stage, **said, **planned})
     return answer
 
 
@@ -99,15 +99,15 @@ def _report(progress: Progress, before: int, total: int, done: int) -> None:
 
 
 class Extents:
-    """What each picture's target covers; variants with the same geometry and sharpness share it."""
+    """The extents that each picture's target covers; variants with the same geometry and sharpness share them."""
 
     def __init__(self) -> None:
         self._known: dict[str, list[int]] = {}
         self._coverage = Coverage()
 
     def of(self, scene: Scene, geometry: str) -> list[int]:
-        """Columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how many
-        pixels of it lie within the target's outline and show it."""
+        """Return columns and rows x0, y0, x1, y1 of the picture of `scene`, whose geometry key is given, and about how
+        many pixels of it lie within the target's outline and show it."""
         if not scene.blurred and geometry in self._known:
             return self._known[geometry]
         region, target = scene.picture_region, round(self._coverage.target_pixels(scene))
@@ -118,12 +118,12 @@ class Extents:
 
 
 def stage_provenance(reader: StageReader) -> dict[str, Any]:
-    """What a record says of the stage that made its picture, but its place."""
+    """Return what a record says of the stage that made its picture, but its place."""
     return {"hash": reader.stage_hash, "files": reader.used_files, "variants": reader.variant_selections}
 
 
 def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Those of the `known` variants that the names and patterns `asked` choose, each once; nominal for none asked.
+    """Return the `known` variants that the names and patterns `asked` choose, each once; nominal for none asked.
 
     Raises InputError for a name or pattern that chooses none.
     """
@@ -181,7 +181,7 @@ def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> No
 
 
 def _description(reader: StageReader) -> dict[str, Any]:
-    """What dataset.json says of the target."""
+    """Return what dataset.json says of the target."""
     scene = reader.scene(reader.frames[0])
     target = scene.target
     return {

@@ -23,9 +23,9 @@ STAGE_SHARE = 2  # of the memory that children merged may take, at most so many 
 
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """What a plan is asked: the stage, the variants and the slice of its pictures wanted (as `--frames`), how they are
-    to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage to first.
-    `explain`: what of the work the scenes do not need."""
+    """The question that a plan answers: the stage, the variants and the slice of its pictures wanted (as `--frames`),
+    how they are to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage
+    to first. `explain`: what of the work the scenes do not need."""
 
     stage: Path
     variants: tuple[str, ...]
@@ -40,7 +40,7 @@ class Question:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    """What the stage holds and what a run would make of it.
+    """A run planned: what the stage holds and what a run would make of it.
 
     root: the stage's root layer, or its copy's · variants: those wanted, in their order · names: of all of the stage's
     pictures · stages: by variant, what a record says of the stage · origin: what it was made from · description: what
@@ -127,14 +127,14 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
 
 
 def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
-    """The `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
+    """Return the `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
     bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
     part = chosen[bounds[0] : bounds[1]]
     return part.start, part.stop, part.step
 
 
 def sharing(pictures: int, processes: int) -> int:
-    """How many of so many processes share the planning of so many pictures, in all their variants."""
+    """Return how many of so many processes share the planning of so many pictures, in all their variants."""
     return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
 
 
@@ -156,7 +156,7 @@ def _answers(pool: Pool[int], count: int, progress: Callable[[int], None]) -> li
 
 
 def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
-    """All pictures; equal keys are one string, for most are those of the variant before."""
+    """Yield all pictures; equal keys are one string, for most are those of the variant before."""
     known: dict[str, str] = {}
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     for parts in zip(*answers, strict=True):  # of one variant

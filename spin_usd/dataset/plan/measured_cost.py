@@ -1,4 +1,4 @@
-"""What renders cost by the stage's own measurement, beside what would be expected of them: for the next expectation."""
+"""Compare what renders cost by the stage's own measurement with what was expected, for the next expectation."""
 
 from pathlib import Path
 
@@ -13,8 +13,8 @@ from spin_usd.errors import InputError
 
 
 def measured_beside(stage: Path, plan: Plan, options: RunOptions) -> tuple[Timings, list[str]]:
-    """Of the measurement that lies beside the stage; nothing where there is none of this stage on this machine. And
-    what is wrong with it, where it cannot be used."""
+    """Return the timings of the measurement that lies beside the stage, none where it is not of this stage on this
+    machine; and notes on what is wrong with it, where it cannot be used."""
     if not (folder_of(stage) / FILE).exists():
         return Timings(), []
     try:
@@ -28,7 +28,7 @@ def measured_beside(stage: Path, plan: Plan, options: RunOptions) -> tuple[Timin
 
 
 def measured_renders(measurement: Measurement, plan: Plan, options: RunOptions) -> Timings:
-    """Of the pictures that were measured and are planned, rendered as the options say."""
+    """Return the timings of pictures that were measured and are planned, rendered as the options say."""
     setting, found = Configuration(renderer=options.renderer, effort=options.effort), Timings()
     cpu_s = {figures.frame: figures.cpu_s for figures in measurement.figures if figures.setting == setting}
     for picture in plan.pictures:

@@ -1,4 +1,4 @@
-"""What is left out of pictures because their scenes do not need it, and why: what `plan --explain` says."""
+"""List what is left out of pictures because their scenes do not need it, and why, for `plan --explain`."""
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -63,7 +63,7 @@ class SkippedWorkCounter:
         self._counts.update((RENDER, each.what, each.why, each.same) for each in self._known[radiance])
 
     def taken(self) -> list[Any]:
-        """As JSON, items and their counts; the next variant starts at none."""
+        """Return the items and their counts as JSON, and start the next variant at none."""
         counts, self._counts = self._counts, Counter()
         return [[*item, count] for item, count in counts.items()]
 

@@ -22,14 +22,14 @@ SHARPNESS = 60  # power of the cosine by which the sides near a line of sight co
 
 
 class Coverage:
-    """Remembers what it looked up, by mesh and holes."""
+    """Estimates the pixels that targets cover, and keeps what it worked out by mesh and holes."""
 
     def __init__(self) -> None:
         self._sides = half_sphere(SIDES)
         self._filled: dict[tuple[str, str], Float] = {}
 
     def target_pixels(self, scene: Scene) -> float:
-        """Of the picture of `scene`, about."""
+        """Return about how many pixels of the picture of `scene` the target covers."""
         target, pose = scene.target, scene.T_cam_body
         key = target.mesh.key, target.cut_out_key
         if key not in self._filled:

@@ -1,4 +1,4 @@
-"""How long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
+"""Estimate how long a run takes whose pictures' work is known: the start, and workers that each take the next picture.
 
 The constants are those of a 2-core x86-64 server; `tools/bench schedule` says what they are on another machine.
 """
@@ -21,14 +21,14 @@ SPEED_UP = 0.9  # power of the number of cores by which the passes of one worker
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """A picture's, in seconds of one core: `passes` use all of a worker's, the `rest` one; more or less."""
+    """A picture's work in seconds of one core: `passes` use all of a worker's cores, the `rest` one; more or less."""
 
     passes: float
     rest: float
 
     @classmethod
     def of(cls, seconds: Mapping[str, float]) -> "Work":
-        """Of seconds by kind of work."""
+        """Sum up seconds by kind of work."""
         passes = sum(seconds.get(kind, 0.0) for kind in PASSES)
         return cls(passes=passes, rest=sum(seconds.values()) - passes)
 
@@ -40,7 +40,8 @@ class Work:
 def wall_seconds(
     works: Iterable[Work], *, planned: int, variants: int, images: bool, workers: int, cores: int
 ) -> float:
-    """Of a run that plans so many pictures of so many variants and makes those with the `works`, in their order.
+    """Return the seconds of a run that plans so many pictures of so many variants and makes those with the `works`, in
+    their order.
 
     `images`: whether any of them shows a planet. Nothing where there are no works.
     """
@@ -57,12 +58,13 @@ def wall_seconds(
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
-    """The work, in seconds of one core by its kinds, that took one of so many workers so long."""
+    """Return the work, in seconds of one core by its kinds, that took one of so many workers so long."""
     faster, slower = _pace(workers, cores)
     return {kind: seconds * (faster if kind in PASSES else 1.0) / slower for kind, seconds in taken.items()}
 
 
 def _pace(workers: int, cores: int) -> tuple[float, float]:
-    """How many times faster the passes of each of so many workers are than on one core, and slower all its work."""
+    """Return how many times faster the passes of each of so many workers are than on one core, and how many times
+    slower all its work is."""
     slower = max(workers / cores, 1.0) * (BESIDE if workers > 1 else 1.0)
     return max(cores // workers, 1) ** SPEED_UP, slower

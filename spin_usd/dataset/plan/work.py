@@ -40,7 +40,7 @@ class Task:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """How all pictures of a run are made: renderer, effort, kinds of file, pixels of the whole frame."""
+    """The options that all pictures of a run share: renderer, effort, kinds of file, pixels of the whole frame."""
 
     renderer: str
     effort: Effort
@@ -53,12 +53,12 @@ class RunOptions:
 
     @property
     def lit(self) -> bool:
-        """Whether pictures show the target's light, and so take a render."""
+        """Return whether pictures show the target's light, and so take a render."""
         return IMAGE in self.kinds or RADIANCE in self.kinds
 
 
 def features(scene: Scene) -> list[str]:
-    """What of the scene costs, of BEHIND, DEVELOPED and LIT."""
+    """Return the features of the scene that cost time, of BEHIND, DEVELOPED and LIT."""
     behind, optics, sensor = scene.environment, scene.optics, scene.sensor
     groups, surfaces = LightGroups.of(scene), surfaces_of(scene.target)
     has = {
@@ -80,7 +80,7 @@ def features(scene: Scene) -> list[str]:
 
 
 def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
-    """By kind of work the units of each that the picture takes."""
+    """Return by kind of work the units of each that the picture takes."""
     picture, frame = task.picture, float(options.frame_pixels)
     files = sum(task.label_pass or kind not in LABELS for kind in options.kinds)
     found: dict[str, Units] = {"stage": {"picture": 1}, "cache": {"picture": 1}, "files": {"pixel": files * frame}}
@@ -98,8 +98,8 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
 
 
 def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bool = False) -> Units:
-    """Of one pass: boxes of pixels, their pixels, and the samples of those on the target and beside it. `whole`: the
-    region is not cut into bands."""
+    """Return the units of one pass: boxes of pixels, their pixels, and the samples of those on the target and beside
+    it. `whole`: the region is not cut into bands."""
     count, pixels = (
         (1.0, float(picture.region_pixels)) if whole or not renderer_entry(renderer).bands else _bands(picture, samples)
     )
@@ -108,7 +108,7 @@ def _traced(picture: PlannedPicture, renderer: str, *, samples: float, whole: bo
 
 
 def _bands(picture: PlannedPicture, samples: float) -> tuple[float, float]:
-    """About how many bands of rows Blender's renderer cuts the region into, and their pixels.
+    """Return about how many bands of rows Blender's renderer cuts the region into, and their pixels.
 
     With n bands the part of the region beside the target's rows falls as 1 / n, and starting one costs so many pixels:
     the cheapest n is the root of their ratio. A row of the target is about half filled up to its outline's.
@@ -121,7 +121,7 @@ def _bands(picture: PlannedPicture, samples: float) -> tuple[float, float]:
 
 
 def _light(picture: PlannedPicture, options: RunOptions) -> Iterator[tuple[str, float]]:
-    """Of a render."""
+    """Yield the units of a render, by name."""
     effort, pixels = options.effort, float(picture.region_pixels)
     share = 1 / effort.reduction**2
     samples = expected_samples(effort, glossy="glossy" in picture.features)
@@ -143,7 +143,7 @@ def _light(picture: PlannedPicture, options: RunOptions) -> Iterator[tuple[str, 
 
 
 def expected_samples(effort: Effort, *, glossy: bool) -> float:
-    """That a pixel takes, on average over the target."""
+    """Return the samples that a pixel takes, on average over the target."""
     if not effort.adaptive:
         return float(effort.samples)
     wanted = ADAPTIVE_SAMPLES * effort.adaptive**ADAPTIVE_POWER if glossy else LOOKS_EVERY

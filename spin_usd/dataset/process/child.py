@@ -109,7 +109,7 @@ class Child:
         return answer
 
     def received(self) -> Iterator[Mapping[str, Any]]:
-        """What `receive` gives, at least once, and again as long as that needs no waiting."""
+        """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
         yield self.receive()
         while b"\n" in self._heard:
             yield self.receive()

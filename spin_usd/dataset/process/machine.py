@@ -1,4 +1,4 @@
-"""What figures were measured on, without names or paths."""
+"""Describe the machine that figures were measured on, without names or paths."""
 
 import platform
 
@@ -8,7 +8,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 
 
 def machine() -> dict[str, str | int]:
-    """Processors that may be used, architecture, system and memory."""
+    """Return the number of processors that may be used, the architecture, the system, and the memory in GiB."""
     return {
         "cores": len(usable_cpus()),
         "architecture": platform.machine(),

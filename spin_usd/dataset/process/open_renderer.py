@@ -21,7 +21,7 @@ UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
 
 @dataclass(frozen=True, kw_only=True)
 class RendererEntry:
-    """What spin_usd knows of a renderer before it is opened.
+    """A renderer's description, used before it is opened.
 
     name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
     needs and that not every Python has, and the Python that has it · effort: the settings of

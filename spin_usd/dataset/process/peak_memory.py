@@ -11,8 +11,8 @@ PEAK = "VmHWM:"  # proc(5), /proc/pid/status: peak resident set size, kB
 
 
 def watch_memory() -> Callable[[], int]:
-    """Begin a stretch; the function that comes back tells the most bytes held since. Where the system keeps no peak
-    that can be reset, it tells what is held at the end."""
+    """Begin a stretch; the function that comes back returns the most bytes held since. Where the system keeps no peak
+    that can be reset, it returns what is held at the end."""
     try:
         Path("/proc/self/clear_refs").write_text(RESET_PEAK, encoding="ascii")
     except OSError:

@@ -13,8 +13,8 @@ def usable_cpus() -> list[int]:
 
 
 def share_of(number: int, count: int) -> list[int]:
-    """Those of the `number`th of `count` workers: as many as each can have, one that others have too where there are
-    more workers than processors."""
+    """Return the processors of the `number`th of `count` workers: as many as each can have, one that others have too
+    where there are more workers than processors."""
     cpus = usable_cpus()
     share = max(len(cpus) // count, 1)
     return [cpus[(number * share + i) % len(cpus)] for i in range(share)]

@@ -1,4 +1,4 @@
-"""What all pictures of a dataset share, from its dataset.json."""
+"""The description that all pictures of a dataset share, from its dataset.json."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -98,13 +98,15 @@ class Picture:
 
     @cached_property
     def keypoint_pixels(self) -> Float:
-        """Where the lens puts the keypoints, (N, 2) float64 pixels x and y, hidden ones too; NaN where it sees none."""
+        """The keypoints in the picture, (N, 2) float64 pixels x and y, hidden ones too; NaN where the lens sees
+        none."""
         points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
         return self.camera.project(points)
 
     @cached_property
     def image(self) -> NDArray[Any]:
-        """What the sensor saw, (H, W) uint8, or (H, W, 3) of R, G and B; its curve is `encoding` in the record."""
+        """The image that the sensor saw, (H, W) uint8, or (H, W, 3) of R, G and B; its curve is `encoding` in the
+        record."""
         return self._array("image")
 
     @cached_property

@@ -18,7 +18,8 @@ MEANINGS = {
 
 
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
-    """By schema dataset-1; what earlier runs made of the same stage's other variants and kinds stays listed."""
+    """Return dataset.json by schema dataset-1; what earlier runs made of the same stage's other variants and kinds
+    stays listed."""
     before = read_json(store.description, "dataset-1") if store.description.exists() else None
     if before and differences(before, plan):
         before = None

@@ -1,4 +1,4 @@
-"""Pictures that a dataset holds and its stage has not: another stage's, or of a variant or frame that it had once."""
+"""Find and remove pictures that a dataset holds and its stage does not: another stage's, or of a frame it had once."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,7 +15,7 @@ SHOWN = 3
 
 
 def orphaned_pictures(store: Store, plan: Plan) -> list[Path]:
-    """The records of pictures that are in the dataset and not in the stage, whatever part of that is wanted."""
+    """Return the records of pictures that are in the dataset and not in the stage, whatever part of that is wanted."""
     names, variants = set(plan.names), set(plan.known_variants)
     return [path for path in store.records() if path.stem not in names or path.parent.name not in variants]
 
@@ -28,7 +28,7 @@ def refuse(store: Store, orphans: Sequence[Path]) -> None:
 
 
 def in_words(orphans: Sequence[Path]) -> str:
-    """What the dataset does with these records' pictures."""
+    """Say which pictures the dataset holds that are these records'."""
     names = ", ".join(f"{record.parent.name}/{record.stem}" for record in orphans[:SHOWN])
     count = "1 picture" if len(orphans) == 1 else f"{len(orphans)} pictures"
     return f"holds {count} that this stage does not have ({names}{', ...' if len(orphans) > SHOWN else ''})"
@@ -36,8 +36,8 @@ def in_words(orphans: Sequence[Path]) -> str:
 
 def remove(store: Store, orphans: Sequence[Path]) -> None:
     """Remove the pictures of these records: each one's record first, so that none ever describes files that are gone,
-    then the files that it lists, and the folders left empty. Raises InputError where one is no record, having removed
-    nothing, and OutputError."""
+    then the files that it lists, and the folders left empty. Raises InputError where one is not a record, having
+    removed nothing, and OutputError."""
     pictures = [(store.relative(record), *_files_of(store, record)) for record in orphans]
     for names in pictures:
         for name in names:
@@ -52,6 +52,6 @@ def _files_of(store: Store, record: Path) -> list[str]:
         found = recorded_files(read_json(record, "record-1"), record.parent.name, record.stem)
     if not found:
         raise InputError(
-            "is no picture's record, and is not removed", where=record, do="look what it is, and remove it"
+            "is not a picture's record, and is not removed", where=record, do="look what it is, and remove it"
         )
     return list(found.values())

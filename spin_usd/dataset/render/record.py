@@ -1,4 +1,4 @@
-"""The record of a picture: what its worker knows of it once its files are written."""
+"""The record of a picture, made by its worker once the picture's files are written."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field

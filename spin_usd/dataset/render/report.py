@@ -1,4 +1,4 @@
-"""What a run did, and how it is counted while it runs."""
+"""The report of a run, and the listener that counts for it while the run goes on."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from spin_usd.progress import Progress
 
 @dataclass(kw_only=True)
 class RenderReport:
-    """What a run did.
+    """The report of what a run did.
 
     pictures: how many were asked for · made, reused: of those, how many were made and how many were there already ·
     pruned: pictures removed, which the stage does not have or which were another stage's · label_passes, renders: how

@@ -1,4 +1,4 @@
-"""What a user asks of `render` and `plan`, and the plan of it."""
+"""The request that a user makes to `render` or `plan`, and the plan of it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,8 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
-    """What the user asks of `render` or `plan`. chosen: why the effort is what it is, where it was not given."""
+    """The request that a user makes to `render` or `plan`. chosen: why the effort is what it is, where it was not
+    given."""
 
     stage: Path
     frames: str | None = None

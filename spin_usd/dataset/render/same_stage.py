@@ -1,4 +1,4 @@
-"""Whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
+"""Find whether a dataset's pictures were made from the stage that is to be rendered, edited perhaps, or from another.
 
 A stage is the same while `author` made it from the same files with the same options, and one that `author` did not make
 while its root layer's name is the same: what dataset.json keeps as its origin.
@@ -17,8 +17,8 @@ ROOT = "root"  # of a stage that `author` did not make
 
 
 def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
-    """By name, what the planned stage was made from other than the dataset's own was; none where it is the same stage,
-    or none of the dataset's pictures is one that it has."""
+    """Return the names of what the planned stage was made from otherwise than the dataset's own stage; none where it is
+    the same stage, or has none of the dataset's pictures."""
     if type_of(store.description) is not NodeType.FILE:
         return ()
     names, variants = set(plan.names), set(plan.known_variants)
@@ -28,20 +28,21 @@ def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
 
 
 def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
-    """By name, what the planned stage was made from other than that of a dataset with this dataset.json was."""
+    """Return the names of what the planned stage was made from otherwise than that of a dataset with this
+    dataset.json."""
     before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
     return tuple(sorted(name for name in {*before, *now} if before.get(name) != now.get(name)))
 
 
 def _deciding(origin: Mapping[str, Any]) -> dict[str, Any]:
-    """What decides pictures of that origin, by name: of files their bytes alone, whatever they are called."""
+    """Return by name what decides pictures of that origin: of files their bytes alone, whatever they are called."""
     files = {name: file["sha256"] for name, file in origin.get("inputs", {}).items()}
     root = {ROOT: origin[ROOT]} if ROOT in origin else {}
     return files | dict(origin.get("options", {})) | root
 
 
 def in_words(other: Sequence[str]) -> str:
-    """What the dataset does with the pictures: what differs is named as the options of `author`."""
+    """Say that the dataset holds another stage's pictures, and name what differs as the options of `author`."""
     names = ["root layer" if name == ROOT else f"--{name.replace('_', '-')}" for name in other]
     return f"holds pictures of another stage, which differs in: {', '.join(names)}"
 

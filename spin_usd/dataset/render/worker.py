@@ -123,7 +123,8 @@ class Worker:
         *,
         keep_render: bool,
     ) -> Future[Any]:
-        """The image and the radiance file, from the cache's render or a new one; the result tells when that is kept."""
+        """Make the image and the radiance file, from the cache's render or a new one; the result says when that is
+        kept."""
         kept: Future[Any] = Future()
         kept.set_result(None)
         if IMAGE not in picture.kinds and RADIANCE not in picture.kinds:
@@ -189,7 +190,7 @@ class Worker:
 
 
 def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
-    """What writes a file of that `kind`."""
+    """Return the function that writes a file of that `kind`."""
     return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
 
 

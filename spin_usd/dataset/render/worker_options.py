@@ -1,4 +1,4 @@
-"""What a worker is told of the run when it is started."""
+"""The options of the run that a worker is given when it is started."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

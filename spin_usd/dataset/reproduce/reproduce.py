@@ -39,7 +39,7 @@ class Reproduction:
 
     @property
     def same(self) -> bool:
-        """Whether every file came out with the same bytes."""
+        """Return whether every file came out with the same bytes."""
         return all(file.same for file in self.files)
 
     def as_json(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What was computed once and serves every picture that needs it, within the dataset: renders and labels by content.
+"""The cache of renders and labels by content: each is computed once and serves every picture of the dataset.
 
 cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
 cache/<label>/<2>/<geometry key>.<versions>.<sha256>.<...>  hard links of the pictures' own label files
@@ -32,7 +32,7 @@ VERSION_DIGITS = 8
 
 @dataclass(frozen=True, kw_only=True)
 class Purpose:
-    """What a cached file is good for: its kind, the picture's key of that kind, and the software's digest."""
+    """The use that a cached file is good for: its kind, the picture's key of that kind, and the software's digest."""
 
     kind: str
     key: str
@@ -49,7 +49,7 @@ class CacheEntry:
 
     @property
     def whole(self) -> bool:
-        """Whether the file is the one that was written."""
+        """Return whether the file is the one that was written."""
         try:
             return sha256_of(self.path) == self.sha256
         except OSError:
@@ -66,13 +66,13 @@ class Cache:
     work: Path
 
     def find(self, kind: str, key: str) -> CacheEntry | None:
-        """The file of that kind and key, every byte verified."""
+        """Find the file of that kind and key, every byte verified."""
         wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
         found = _entries(self.root, f"{kind}/{key[:2]}")
         return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
 
     def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> CacheEntry:
-        """The file that `write` fills, kept from now on. Raises as write_atomically does."""
+        """Keep the file that `write` fills. Raises as write_atomically does."""
         purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
 
         def place(sha256: str) -> Path:
@@ -83,21 +83,21 @@ class Cache:
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
-    """What stands in the names of files of that `kind` that software of these versions made: of labels also how they
-    are written, for the same surface in other channels is another file."""
+    """Return the digest in the names of files of that `kind` that software of these versions made. A label's also
+    covers how it is written, for the same surface in other channels is another file."""
     written = [LABELS[kind].channels.header(kind)] if kind in LABELS else []
     return digest(dict(versions), *written)[:VERSION_DIGITS]
 
 
 def entries(store: Store) -> Iterator[CacheEntry]:
-    """All files of the dataset's cache, unverified."""
+    """Yield all files of the dataset's cache, unverified."""
     if type_of(store.cache) is NodeType.FOLDER:
         for kind in CACHED:
             yield from _entries(store.cache, kind)
 
 
 def held_keys(store: Store) -> dict[str, set[str]]:
-    """Keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
+    """Return keys by kind of what the dataset's cache holds, of any version, unverified: for estimates."""
     held: dict[str, set[str]] = {kind: set() for kind in CACHED}
     for entry in entries(store):
         held[entry.purpose.kind].add(entry.purpose.key)
@@ -105,7 +105,7 @@ def held_keys(store: Store) -> dict[str, set[str]]:
 
 
 def uses(record: Mapping[str, Any]) -> set[Purpose]:
-    """What a picture with this `record` (record-1) was, or could have been, made from."""
+    """Return the purposes that a picture with this `record` (record-1) was, or could have been, made from."""
     provenance, kinds = record["provenance"], set(record["files"])
     of = dict.fromkeys(kinds & set(LABELS), "geometry") | ({RENDERS: "radiance"} if kinds & {IMAGE, RADIANCE} else {})
     keys, versions = provenance["keys"], provenance["versions"]
@@ -113,7 +113,8 @@ def uses(record: Mapping[str, Any]) -> set[Purpose]:
 
 
 def used(store: Store) -> set[Purpose]:
-    """What all pictures of the dataset use. Records are not validated, and one that is none uses nothing."""
+    """Return the purposes that all pictures of the dataset use. Records are not validated; a damaged one uses
+    nothing."""
     found: set[Purpose] = set()
     for path in store.records():
         with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -131,7 +132,7 @@ def remove_entries(store: Store, *, but: set[Purpose]) -> None:
 
 
 def _entries(cache: Path, folder: str) -> Iterator[CacheEntry]:
-    """Those in that folder of the cache."""
+    """Yield the files in that folder of the cache."""
     for name in files(cache, folder):
         match name.split("/"):
             case [kind, start, file] if file.startswith(start):

@@ -133,7 +133,7 @@ class Store:
             os.close(lock.descriptor)
 
     def _make_root(self) -> bool:
-        """Whether there was none."""
+        """Make the folder, and return whether there was none."""
         try:
             self.root.parent.mkdir(parents=True, exist_ok=True)
             self.root.mkdir()

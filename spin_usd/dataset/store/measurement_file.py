@@ -1,4 +1,4 @@
-"""Where a stage's measurement lies, and reading it."""
+"""Find and read a stage's measurement."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ FILE = "measure.json"
 
 
 def folder_of(stage: Path) -> Path:
-    """Beside the stage's root layer."""
+    """Return the folder of a stage's measurement, beside the stage's root layer."""
     return stage.parent / FOLDER
 
 

@@ -1,4 +1,4 @@
-"""What lies below a folder, none of it reached over a link."""
+"""The files and folders below a folder, none of them reached over a link."""
 
 import os
 import stat
@@ -12,7 +12,7 @@ from spin_usd.errors import InputError, OutputError
 
 
 class NodeType(StrEnum):
-    """What something is itself: a link is one wherever it leads."""
+    """The type of a node itself: a link is a link wherever it leads."""
 
     FILE = "file"
     FOLDER = "folder"
@@ -31,7 +31,7 @@ class Node(NamedTuple):
 
 
 def type_of(path: Path) -> NodeType | None:
-    """What is at `path`; None where nothing is."""
+    """Return the type of what is at `path`; None where nothing is."""
     try:
         mode = path.lstat().st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -41,19 +41,19 @@ def type_of(path: Path) -> NodeType | None:
 
 
 def walk(root: Path, within: str = "") -> Iterator[Node]:
-    """All that lies below the folder `within` of `root`, ordered by name; nothing where there is no such folder, or a
-    link leads there from `root`, which may be one itself. Raises InputError for a folder that cannot be read."""
+    """Yield all that lies below the folder `within` of `root`, ordered by name; nothing where there is no such folder,
+    or a link leads there from `root`, which may be one itself. Raises InputError for a folder that cannot be read."""
     if root.is_dir() and all(type_of(folder) is NodeType.FOLDER for folder in _folders(root, within)):
         yield from _walk(str(root), within)
 
 
 def files(root: Path, within: str = "") -> Iterator[str]:
-    """The names of the files among them."""
+    """Yield the names of the files among them."""
     return (node.name for node in walk(root, within) if node.type is NodeType.FILE)
 
 
 def strange(root: Path, names: Iterable[str]) -> Iterator[Node]:
-    """Of `root`'s own files and folders of these names, and of all below them, what is neither file nor folder."""
+    """Yield what is neither file nor folder, of `root`'s own files and folders of these names and of all below them."""
     for name in names:
         own = type_of(root / name)
         nodes = [Node(name, own)] if own else []
@@ -61,7 +61,8 @@ def strange(root: Path, names: Iterable[str]) -> Iterator[Node]:
 
 
 def file_at(root: Path, name: str) -> Path:
-    """The file `name` below `root`. Raises InputError where that is none, lies elsewhere, or is reached over a link."""
+    """Return the file `name` below `root`. Raises InputError where that is not a file, lies elsewhere, or is reached
+    over a link."""
     pure, path = PurePosixPath(name), root / name
     if pure.is_absolute() or ".." in pure.parts:
         raise InputError("lies outside the folder", where=path)
@@ -70,7 +71,7 @@ def file_at(root: Path, name: str) -> Path:
         and type_of(path) is NodeType.FILE
     ):
         return path
-    found = "is missing" if type_of(path) is None else "is no file, or is reached over a link"
+    found = "is missing" if type_of(path) is None else "is not a file, or is reached over a link"
     raise InputError(found, where=path)
 
 
@@ -94,13 +95,13 @@ def remove_emptied(root: Path, name: str) -> None:
 
 
 def _folders(root: Path, within: str) -> list[Path]:
-    """Each folder on the way from `root` to `within`, that included."""
+    """Return each folder on the way from `root` to `within`, that included."""
     parts = PurePosixPath(within).parts
     return [root.joinpath(*parts[: count + 1]) for count in range(len(parts))]
 
 
 def _walk(root: str, within: str) -> Iterator[Node]:
-    """As text: a dataset has hundreds of thousands of files, and paths as objects take most of the time."""
+    """Walk over paths as text: a dataset has hundreds of thousands of files, and objects take most of the time."""
     try:
         with os.scandir(f"{root}/{within}") as found:
             entries = sorted(found, key=lambda entry: entry.name)

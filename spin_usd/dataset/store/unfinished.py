@@ -1,4 +1,4 @@
-"""What is left to make of a picture that an earlier run may have made."""
+"""Find what is left to make of a picture that an earlier run may have made."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -56,14 +56,14 @@ def kinds_left(
 
 
 def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) -> dict[str, Any]:
-    """The record with what the stage says of the picture that decides none of its files."""
+    """Return the record with what the stage says of the picture that decides none of its files."""
     rest = {name: value for name, value in record.items() if name != "source_file"}
     source = {"source_file": picture.source_file} if picture.source_file else {}
     return rest | source | {"index": picture.index, "target": {**record["target"], "name": target}}
 
 
 def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> bool:
-    """Whether nothing is left to make of the picture; writes nothing."""
+    """Return whether nothing is left to make of the picture; write nothing."""
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     return _is_finished(store, record, had, picture, wanted)
@@ -72,7 +72,7 @@ def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> b
 def _is_finished(
     store: Store, record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture, wanted: WantedFiles
 ) -> bool:
-    """Whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
+    """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
     return (
         bool(had)
         and _same_content(record, picture, had)
@@ -83,7 +83,7 @@ def _is_finished(
 
 
 def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
-    """Path by kind of the record's files; none where the record names what cannot be this picture's."""
+    """Return the path by kind of the record's files; none where the record names what cannot be this picture's."""
     try:
         paths = {kind: entry["path"] for kind, entry in record["files"].items()}
         named = (path.rpartition(".")[0] == f"{kind}/{variant}/{frame}" for kind, path in paths.items())
@@ -113,7 +113,7 @@ def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mappi
 
 
 def _same_channels(record: Mapping[str, Any]) -> bool:
-    """Whether the files are in the channels that they would be written in today."""
+    """Return whether the files are in the channels that they would be written in today."""
     return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
 
 
@@ -125,6 +125,6 @@ def _complete(store: Store, had: Mapping[str, str], wanted: WantedFiles) -> bool
 
 
 def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
-    """Whether all files that the record lists hold the bytes that it says."""
+    """Return whether all files that the record lists hold the bytes that it says."""
     entries = record["files"].values()
     return all(sha256_of(store.root / entry["path"]) == entry.get("sha256") for entry in entries)

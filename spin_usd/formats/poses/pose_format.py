@@ -1,4 +1,4 @@
-"""What a format of pose lists is, and what each of its entries says."""
+"""A format of pose lists, and the pose that each of its entries holds."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How brightly a target's own light shows beside what the Sun lights."""
+"""Compare how brightly a target's own light shows with what the Sun lights."""
 
 from math import pi
 

@@ -81,7 +81,7 @@ def fallback_of(api: str, name: str) -> Any:
 
 
 def moves_in_time(prim: Usd.Prim) -> bool:
-    """Whether the prim, or one above it, moves."""
+    """Return whether the prim, or one above it, moves."""
     while prim and not prim.IsPseudoRoot():
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.TransformMightBeTimeVarying():

@@ -13,7 +13,7 @@ from spin_usd.stage.usd.values import Range
 
 
 def is_material_factor(name: str) -> bool:
-    """Whether the parameter multiplies an input of a material."""
+    """Return whether the parameter multiplies an input of a material."""
     found = MATERIAL.fullmatch(name)
     return bool(found and found[3])
 

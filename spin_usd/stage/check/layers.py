@@ -60,8 +60,8 @@ def _metadata(layer: Sdf.Layer, root: Sdf.Layer) -> Iterator[Finding]:
 
 
 def _time(layer: Sdf.Layer, root: Sdf.Layer, named: bool) -> Iterator[Finding]:
-    """In the stage's own layers a time code is a frame where the stage `named` its frames; references keep their own
-    clock."""
+    """Name a time code: in the stage's own layers it is a frame where the stage `named` its frames; references keep
+    their own clock."""
     if layer.timeCodesPerSecond != root.timeCodesPerSecond and layer.HasTimeCodesPerSecond():
         yield Finding(
             code="layer-time",

@@ -1,4 +1,4 @@
-"""Which files a stage is made of, found and checked before USD opens any of them.
+"""Find and check the files that a stage is made of, before USD opens any of them.
 
 USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a warning. Here a stage may only
 name files by relative paths that stay within its own folder.

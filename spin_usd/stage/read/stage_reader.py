@@ -110,7 +110,7 @@ class StageReader:
 
     @property
     def light_is_still(self) -> bool:
-        """Whether lights, and planets that could hide them, are the same in camera axes in all pictures."""
+        """Return whether lights, and planets that could hide them, are the same in camera axes in all pictures."""
         return self._lights.still and self._environment.still and not self._T_world_usdcam.varies
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Which values of a stage can change in time, so that all others are read once."""
+"""Find which values of a stage can change in time, so that all others are read once."""
 
 from collections.abc import Callable, Hashable, Iterable
 from typing import Generic, TypeVar

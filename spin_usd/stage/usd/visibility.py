@@ -1,4 +1,4 @@
-"""Which prims of a stage are visible: visibility and purpose, own and inherited."""
+"""Find which prims of a stage are visible: visibility and purpose, own and inherited."""
 
 from pxr import Usd, UsdGeom
 

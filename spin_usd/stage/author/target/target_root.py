@@ -1,4 +1,4 @@
-"""Which prim of a USD file is the target, and what it uses outside itself."""
+"""Find the prim of a USD file that is the target, and what it uses outside itself."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -43,7 +43,7 @@ class EnvironmentReader:
 
     @property
     def still(self) -> bool:
-        """Whether nothing in the environment ever changes or moves in the world."""
+        """Return whether nothing in the environment ever changes or moves in the world."""
         return self._cache.all_still
 
     def read(self, space: CameraSpace, target_cam: Float, target_radius: float) -> Environment:

@@ -33,7 +33,7 @@ class LightReader:
 
     @property
     def still(self) -> bool:
-        """Whether no light ever changes or moves in the world."""
+        """Return whether no light ever changes or moves in the world."""
         return self._cache.all_still
 
     def read(self, space: CameraSpace) -> tuple[Light, ...]:

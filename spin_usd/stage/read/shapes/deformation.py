@@ -29,7 +29,7 @@ class Deformation:
 
     @property
     def skins(self) -> bool:
-        """Whether joints deform the gprim."""
+        """Return whether joints deform the gprim."""
         return self.joint_transforms is not None and bool(self.query.HasJointInfluences())
 
     def points(self, authored: Float) -> Float:

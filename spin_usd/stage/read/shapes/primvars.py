@@ -30,7 +30,7 @@ class FoundPrimvar:
 
     @property
     def is_constant(self) -> bool:
-        """Whether the value is the same everywhere."""
+        """Return whether the value is the same everywhere."""
         return bool((self.values[self.indices] == self.values[self.indices[0]]).all())
 
     @property

@@ -1,4 +1,4 @@
-"""Which prims are geometry that a render shows, and the refusal of such geometry outside the target."""
+"""Find the prims that are geometry that a render shows, and refuse such geometry outside the target."""
 
 from collections.abc import Iterator
 
