@@ -70,8 +70,8 @@ class PlanReport:
 
 
 def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, explained: bool) -> PlanReport:
-    """The report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the plan
-    knows the skipped work."""
+    """Return the report on the `plan` of a `request`, for the folder `dataset` if that is given. explained: whether the
+    plan lists the skipped work."""
     options = run_options(request, plan)
     renders, damage = measured_beside(request.stage, plan, options)
     cost = variant_table(plan, options, request.image_suffix, dataset, renders)

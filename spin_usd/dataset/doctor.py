@@ -88,7 +88,7 @@ def _memory() -> Line:
 
 def _disk(folder: Path) -> Line:
     if not folder.is_dir():
-        return Line(subject="disk", found=f"{folder} is no folder", remedy="choose a folder that exists")
+        return Line(subject="disk", found=f"{folder} is not a folder", remedy="choose a folder that exists")
     free = shutil.disk_usage(folder).free
     writable = os.access(folder, os.W_OK)
     remedy = "" if free > DISK_WANTED else "free some space: a thousand SPEED+ pictures with labels need about 2 GB"

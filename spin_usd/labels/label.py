@@ -15,7 +15,7 @@ from spin_usd.scene.source.channels import Channels
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
-    """A kind of ground truth. All that spin_usd knows of it stands here.
+    """A kind of ground truth. All that describes it stands here.
 
     name: in `--labels`, as the folder of its files, and in records; lower-case letters, digits and "_"
     make: the label (H, W), or (H, W, C) where it has several channels, of a scene and its visible surface

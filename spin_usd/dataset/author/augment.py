@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.author.draw_samples import SampledPictures, drawn, samples_for
 from spin_usd.dataset.author.reports import AugmentReport
+from spin_usd.dataset.author.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.tree import strange
@@ -25,7 +25,8 @@ from spin_usd.stage.augment.write_augmentations import Augmentation, Source, ope
 
 
 def spec_path(given: str) -> Path:
-    """The file of the specification of that name, or the file itself. Raises InputError that lists those there are."""
+    """Return the file of the specification of that name, or the file itself. Raises InputError that lists those there
+    are."""
     if Path(given).suffix.lower() == ".toml":
         return Path(given)
     return bundled("specification", given)
@@ -46,7 +47,7 @@ def augment_stage(
     for entry in specification.augmentations:
         counted = _Counted(progress, len(made), len(specification.augmentations))
         try:
-            made.append(_drawn(Path(stage), specification, entry, file.parent, counted))
+            made.append(_sampled(Path(stage), specification, entry, file.parent, counted))
         except SpinError as error:
             where = f"{file} augmentation {entry.name}" + (f": {error.where}" if error.where is not None else "")
             raise InputError(error.found, where=where, do=error.do) from None
@@ -58,20 +59,21 @@ def augment_stage(
 
 @dataclass(frozen=True)
 class _Counted:
-    """Tells `progress` how many pictures of `count` augmentations are drawn, of which `before` were drawn already."""
+    """Reports to `progress` how many pictures of `count` augmentations are sampled; `before` augmentations were
+    already."""
 
     progress: Progress
     before: int
     count: int
 
-    def tell(self, pictures: int, done: int, total: int) -> None:
-        """`done` of `total` is drawn of this augmentation's `pictures`."""
-        drawn_now = self.before * pictures + pictures * done // total
-        self.progress("drawing: picture", drawn_now, self.count * pictures)
+    def report(self, pictures: int, done: int, total: int) -> None:
+        """Report that `done` of `total` is sampled of this augmentation's `pictures`."""
+        sampled = self.before * pictures + pictures * done // total
+        self.progress("sampling: picture", sampled, self.count * pictures)
 
 
 def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source: Source) -> Path:
-    """The root layer with the augmentations, written by way of a folder hidden beside it."""
+    """Write the root layer with the augmentations by way of a folder hidden beside it, and return its path."""
     with hidden_folder(path.parent, "augment", beside=(out or path).name) as hidden:
         return write_augmentations(
             path,
@@ -100,8 +102,10 @@ def _layer_of(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.usda")
 
 
-def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted) -> Augmentation:
-    """One augmentation, all its values drawn."""
+def _sampled(
+    path: Path, spec: Specification, entry: AugmentationEntry, folder: Path, counted: _Counted
+) -> Augmentation:
+    """Sample all values of one augmentation."""
     stage = open_selected(path, entry.select)
     behind = [sample for sample in entry.sample if sample.parameter == BACKGROUND]
     others = [sample for sample in entry.sample if sample.parameter != BACKGROUND]
@@ -109,22 +113,22 @@ def _drawn(path: Path, spec: Specification, entry: AugmentationEntry, folder: Pa
     background = _background(stage, behind, spec.seed, entry.name, folder)
     environment = compose_background(stage, background) if background else None
     base, frames, _ = open_base(stage)
-    values = drawn(
+    values = sample_pictures(
         base,
         SampledPictures(names=frames),
         others,
         seed=spec.seed,
         name=entry.name,
         constraints=entry.constraints,
-        progress=lambda done, total: counted.tell(len(frames), done, total),
+        progress=lambda done, total: counted.report(len(frames), done, total),
     )
     del environment
-    counted.tell(len(frames), 1, 1)
+    counted.report(len(frames), 1, 1)
     return Augmentation(name=entry.name, selections=entry.select, values=values, background=background)
 
 
 def _background(stage: Any, samples: Sequence[SampleEntry], seed: int, name: str, folder: Path) -> Background | None:
-    """The environment that is drawn, if any. Raises InputError for what is no choice of names."""
+    """Return the environment that is sampled, if any. Raises InputError for what is not a choice of names."""
     for sample in samples:
         distribution = distribution_of(sample.words)
         if sample.per_frame or sample.unit or not isinstance(distribution, Choice | Fixed):

@@ -10,7 +10,7 @@ from spin_usd.dataset.author.additions import Additions, read_additions
 from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.dataset.author.choices import Choices, Sources, open_sources
 from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import ExamplePicture, draw_light, draw_poses, example_pictures
+from spin_usd.dataset.author.example_pictures import ExamplePicture, example_pictures, sample_light, sample_poses
 from spin_usd.dataset.author.model import model_unit, write_model
 from spin_usd.dataset.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.dataset.author.reports import AuthorReport
@@ -80,10 +80,10 @@ def author_example(
     source = found.file.name
 
     def pictures(camera: Camera, corners: Float) -> PoseList:
-        return draw_poses(chosen, seed, camera, corners, source)
+        return sample_poses(chosen, seed, camera, corners, source)
 
     def light(stage: Any) -> SampledValues:
-        return draw_light(stage, chosen, seed, found.constraints)
+        return sample_light(stage, chosen, seed, found.constraints)
 
     wanted = Choices(seed=seed, **usual | given, additions=read_additions(**additions))
     return _author(wanted, Path(out), {"example": found.file}, pictures, light)

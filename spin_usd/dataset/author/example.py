@@ -1,4 +1,4 @@
-"""Examples: what an example file says, as laws to draw from."""
+"""Examples: what an example file says, as laws to sample from."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -25,8 +25,8 @@ SEQUENCE = "sequence"
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExamplePart:
     """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
-    `first_sequence` and `first_picture` · sequential: those of `sample` that are drawn for each sequence, which are per
-    frame otherwise · published: the part's own statistics, as the file has them."""
+    `first_sequence` and `first_picture` · sequential: those of `sample` that are sampled for each sequence, which are
+    per frame otherwise · published: the part's own statistics, as the file has them."""
 
     name: str
     names: str
@@ -47,7 +47,7 @@ class ExamplePart:
 @dataclass(frozen=True, kw_only=True)
 class Example:
     """camera, target, preset, lights, environment: names of what travels with spin_usd, None for the usual; a preset
-    may be a layer's path · constraints: on what is drawn, degrees, by their names in `sampling.constraints` ·
+    may be a layer's path · constraints: on what is sampled, degrees, by their names in `sampling.constraints` ·
     published: the set's own statistics, as the file has them."""
 
     file: Path

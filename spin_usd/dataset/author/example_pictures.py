@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.draw_samples import SampledPictures, drawn
 from spin_usd.dataset.author.example import Example, ExamplePart
+from spin_usd.dataset.author.sample_pictures import SampledPictures, sample_pictures
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
 from spin_usd.sampling.poses import PoseLaw
@@ -70,8 +70,8 @@ def _check_names(names: Sequence[str], file: Path) -> None:
         raise InputError(f"two pictures are named {names[pair[0]]!r}", where=file, do=do)
 
 
-def draw_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
-    """The poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
+def sample_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
+    """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
 
     Raises InputError that names the picture or the sequence for one that cannot be had.
     """
@@ -99,10 +99,10 @@ def draw_poses(chosen: Sequence[ExamplePicture], seed: int, camera: Camera, hull
     return PoseList(names=tuple(picture.name for picture in chosen), q_cam_body=q, t_cam_body=t, source=source)
 
 
-def draw_light(
+def sample_light(
     stage: Any, chosen: Sequence[ExamplePicture], seed: int, constraints: Mapping[str, float]
 ) -> SampledValues:
-    """Return the values that the samples of the `chosen` pictures' parts give for their opened `stage`.
+    """Sample what the parts of the `chosen` pictures ask for, and return it for their opened `stage`.
 
     Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
@@ -111,7 +111,7 @@ def draw_light(
     for part, rows in _rows_of_parts(chosen).items():
         own = replace(base, times=tuple(base.times[i] for i in rows))
         pictures = pictures_of([chosen[i] for i in rows])
-        what = drawn(own, pictures, part.sample, seed=seed, name=NOMINAL, constraints=constraints)
+        what = sample_pictures(own, pictures, part.sample, seed=seed, name=NOMINAL, constraints=constraints)
         found.append((own.times, what))
     return concatenated(found)
 

@@ -1,6 +1,6 @@
 """Rule on a target's shape: faces that lie in one another where that is seen.
 
-Which of two is drawn there is chance, so labels name either, and Cycles leaves their light out: a sphere whose every
+Which of two is rendered there is chance, so labels name either, and Cycles leaves their light out: a sphere whose every
 face is there twice keeps half of it, a plate nothing. Faces within a solid, where its parts touch, are nobody's to see.
 """
 

@@ -13,4 +13,4 @@ PICTURE_RULES: tuple[Callable[[CheckedPicture], Iterator[Finding]], ...] = (
     brightness_findings,
     label_findings,
 )
-"""In the order in which findings are told."""
+"""The rules, in the order in which their findings are reported."""

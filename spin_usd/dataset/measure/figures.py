@@ -87,12 +87,12 @@ class PictureFigures:
         if not self._target.any():
             found, do = "no ray of the reference meets the target", "measure pictures that show it larger"
             raise InputError(found, where=self.scene.frame.name, do=do)
-        drawn = picture_seed(self.scene, RenderSettings(renderer="blender", effort=Effort(), seed=seed))
-        radiance, behind = self._mean(self._parts), sky(self.scene, seed=drawn)
+        own_seed = picture_seed(self.scene, RenderSettings(renderer="blender", effort=Effort(), seed=seed))
+        radiance, behind = self._mean(self._parts), sky(self.scene, seed=own_seed)
         sensor = replace(exposed(self.scene.sensor, radiance), auto_exposure=None)
         scene = replace(self.scene, sensor=sensor)
         image = developed_without_noise(scene, radiance, behind)
-        noisy = (develop(scene, radiance, behind, seed=drawn + number) for number in range(NOISE_PICTURES))
+        noisy = (develop(scene, radiance, behind, seed=own_seed + number) for number in range(NOISE_PICTURES))
         squares = [self._square(picture - image) for picture in noisy]
         return DevelopedReference(
             scene=scene,

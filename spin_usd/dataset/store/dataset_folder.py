@@ -81,7 +81,7 @@ class Store:
 
     def prepare(self) -> None:
         """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
-        dataset, or a dataset that `refuse_strange` refuses, OutputError where it is no folder, or cannot be read."""
+        dataset, or a dataset that `refuse_strange` refuses, OutputError where it is not a folder, or cannot be read."""
         held = self.held()
         if not held:
             return
@@ -92,7 +92,7 @@ class Store:
 
     def held(self) -> list[str]:
         """The names in the folder, but those of a run that goes on or was killed. Raises OutputError where there is
-        something that is no folder, or cannot be read."""
+        something that is not a folder, or cannot be read."""
         try:
             names = sorted(os.listdir(self.root))
         except FileNotFoundError:

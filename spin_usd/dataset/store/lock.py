@@ -71,9 +71,9 @@ def take_lock(path: Path) -> Lock | None:
 
 
 def refuse_other_file(path: Path) -> None:
-    """Raise InputError where something is at `path` and is no lock of ours."""
+    """Raise InputError where something is at `path` and is not a lock of ours."""
     if os.path.lexists(path) and token_in(path) is None:
-        raise InputError("is there and is no lock of spin-usd", where=path, do="move it elsewhere, or remove it")
+        raise InputError("is there and is not a lock of spin-usd", where=path, do="move it elsewhere, or remove it")
 
 
 def _open(path: Path, flags: int) -> int:

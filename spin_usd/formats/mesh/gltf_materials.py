@@ -129,7 +129,7 @@ def _add_occlusion(reading: _Reading, info: dict[str, Any] | None) -> None:
 
 
 def _with_opacity(reading: _Reading, entry: dict[str, Any], constants: Material, base: RGBA) -> Material:
-    """alphaMode: MASK is a cut-out, BLEND the share by which a surface is there, OPAQUE knows no alpha."""
+    """alphaMode: MASK is a cut-out, BLEND the share by which a surface is there, OPAQUE has no alpha."""
     mode = entry.get("alphaMode", OPAQUE)
     cutoff = float(entry.get("alphaCutoff", 0.5))
     if mode == OPAQUE or (mode == MASK and cutoff == 0):

@@ -1,6 +1,6 @@
 """PLY, parsed by plyfile: polygons or triangle strips, normals, colours and texture coordinates.
 
-trimesh reads PLY too, but cuts polygons, merges corners, knows no strips and refuses binary files of triangles among
+trimesh reads PLY too, but cuts polygons, merges corners, reads no strips and refuses binary files of triangles among
 quads; it serves as the authority in the tests. The format names no properties but a point's; the names are those that
 exporters write. A texture is named by MeshLab's comment `TextureFile`.
 """

@@ -11,7 +11,7 @@ from scipy.stats import ks_2samp
 
 from spin_usd.dataset.author.author import author_example
 from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import draw_poses, example_pictures
+from spin_usd.dataset.author.example_pictures import example_pictures, sample_poses
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
@@ -41,7 +41,7 @@ def drawn(name, count=None, seed=0, step=1):
     camera = lens_of(open_camera_layer(bundled("camera", example.camera)))
     corners = box_corners(describe(bundled("target", example.target), example.target))
     chosen = example_pictures(example, count)[::step]
-    return camera, chosen, draw_poses(chosen, seed, camera, corners, name)
+    return camera, chosen, sample_poses(chosen, seed, camera, corners, name)
 
 
 def offsets(camera, t):

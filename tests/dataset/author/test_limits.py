@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.dataset.author.draw_samples import SampledPictures, drawn, samples_for
+from spin_usd.dataset.author.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import samples_of
 from spin_usd.sampling.sample import sample_all
@@ -111,7 +111,7 @@ def painted(tmp_path_factory):
     path = tmp_path_factory.mktemp("painted") / "stage.usda"
     path.write_text(STAGE)
     base, frames, _ = open_base(open_stage(path))
-    return partial(drawn, base, SampledPictures(names=frames))
+    return partial(sample_pictures, base, SampledPictures(names=frames))
 
 
 @pytest.mark.parametrize(

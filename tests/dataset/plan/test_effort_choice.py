@@ -63,10 +63,10 @@ def spoilt(old, new):
 @pytest.mark.parametrize(
     ("text", "names"),
     [
-        (spoilt('"cpu_s": 0.21', '"cpu_s": NaN'), "is not JSON .NaN is no finite number"),
-        (spoilt('"cpu_s": 0.21', '"cpu_s": -Infinity'), "is not JSON .-Infinity is no finite number"),
-        (spoilt('"cpu_s": 0.21', '"cpu_s": 1e999'), "is not JSON .1e999 is no finite number"),
-        (spoilt('"cpu_s": 0.21', f'"cpu_s": 1{"0" * 999}'), "is not JSON .10000000000000000000 is no finite number"),
+        (spoilt('"cpu_s": 0.21', '"cpu_s": NaN'), "is not JSON .NaN is not a finite number"),
+        (spoilt('"cpu_s": 0.21', '"cpu_s": -Infinity'), "is not JSON .-Infinity is not a finite number"),
+        (spoilt('"cpu_s": 0.21', '"cpu_s": 1e999'), "is not JSON .1e999 is not a finite number"),
+        (spoilt('"cpu_s": 0.21', f'"cpu_s": 1{"0" * 999}'), "is not JSON .10000000000000000000 is not a finite number"),
         (spoilt('"variant": "nominal"', f'"variant": {"[" * 200000}{"]" * 200000}'), "is nested too deeply"),
         (spoilt('"samples": 1,', '"samples": 0,'), "samples"),
         (spoilt('"samples": 1,', '"samples": 1.0,'), "samples.*1.0 is not of type 'integer'"),

@@ -94,7 +94,10 @@ def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path) -> No
 def test_a_lock_that_is_not_ours_is_refused_and_stays(tmp_path, monkeypatch, text) -> None:
     monkeypatch.setattr("spin_usd.dataset.store.dataset_folder.LOCK_PATIENCE_S", 0.2)
     (tmp_path / ".lock").write_text(text)
-    with pytest.raises(InputError, match=r"\.lock: is there and is no lock of spin-usd"), Store(root=tmp_path).locked():
+    with (
+        pytest.raises(InputError, match=r"\.lock: is there and is not a lock of spin-usd"),
+        Store(root=tmp_path).locked(),
+    ):
         pass
     assert (tmp_path / ".lock").read_text() == text
     with pytest.raises(InputError, match=r"holds \.lock but no dataset\.json"):

@@ -283,7 +283,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SUN % ', per = "frame"' + "sun_from_boresight_deg = 100\nsun_from_boresight_at_most_deg = 90",
-            r"augmentation a: no draw of sun.direction of 1000 meets sun_from_boresight_\S+ = \d+ in picture img\d+",
+            r"augmentation a: no sample of sun.direction of 1000 meets sun_from_boresight_\S+ = \d+ in picture img\d+",
         ),
         (SUN % "" + "target_lit_deg = 1e-6", "meets target_lit_deg = 1e-06 in picture img"),
         (

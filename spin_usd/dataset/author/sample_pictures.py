@@ -1,4 +1,4 @@
-"""A `sample` table drawn for an opened stage: distributions, units and constraints meet what the stage holds."""
+"""Sample a `sample` table for an opened stage: distributions, units and constraints meet what the stage holds."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,8 +27,8 @@ ALWAYS = Constraint(
 
 @dataclass(frozen=True, kw_only=True)
 class SampledPictures:
-    """Those of a base, by their names · shared: of parameters per frame that pictures share, what they are drawn for;
-    drawn again for a constraint they change together."""
+    """The pictures of a base, by their names. shared: for parameters per frame whose value several pictures share, the
+    name that each picture's value is sampled for; where a constraint has it sampled again, they change together."""
 
     names: Sequence[str]
     shared: Shared = field(default_factory=dict)
@@ -37,7 +37,7 @@ class SampledPictures:
         return self.shared.get(parameter, self.names)
 
 
-def drawn(
+def sample_pictures(
     base: BaseStage,
     pictures: SampledPictures,
     entries: Sequence[SampleEntry],
@@ -47,10 +47,11 @@ def drawn(
     constraints: Mapping[str, float] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SampledValues:
-    """What the `entries`, drawn for `name`, make of the `pictures` of `base`, whose variants are selected.
+    """Sample the `entries` for `name`, and return what they change of the `pictures` of `base`, whose variants are
+    selected.
 
-    A draw depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on nothing
-    else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
+    A value depends on the seed, `name`, the parameter's name and, if it is per frame, the picture's name, and on
+    nothing else. Raises InputError that names the parameter, or the picture and the constraint that cannot be met.
     """
     samples = tuple(_on_base(base, sample) for sample in samples_for(entries))
     draws = sample_all(samples, seed=seed, name=name, frames=pictures.names, shared=pictures.shared)
@@ -62,8 +63,8 @@ def drawn(
 
 
 def samples_for(entries: Sequence[SampleEntry]) -> tuple[Sample, ...]:
-    """The entries' distributions in the parameters' own units and within their limits. Raises InputError that names
-    the parameter."""
+    """Return the entries' distributions in the parameters' own units and within their limits. Raises InputError that
+    names the parameter."""
     return tuple(_sample(entry) for entry in entries)
 
 
@@ -79,7 +80,7 @@ def _sample(entry: SampleEntry) -> Sample:
 
 
 def _on_base(base: BaseStage, sample: Sample) -> Sample:
-    """Within the limits that a factor has by what it multiplies in `base`."""
+    """Return the sample within the limits that a factor has by what it multiplies in `base`."""
     name = sample.parameter
     if not is_material_factor(name):
         return sample
@@ -100,7 +101,7 @@ class _AskedConstraint:
 
 
 class _Resampling:
-    """Draws again, group after group, where constraints are not met."""
+    """Samples again, group after group, where constraints are not met."""
 
     def __init__(
         self, base: BaseStage, pictures: SampledPictures, samples: Sequence[Sample], seed: int, name: str
@@ -109,13 +110,13 @@ class _Resampling:
         self._samples = {sample.parameter: sample for sample in samples}
 
     def placed(self, draws: ParameterValues, constraints: Mapping[str, float]) -> ParameterValues:
-        """`draws` with those drawn again that the constraints bear on."""
+        """Return `draws`, of which those that the constraints bear on are sampled again until all are met."""
         wanted = [_AskedConstraint(name=n, degrees=d, constraint=CONSTRAINTS[n]) for n, d in constraints.items()]
         moves_planet = any(parameter in draws for parameter in GROUPS[1])
         if not wanted and not moves_planet:
             return draws
         sky = read_sky(self._base)
-        if moves_planet and sky.planet is not None:  # without one, what is drawn for it is refused by its own name
+        if moves_planet and sky.planet is not None:  # without one, what is sampled for it is refused by its own name
             wanted.append(_AskedConstraint(name=PLANET_BEHIND, degrees=0.0, constraint=ALWAYS))
         for want in wanted:
             _refuse_without(want, sky)
@@ -130,9 +131,9 @@ class _Resampling:
     def _group(
         self, draws: ParameterValues, group: tuple[str, ...], wanted: list[_AskedConstraint], sky: Sky
     ) -> ParameterValues:
-        """Draws what of the group is drawn until all that is wanted holds in all pictures."""
-        drawn = [self._samples[name] for name in group if name in self._samples]
-        moving = [sample for sample in drawn if sample.per_frame] or drawn
+        """Sample the group's parameters again until all that is wanted holds in all pictures."""
+        sampled = [self._samples[name] for name in group if name in self._samples]
+        moving = [sample for sample in sampled if sample.per_frame] or sampled
         for again in range(1, MAX_TRIES + 1):
             unmet = self._unmet(draws, wanted, sky)
             if unmet is None:
@@ -141,16 +142,16 @@ class _Resampling:
                 break
             draws = self._again(draws, moving, unmet[1], again)
         want, wrong = unmet or (wanted[0], np.array([0]))
-        what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is drawn,"
-        found = f"no draw of {what} of {MAX_TRIES} meets" if moving else f"{what} does not meet"
+        what = " and ".join(sample.parameter for sample in moving) or "the stage, of which nothing is sampled,"
+        found = f"no sample of {what} of {MAX_TRIES} meets" if moving else f"{what} does not meet"
         limit = "" if want.name == PLANET_BEHIND else f" = {want.degrees:g}"
         message = f"{found} {want.name}{limit} in picture {self._pictures.names[int(wrong[0])]}"
-        raise InputError(message, do="widen what is drawn, or loosen the constraint")
+        raise InputError(message, do="widen what is sampled, or loosen the constraint")
 
     def _unmet(
         self, draws: ParameterValues, wanted: list[_AskedConstraint], sky: Sky
     ) -> tuple[_AskedConstraint, np.ndarray] | None:
-        """The first that does not hold, and the indices of the pictures where any does not."""
+        """Return the first that does not hold, and the indices of the pictures where any does not."""
         now = _seen(draws, sky)
         count = len(self._pictures.names)
         held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
@@ -182,7 +183,7 @@ def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
 
 
 def _seen(draws: ParameterValues, sky: Sky) -> Sky:
-    """`sky` as it is with what is drawn."""
+    """Return `sky` as it is with what is sampled."""
     if "sun.direction" in draws:
         sun = np.array(draws.of("sun.direction"), np.float64)
         sky = replace(sky, sun=sun / np.linalg.norm(sun, axis=1, keepdims=True))
@@ -192,7 +193,7 @@ def _seen(draws: ParameterValues, sky: Sky) -> Sky:
 
 
 def _planet(draws: ParameterValues, own: Float, longest: float) -> Float:
-    """(N, 3) or (1, 3) where the planet's centre is."""
+    """Return where the planet's centre is, (N, 3) or (1, 3), in the axes and units of `own`."""
     far = np.linalg.norm(own, axis=1, keepdims=True)
     direction = own / far
     if "earth.direction" in draws:
