@@ -103,7 +103,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
         (lambda: spin_usd.reproduce("gone", "img000001"), "has no picture"),
         (lambda: spin_usd.Dataset("gone"), "is not a dataset"),
     ],
-    ids=str,
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_what_cannot_be_done_is_a_spin_error(
     call: Callable[[], object], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
