@@ -1,4 +1,4 @@
-"""Prints the folder that other USD programs need in PXR_PLUGINPATH_NAME to know spin_usd's schema.
+"""Print the folder that other USD programs need in PXR_PLUGINPATH_NAME to know spin_usd's schema.
 
 `python -m spin_usd.plugin_path` imports neither pxr nor bpy, so it can run before either is loaded.
 """

@@ -7,4 +7,4 @@ Progress = Callable[[str, int, int], None]
 
 
 def ignore(subject: str, done: int, total: int) -> None:
-    """Report to nobody."""
+    """Ignore the progress: for callers that do not ask for it."""

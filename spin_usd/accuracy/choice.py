@@ -98,5 +98,5 @@ def _bound_text(bound: float, criterion: Criterion) -> str:
 
 
 def _rounded_up(value: float) -> str:
-    """Three digits of it, never less than it, and never as a power of ten."""
+    """Return three digits of the value, rounded up, and never as a power of ten."""
     return f"{Context(prec=3, rounding=ROUND_CEILING).create_decimal_from_float(value):f}"

@@ -19,8 +19,8 @@ RAYCAST_SAMPLES = (1, 4, 16)
 def settings_to_measure(
     *, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()
 ) -> list[Configuration]:
-    """All settings, each once, none of more than `most_samples`; and of the `others`, such as named qualities, those of
-    one STEP more at most."""
+    """Return all settings, each once, none of more than `most_samples`; and of the `others`, such as named qualities,
+    those of one STEP more at most."""
     near = (effort for effort in others if effort.samples <= STEP * most_samples)
     efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *near])
     blender = [Configuration(renderer="blender", effort=effort) for effort in efforts]
@@ -51,7 +51,7 @@ def _efforts(most_samples: int, several_lights: bool) -> Iterator[Effort]:
 
 
 def _samples(most: int) -> list[int]:
-    """1, 4, 16, ... and the most."""
+    """Return the numbers of samples 1, 4, 16, ... and the most."""
     found = [1]
     while found[-1] * STEP < most:
         found.append(found[-1] * STEP)

@@ -31,7 +31,8 @@ class PlanReport:
     made · chosen: why with that effort, None where it was given · stages: by variant, what a record says of the stage ·
     views: what the pictures show, where that is known · notes: sentences on what a user should know · skipped: the work
     that no picture needs, None where it was not asked for · orphans: records in the dataset of pictures that the stage
-    does not have · other_stage: what the dataset's pictures were made from otherwise than this stage is.
+    does not have · other_stage: the inputs and options in which the stage of the dataset's pictures differs from this
+    one.
     """
 
     cost: VariantTable

@@ -1,4 +1,4 @@
-"""`spin-usd augment`."""
+"""`spin-usd augment`: writes the augmentations of a specification over a stage, or lists what can be sampled."""
 
 import json
 from pathlib import Path
@@ -53,7 +53,7 @@ def augment(
 
 
 def _in_lines(rows: list[dict[str, Any]]) -> str:
-    """Two lines for each parameter: its name, what it takes and its units; then what it is."""
+    """Return two lines for each parameter: its name, what it takes and its units; then what it is."""
     lines = []
     for row in rows:
         unit, *others = row["units"] or [""]

@@ -1,4 +1,4 @@
-"""`spin-usd author`."""
+"""`spin-usd author`: writes a stage from a pose list, an example, or as one page."""
 
 import json
 from pathlib import Path
@@ -135,7 +135,7 @@ def _numbers(text: str | None, option: str) -> list[float] | None:
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
-    """Raises InputError for options that are given besides."""
+    """Write the stage of one page into `out`. Raises InputError for options that are given besides."""
     from spin_usd.dataset.author.minimal import write_minimal
 
     sources = {name: context.get_parameter_source(name) for name in context.params}

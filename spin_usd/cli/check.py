@@ -1,4 +1,4 @@
-"""`spin-usd check`."""
+"""`spin-usd check`: prints what is wrong with a stage or a dataset."""
 
 import json
 from dataclasses import asdict

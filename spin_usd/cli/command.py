@@ -15,14 +15,14 @@ def without_types_of_flags(params: list[Any]) -> list[Any]:
 
 
 class Group(TyperGroup):
-    """All commands together."""
+    """The group of all commands."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         return without_types_of_flags(super().get_params(ctx))
 
 
 class Command(TyperCommand):
-    """Raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value."""
+    """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         return without_types_of_flags(super().get_params(ctx))

@@ -1,4 +1,4 @@
-"""`spin-usd demo`."""
+"""`spin-usd demo`: makes an example's stage, dataset and contact sheet."""
 
 from pathlib import Path
 from typing import Annotated

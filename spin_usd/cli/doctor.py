@@ -1,4 +1,4 @@
-"""`spin-usd doctor`."""
+"""`spin-usd doctor`: prints what this machine has, and what it lacks."""
 
 import json
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""`spin-usd render`."""
+"""`spin-usd render`: renders and labels a stage's pictures into a dataset."""
 
 import json
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""`spin-usd reproduce`."""
+"""`spin-usd reproduce`: makes a picture again from its provenance, and compares the files."""
 
 import json
 from pathlib import Path

@@ -137,7 +137,8 @@ def _die_with_parent() -> None:
 
 
 def _private_standard_output() -> IO[bytes]:
-    """Answers go to the standard output given; what libraries print goes to standard error, whence to the log."""
+    """Return the standard output given, for answers alone; what libraries print goes to standard error, and so to the
+    log."""
     private = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     return private

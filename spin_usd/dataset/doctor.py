@@ -24,7 +24,7 @@ DISK_WANTED = 5 << 30
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One thing looked at. `remedy` is empty when it is well."""
+    """One thing that was examined. `remedy` is empty when it is well."""
 
     subject: str
     found: str

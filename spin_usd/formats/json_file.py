@@ -28,7 +28,7 @@ def read_json_file(path: Path) -> Any:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Raises InputError for a key that stands twice, of which JSON readers silently take the last."""
+    """Make an object. Raises InputError for a key that stands twice, of which JSON readers silently take the last."""
     made = dict(pairs)
     if len(made) < len(pairs):
         keys = [key for key, _ in pairs]

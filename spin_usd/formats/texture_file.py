@@ -24,7 +24,7 @@ MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
     """The image that `file`, the model or one of its libraries, names by a path relative to itself.
 
-    Raises InputError for what is missing, is no image, or lies outside `folder`, the model's.
+    Raises InputError for what is missing, is not an image, or lies outside `folder`, the model's.
     """
     full = file_within(folder, file.parent, named)
     if full is None:

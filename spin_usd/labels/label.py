@@ -27,7 +27,7 @@ class Label:
     faults: what `check` finds wrong with it in a picture that has it
     default: whether `render` writes it when no labels are named
 
-    Channels are called Y, or R, G and B, whatever they hold: OpenCV's EXR reader knows no other names and silently
+    Channels are called Y, or R, G and B, whatever they hold: OpenCV's EXR reader reads no other names and silently
     gives zeros for them.
     """
 

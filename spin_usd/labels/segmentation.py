@@ -21,7 +21,7 @@ def segmentation(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
-    """Every id is one of the dataset's parts."""
+    """Yield a fault where an id is not one of the dataset's parts."""
     highest = int(picture.arrays["segmentation"].max(initial=0))
     if highest > picture.parts:
         yield LabelFault(

@@ -49,7 +49,7 @@ class Mesh(Shape):
 
     @property
     def shapes(self) -> tuple[Shape, ...]:
-        """All that has triangles, each once, whatever its places."""
+        """The shapes that have triangles, each once, whatever its places."""
         return (*((self,) if len(self.faces) else ()), *(each.shape for each in self.instances))
 
     @property

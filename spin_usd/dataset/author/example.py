@@ -24,7 +24,7 @@ SEQUENCE = "sequence"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExamplePart:
-    """Some of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
+    """A part of an example's pictures: `sequences` of `pictures` each, named by the format `names`, numbered from
     `first_sequence` and `first_picture` · sequential: those of `sample` that are sampled for each sequence, which are
     per frame otherwise · published: the part's own statistics, as the file has them."""
 
@@ -171,7 +171,7 @@ def _spin(table: Mapping[str, Any], where: str) -> Spin:
 
 
 def _distribution(table: Mapping[str, Any], where: str) -> Distribution:
-    """Raises InputError that says where, for one without a possible value."""
+    """Read a distribution. Raises InputError that says `where`, for one without a possible value."""
     words = {name: value for name, value in table.items() if name != UNIT}
     try:
         return distribution_of(words)

@@ -10,8 +10,8 @@ from spin_usd.stage.check.check_stage import check_stage
 
 
 def stage_findings(*, stage: str, progress: Progress) -> dict[str, Any]:
-    """Every finding on the stage whose root layer is `stage`, and "views": what its own pictures show, None where they
-    cannot be read."""
+    """Return every finding on the stage whose root layer is `stage`, and "views": what its own pictures show, None
+    where they cannot be read."""
     views: list[Views] = []
     found = check_stage(
         stage,

@@ -13,7 +13,8 @@ from spin_usd.scene.finding import Finding
 
 
 def picture_findings(store: Store, path: Path, inventory: Inventory) -> Iterator[Finding]:
-    """All that is wrong with the picture whose record is at `path`; the inventory takes what the record speaks of."""
+    """Yield all that is wrong with the picture whose record is at `path`, and add what the record lists to the
+    inventory."""
     where = store.relative(path)
     try:
         record = read_json(path, "record-1")

@@ -11,7 +11,7 @@ TABLES, PLOT = "measure.md", "measure.svg"
 
 
 def write_report(folder: Path, measurement: Measurement, *, work: Path) -> None:
-    """Into `folder`, over what is there. Raises OutputError."""
+    """Write both files into `folder`, over what is there. Raises OutputError."""
     shown = f"{in_full(measurement)}\n![Error against CPU seconds]({PLOT})\n"
     for name, text in ((TABLES, shown), (PLOT, plot(measurement))):
         write_text(folder / name, text, work=work)

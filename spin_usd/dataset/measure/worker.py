@@ -28,7 +28,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 
 class MeasuringWorker:
-    """Lives in a child process, with one renderer, opened with `how`.
+    """A worker that lives in a child process, with one renderer, opened with `how`.
 
     `folder` holds the renders that were made; `work` is for temporary files; `cpus` are the processors that it may use;
     `on_made` is called with the key of each render as it is made.

@@ -1,4 +1,4 @@
-"""One scene to the arrays of one picture: the sentences that the other packages are the words of."""
+"""Make the arrays of one picture from its scene, step by step: labels, render, background, sensor."""
 
 import time
 from collections.abc import Iterator, Mapping, Sequence

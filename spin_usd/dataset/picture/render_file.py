@@ -17,7 +17,7 @@ RENDER_SUFFIX = ".exr"
 
 
 def write_render(path: Path, radiance: Radiance) -> None:
-    """Raises OutputError, as write_image does."""
+    """Write the render as one image file. Raises OutputError, as write_image does."""
     rows, columns = radiance.region.shape
     lit = np.moveaxis(radiance.groups, -1, 1).reshape(3 * len(radiance.groups), rows, columns)
     planes = np.concatenate([radiance.coverage[None], lit])
@@ -27,7 +27,7 @@ def write_render(path: Path, radiance: Radiance) -> None:
 
 
 def read_render(path: Path, region: Region, *, groups: int) -> Radiance | None:
-    """The render of `region` in `path`; None where the file is not that."""
+    """Read the render of `region` from `path`; None where the file is not that."""
     try:
         pixels, found = read_image(path)
     except InputError:

@@ -75,7 +75,7 @@ class Timings:
     taken: dict[str, float] = field(default_factory=dict)
 
     def add(self, expected: Mapping[str, float], taken: Mapping[str, float]) -> None:
-        """Note a picture."""
+        """Add what was expected of a picture and what it took."""
         for sums, more in ((self.expected, expected), (self.taken, taken)):
             for work, seconds in more.items():
                 sums[work] = sums.get(work, 0.0) + seconds

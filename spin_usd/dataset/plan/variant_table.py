@@ -53,7 +53,8 @@ class VariantTable:
         return _sum("total", self.rows)
 
     def seconds(self, workers: int, cores: int) -> float:
-        """About the wall-clock time of a run with so many workers on so many cores; none where nothing is left."""
+        """Return about the wall-clock time, seconds, of a run with so many workers on so many cores; 0 where nothing is
+        left."""
         return wall_seconds(
             self.works,
             planned=self.finished + len(self.works),

@@ -1,4 +1,4 @@
-"""Several children at work at once: what they say, and that they died or hang, comes as events in one queue."""
+"""A pool of children that work at once: what they say, and that they died or hang, comes as events in one queue."""
 
 import selectors
 import time

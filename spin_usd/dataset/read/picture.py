@@ -33,7 +33,7 @@ class PictureFile:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """One frame of one variant: its image, its labels, and what is known of it.
+    """One frame of one variant: its image, its labels, and what its record says.
 
     The image and the labels are read when they are first asked for. Their arrays are the caller's own, to be changed
     at will; they lie in memory as long as the picture does.

@@ -17,8 +17,8 @@ ROOT = "root"  # of a stage that `author` did not make
 
 
 def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
-    """Return the names of what the planned stage was made from otherwise than the dataset's own stage; none where it is
-    the same stage, or has none of the dataset's pictures."""
+    """Return the names of the inputs and options in which the planned stage differs from the dataset's own; none where
+    it is the same stage, or has none of the dataset's pictures."""
     if type_of(store.description) is not NodeType.FILE:
         return ()
     names, variants = set(plan.names), set(plan.known_variants)
@@ -28,7 +28,7 @@ def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
 
 
 def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:
-    """Return the names of what the planned stage was made from otherwise than that of a dataset with this
+    """Return the names of the inputs and options in which the planned stage differs from that of the dataset with this
     dataset.json."""
     before, now = _deciding(description["stage"].get("origin", plan.origin)), _deciding(plan.origin)
     return tuple(sorted(name for name in {*before, *now} if before.get(name) != now.get(name)))

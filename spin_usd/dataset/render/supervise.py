@@ -1,4 +1,4 @@
-"""Feeds workers picture by picture, outlives their crashes, and bounds their memory."""
+"""Feed workers picture by picture, outlive their crashes, and bound their memory."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first p
 
 
 class Listener(Protocol):
-    """Is called when a worker is ready for its first picture, and when a picture ends."""
+    """A listener that is called when a worker is ready for its first picture, and when a picture ends."""
 
     def ready(self) -> None: ...
 
@@ -60,7 +60,7 @@ def supervise(
 
 
 class _Supervisor:
-    """Decides what each worker does next."""
+    """The supervisor of the workers: it decides what each does next."""
 
     def __init__(
         self,

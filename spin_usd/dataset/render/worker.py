@@ -47,7 +47,7 @@ WRITERS = 2  # files encoded at once: compression is most of their time, and run
 
 
 class Worker:
-    """Lives in a child process. `cpus`: the processors that it may use."""
+    """A worker that lives in a child process. `cpus`: the processors that it may use."""
 
     def __init__(self, *, options: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
         if cpus:

@@ -48,7 +48,7 @@ def _integer(text: str) -> int:
 
 
 def _is_integer(_: object, value: object) -> bool:
-    """Unlike JSON Schema's own, which takes 3.0 for one too."""
+    """Return whether the value is an integer; JSON Schema's own test takes 3.0 for one too."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 

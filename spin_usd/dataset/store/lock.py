@@ -21,19 +21,19 @@ MAX_BYTES = 64  # more than a lock has
 
 
 class Lock(NamedTuple):
-    """One that is held as long as its descriptor is open, here or in a child."""
+    """A lock that is held as long as its descriptor is open, here or in a child."""
 
     descriptor: int
     token: str
 
 
 def new_token() -> str:
-    """One that no other process has ever made."""
+    """Return a token that no other process has ever made."""
     return secrets.token_hex(16)
 
 
 def token_in(path: Path) -> str | None:
-    """The token of the lock at `path`; None where nothing is there, or something that is not ours."""
+    """Return the token of the lock at `path`; None where nothing is there, or something that is not ours."""
     with suppress(OSError):
         descriptor = _open(path, os.O_RDONLY)
         try:
@@ -77,7 +77,7 @@ def refuse_other_file(path: Path) -> None:
 
 
 def _open(path: Path, flags: int) -> int:
-    """Follows no link, and waits for no other end of a pipe."""
+    """Open the file, following no link and waiting for no other end of a pipe."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
 
 

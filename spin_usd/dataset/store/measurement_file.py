@@ -27,7 +27,8 @@ def measurement_file(stage: Path, measured: Path | None = None) -> Path:
 
 
 def read_measurement(file: Path) -> Measurement:
-    """Raises InputError for a file that is none, of other formulas, or with figures of pictures that it lacks."""
+    """Read a measurement. Raises InputError for a file that does not hold one, or holds one of other formulas, or
+    figures of pictures that it lacks."""
     try:
         found = Measurement.from_json(read_json(file, "measure-1"))
         if strange := {each.frame for each in found.figures} - {frame.name for frame in found.frames}:

@@ -97,7 +97,7 @@ def image_of(
 
 
 def _refuse_options(statement: MapStatement) -> None:
-    """InputError for options that change what the texture shows and that USD has no equivalent of."""
+    """Raise InputError for options that change what the texture shows and that USD has no equivalent of."""
     for option, given in statement.options.items():
         if option in (*CARRIED, *WITHOUT_EFFECT):
             continue

@@ -62,7 +62,7 @@ def _add_stars(scene: Scene, frame: Float32) -> int:
 
 
 def _add_planets(scene: Scene, frame: Float32) -> int:
-    """The farthest first."""
+    """Add the planets to the frame, the farthest first, and return how many were rendered."""
     suns, rendered = suns_of_planets(scene.lights), 0
     for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
         if _is_small(scene, globe):

@@ -93,7 +93,7 @@ class Grid:
 
     @cached_property
     def rays(self) -> Rays:
-        """Through the centres of the texels, in rows from the top."""
+        """Return rays through the centres of the texels, in rows from the top."""
         longitude = ((np.arange(self.width) + 0.5) / self.width - 0.5) * 2 * np.pi
         latitude = (0.5 - (np.arange(self.height) + 0.5) / self.height)[:, None] * np.pi
         cosine, one = np.cos(latitude), np.ones(self.width)

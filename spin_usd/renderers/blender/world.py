@@ -51,7 +51,7 @@ class WorldSetup:
             self._turn(surroundings.rotation)
 
     def _show(self, world: Any) -> None:
-        """Whatever is assigned, Cycles prepares it anew."""
+        """Assign the world only where it is another: Cycles prepares anew whatever is assigned."""
         if self._scene.world != world:
             self._scene.world = world
 

@@ -92,7 +92,8 @@ class KeyMaker:
 
 
 def geometry_key(scene: Scene, renderer: str) -> str:
-    """Decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves visibility."""
+    """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves
+    visibility."""
     target, pose = scene.target, scene.T_cam_body
     return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
 

@@ -173,6 +173,6 @@ def _rounded(colour: Color) -> Color:
 
 
 def _divided(colour: Color, by: Color) -> Color:
-    """0 where there is no light of that colour in either."""
+    """Return the ratio of two colours, channel by channel; 0 where there is no light of that colour in either."""
     r, g, b = (value / divisor if divisor else 0.0 for value, divisor in zip(colour, by, strict=True))
     return r, g, b

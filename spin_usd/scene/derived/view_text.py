@@ -86,7 +86,7 @@ def size_text(edges: Sequence[float] | Float) -> str:
 
 
 def number_text(value: float) -> str:
-    """Three digits of it, without an exponent."""
+    """Return three digits of the number, without an exponent."""
     return np.format_float_positional(value, precision=3, fractional=False, trim="-")
 
 

@@ -55,7 +55,8 @@ class Nodes:
         return self.material
 
     def math(self, operation: str, *values: Value) -> Value:
-        """`operation` of FOLDED."""
+        """Return the result of `operation`, one of FOLDED: a number where all values are numbers, else a node's
+        output."""
         if not any(varies(value) for value in values):
             return FOLDED[operation](*values)
         return self.add("ShaderNodeMath", values, operation=operation).outputs[0]
