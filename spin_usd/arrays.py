@@ -15,7 +15,7 @@ _JSON = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """`values` as a C-contiguous read-only array that nobody else can write to; copies only when it must."""
+    """Return `values` as a C-contiguous read-only array that nobody else can write to; copies only when it must."""
     array = np.asarray(values, dtype=dtype, order="C")
     if array.flags.writeable:
         if isinstance(values, np.ndarray) and np.may_share_memory(array, values):
@@ -25,7 +25,7 @@ def frozen(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 
 
 def finite(values: ArrayLike, shape: Sequence[int | None], name: str) -> Float:
-    """`values` as a frozen float64 array of `shape` (None = any length); NaN and infinity are refused."""
+    """Return `values` as a frozen float64 array of `shape` (None = any length); NaN and infinity are refused."""
     array = np.asarray(values, dtype=np.float64)
     fits = array.shape == shape or (
         array.ndim == len(shape)

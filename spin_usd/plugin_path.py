@@ -9,7 +9,7 @@ from spin_usd.resources import schemas
 
 
 def plugin_path() -> Path:
-    """The folder that holds the USD plug-in's plugInfo.json."""
+    """Return the folder that holds the USD plug-in's plugInfo.json."""
     return schemas() / "spin"
 
 

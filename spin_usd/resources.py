@@ -35,22 +35,22 @@ BUNDLED: Mapping[str, BundledKind] = {
 
 
 def stages() -> Path:
-    """The folder of hand-written layers: targets, cameras, environments, augmentations, examples."""
+    """Return the folder of hand-written layers: targets, cameras, environments, augmentations, examples."""
     return _folder("stages")
 
 
 def schemas() -> Path:
-    """The folder of JSON Schemas and of the codeless USD schema (in `spin`)."""
+    """Return the folder of JSON Schemas and of the codeless USD schema (in `spin`)."""
     return _folder("schemas")
 
 
 def bundled_names(kind: str) -> tuple[str, ...]:
-    """The names of the files of that kind, one of BUNDLED, that travel with spin_usd, in alphabetical order."""
+    """Return the names of the files of that kind, one of BUNDLED, that travel with spin_usd, in alphabetical order."""
     return tuple(file.stem for file in _files(kind))
 
 
 def bundled(kind: str, name: str) -> Path:
-    """The file of that kind, one of BUNDLED, that travels with spin_usd by that name.
+    """Return the file of that kind, one of BUNDLED, that travels with spin_usd by that name.
 
     Raises InputError that lists the names there are.
     """

@@ -34,7 +34,7 @@ def augment(
 
 
 def parameters() -> list[dict[str, Any]]:
-    """The parameters that a specification can sample, each with its name, description, units and limits."""
+    """List the parameters that a specification can sample, each with its name, description, units and limits."""
     with Child() as child:
         found: list[dict[str, Any]] = child.call("parameter_list")
     return found

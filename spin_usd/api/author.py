@@ -88,7 +88,7 @@ def author(
 def _source(
     poses: str | None, example: str | None, count: int | None, choices: Mapping[str, Any]
 ) -> tuple[str, dict[str, Any]]:
-    """The child's call, and its arguments that say where the pictures come from. Raises InputError."""
+    """Return the child's call, and its arguments that say where the pictures come from. Raises InputError."""
     if poses is None and example is None:
         do = "give a pose list with --poses, or let the sampler make poses with --example"
         raise InputError("neither --poses nor --example is given", do=do)

@@ -27,7 +27,7 @@ def render_request(
     radiance: bool,
     image_format: str,
 ) -> RenderRequest:
-    """The request for pictures of `stage`. Raises InputError for what does not go together or is not there."""
+    """Make the request for pictures of `stage`. Raises InputError for what does not go together or is not there."""
     root = root_layer(Path(stage))
     if labels_only and not radiance:
         _refuse_unlit(quality, error)
@@ -56,7 +56,7 @@ def render_request(
 
 
 def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:
-    """The labels that are named; "default", "all" and "none" may stand among the names."""
+    """Return the labels that are named; "default", "all" and "none" may stand among the names."""
     groups = {"default": DEFAULT_LABELS, "all": tuple(LABELS), "none": ()}
     return tuple(label for name in _names(given) for label in groups.get(name, (name,)))
 

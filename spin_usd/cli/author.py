@@ -125,7 +125,7 @@ def author(
 
 
 def _numbers(text: str | None, option: str) -> list[float] | None:
-    """The numbers of "X,Y,Z". Raises InputError that names the `option`."""
+    """Read the numbers of "X,Y,Z". Raises InputError that names the `option`."""
     if text is None:
         return None
     try:

@@ -7,7 +7,7 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 
 
 def without_types_of_flags(params: list[Any]) -> list[Any]:
-    """The `params`, whose flags say in the help that they take nothing, where typer shows "<bool>"."""
+    """Return the `params` with flags that say in the help that they take nothing, where typer shows "<bool>"."""
     for param in params:
         if getattr(param, "is_flag", False) and param.metavar is None:
             param.metavar = ""

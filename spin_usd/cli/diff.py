@@ -44,7 +44,7 @@ def diff(
 
 
 def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """A paragraph for each prim, and one for the files."""
+    """Yield a paragraph for each prim, and one for the files."""
     for where, here in groupby(
         differences, key=lambda each: each["where"].partition(".")[0] if each["kind"] != "file" else ""
     ):

@@ -35,5 +35,5 @@ EXAMPLES = {
 
 
 def examples_of(command: str) -> str | None:
-    """The end of the command's help; None for a command without examples."""
+    """Return the end of the command's help; None for a command without examples."""
     return "\n\n".join(("For example:", *EXAMPLES[command])) if command in EXAMPLES else None

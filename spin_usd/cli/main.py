@@ -61,7 +61,7 @@ for command in COMMANDS:
 
 
 def run() -> NoReturn:
-    """The console script: every failure is one sentence and a documented exit code."""
+    """Run the console script: every failure is one sentence and a documented exit code."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     arguments = [a for a in sys.argv[1:] if a not in ("--debug", "--quiet")]
     debug, quiet = ("--debug" in sys.argv[1:]), (["--quiet"] if "--quiet" in sys.argv[1:] else [])

@@ -122,7 +122,7 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
 
 
 def table(cost: "VariantTable") -> str:
-    """The table in aligned columns: counts are of what no variant above has made; time is of one core."""
+    """Return the table in aligned columns: counts are of what no variant above has made; time is of one core."""
     from spin_usd.accuracy.tables import in_columns
     from spin_usd.dataset.plan.variant_table import in_lines
 

@@ -53,7 +53,7 @@ def _row(store: Store, record: dict[str, Any]) -> list[NDArray[np.uint8]]:
 
 
 def _surroundings(record: dict[str, Any]) -> tuple[slice, slice]:
-    """The part of the frame around the target, as wide to high as the frame."""
+    """Return the part of the frame around the target, as wide to high as the frame."""
     width, height = record["camera"]["width"], record["camera"]["height"]
     x0, y0, x1, y1 = record["provenance"]["render"]["region"]
     scale = min(max(MARGIN * (x1 - x0) / width, MARGIN * (y1 - y0) / height, TILE_PX / width), 1.0)

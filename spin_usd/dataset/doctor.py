@@ -64,7 +64,7 @@ def _library(name: str) -> Line:
 
 
 def _children() -> Iterator[Line]:
-    """The renderers, each started as a render would start it: a library that crashes must not take us along."""
+    """Start each renderer as a render would start it: a library that crashes must not take us along."""
     for renderer in RENDERERS:
         try:
             with Child() as child:

@@ -98,7 +98,7 @@ def _refuse_replacing(layers: Path, name: str) -> None:
 
 
 def _layer_of(folder: Path) -> Path:
-    """The layer that refers to the augmentations in the folder."""
+    """Return the layer that refers to the augmentations in the folder."""
     return folder.with_name(f"{folder.name}.usda")
 
 

@@ -11,7 +11,7 @@ USD_SUFFIXES = {".usd", ".usda", ".usdc", ".usdz"}
 
 
 def open_camera(given: str) -> tuple[Layer, Path, tuple[str, ...]]:
-    """The layer of the camera of that name or in that file, the file it comes from, and notes on that. Raises
+    """Open the layer of the camera of that name or in that file, the file it comes from, and notes on that. Raises
     InputError."""
     suffix = Path(given).suffix.lower()
     if suffix == ".json":

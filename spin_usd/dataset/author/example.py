@@ -68,7 +68,7 @@ class Example:
 
 
 def open_example(given: str | Path) -> Example:
-    """The example of that name or in that file. Raises InputError that names the file and the place in it."""
+    """Open the example of that name or in that file. Raises InputError that names the file and the place in it."""
     file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("example", str(given))
     tables = read_example_file(file)
     check_document(tables, SCHEMA, file)
@@ -94,12 +94,12 @@ def open_example(given: str | Path) -> Example:
 
 
 def _beside(preset: str | None, file: Path) -> str | None:
-    """A preset's name as it is; that of a layer as its path beside the example's `file`."""
+    """Return a preset's name as it is; that of a layer as its path beside the example's `file`."""
     return str(file.parent / preset) if preset is not None and Path(preset).suffix else preset
 
 
 def _part(table: Mapping[str, Any], shared: Mapping[str, Any], frame: tuple[int, int], where: str) -> ExamplePart:
-    """frame: width and height of the example's own pictures."""
+    """Read a part. frame: width and height of the example's own pictures."""
     sample = {**shared, **table.get("sample", {})}
     sequential = frozenset(name for name, words in sample.items() if words.get("per") == SEQUENCE)
     return ExamplePart(

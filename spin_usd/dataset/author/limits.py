@@ -11,7 +11,7 @@ Check = Callable[[Value], None]
 
 
 def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
-    """`distribution`, a normal one cut at the parameter's limits where its own ends are not given.
+    """Return `distribution`, a normal one cut at the parameter's limits where its own ends are not given.
 
     Raises InputError, where it is the parameter's name, for ends and values outside of the limits.
     """
@@ -25,7 +25,7 @@ def limited(distribution: Distribution, parameter: Parameter) -> Distribution:
 
 
 def check_ends(distribution: Distribution, check: Check) -> None:
-    """`check` every value and both ends that `distribution` has by itself; a normal one can be cut."""
+    """Call `check` with every value and both ends that `distribution` has by itself; a normal one can be cut."""
     match distribution:
         case Fixed(value=value):
             check(value)

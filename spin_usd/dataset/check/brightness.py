@@ -8,5 +8,5 @@ from spin_usd.scene.finding import Finding
 
 
 def brightness_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """A warning for each reason why little of the target shows."""
+    """Return a warning for each reason why little of the target shows."""
     return tone_findings(picture.record, picture.where)

@@ -11,7 +11,7 @@ from spin_usd.scene.finding import WARNING, Finding
 
 
 def cache_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
-    """Files of the cache that are damaged, that no picture uses, or that are not the cache's."""
+    """Yield a finding on each file of the cache that is damaged, that no picture uses, or that is not the cache's."""
     known = {entry.path: entry for entry in entries(store)}
     for name in files(store.root, CACHE):
         path = store.root / name

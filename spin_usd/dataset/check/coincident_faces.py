@@ -27,7 +27,7 @@ NAMED = 3  # pairs of parts
 
 
 def face_findings(target: Target) -> Iterator[Finding]:
-    """A warning where faces that overlap others and are in the open, each counted whole, make up MIN_SHARE of the
+    """Yield a warning where faces that overlap others and are in the open, each counted whole, make up MIN_SHARE of the
     target's area."""
     mesh = target.mesh
     area = np.concatenate([areas(points[faces]) for points, faces in mesh.placed])
@@ -48,7 +48,7 @@ def face_findings(target: Target) -> Iterator[Finding]:
 
 
 def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
-    """The paths of the parts whose faces coincide most."""
+    """Return the paths of the parts whose faces coincide most."""
     by_parts: Counter[tuple[int, int]] = Counter()
     for first, two in zip(pairs[:, 0], np.sort(parts_of(target.mesh, pairs.ravel()).reshape(-1, 2)), strict=True):
         by_parts[int(two[0]), int(two[1])] += area[first]
@@ -61,7 +61,8 @@ def _named(target: Target, pairs: NDArray[np.intp], area: Float) -> str:
 
 
 def _in_the_open(target: Target, face: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """(N,) whether some straight way leads from just beside the middle of each face (N,), either side, to outside."""
+    """Return (N,) whether some straight way leads from just beside the middle of each face (N,), either side, to
+    outside."""
     faces, which = np.unique(face, return_inverse=True)
     corners = corners_of(target.mesh, faces)
     middles, normals = corners.mean(1), unit_normals(corners)

@@ -11,7 +11,8 @@ from spin_usd.scene.finding import Finding
 
 
 def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """An error for the first file that has another size than the camera; where none has, for each fault of a label."""
+    """Yield an error for the first file that has another size than the camera; where none has, for each fault of a
+    label."""
     camera = picture.record["camera"]
     shape = (camera["height"], camera["width"])
     for kind, array in picture.arrays.items():

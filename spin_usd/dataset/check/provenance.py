@@ -10,7 +10,7 @@ RENDER_AGAIN = "run spin-usd render again with the stage that did"
 
 
 def provenance_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """A warning where the stage has changed since, an error for each of its layers that is not as it was."""
+    """Yield a warning where the stage has changed since, an error for each of its layers that is not as it was."""
     stage, inventory = picture.record["provenance"]["stage"], picture.inventory
     if inventory.description["stage"]["hashes"].get(picture.record["variant"]) != stage["hash"]:
         message = "was made from another state of the stage; run spin-usd render again"

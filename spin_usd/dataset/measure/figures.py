@@ -54,7 +54,7 @@ class PictureFigures:
         self._gains = in_unit_light(scene).gains
 
     def radiance(self, key: str) -> Radiance:
-        """A run in the scene's own light."""
+        """Return a run in the scene's own light."""
         return self._runs.render(key, self._region, groups=len(self._gains)).relit(self._gains)
 
     @cached_property
@@ -82,8 +82,8 @@ class PictureFigures:
         return linear_error(np.stack([self.radiance(key).rgb[self._target] for key in keys]), self.reference)
 
     def developed(self, seed: int) -> DevelopedReference:
-        """The reference after the detector, its exposure as metered on the reference; `seed` of the dataset. Raises
-        InputError where it shows nothing of the target."""
+        """Return the reference after the detector, its exposure as metered on the reference; `seed` of the dataset.
+        Raises InputError where it shows nothing of the target."""
         if not self._target.any():
             found, do = "no ray of the reference meets the target", "measure pictures that show it larger"
             raise InputError(found, where=self.scene.frame.name, do=do)

@@ -154,7 +154,7 @@ def _plan(request: MeasureRequest, copy_to: Path, progress: Progress) -> Plan:
 
 
 def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
-    """The pictures to measure. Raises InputError where none shows the target."""
+    """Choose the pictures to measure. Raises InputError where none shows the target."""
     pixels = {place: picture.region_pixels for place, picture in enumerate(plan.pictures)}
     chosen = representative(pixels, request.count)
     if not chosen:
@@ -164,7 +164,7 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
 
 
 def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
-    """A process of that kind, the `number`th of `count`."""
+    """Start a process of that kind, the `number`th of `count`."""
     child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
     child.send(
         "open_measuring",

@@ -95,8 +95,8 @@ class PictureTask:
         return {setting: series for setting, series in wanted.items() if setting not in failed}
 
     def _reference(self, processes: Processes, runs: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
-        """Keys of the parts of a reference that is good enough for the settings with these runs, and whether it ended
-        before it was; no keys where it failed."""
+        """Return keys of the parts of a reference that is good enough for the settings with these runs, and whether it
+        ended before it was; no keys where it failed."""
         count = FIRST_PARTS if runs else 0
         while count:
             parts = self._parts(count)

@@ -41,7 +41,7 @@ LOOKS = {  # by kind of setting: marker and colour, which colour-blind people te
 
 
 def plot(measurement: Measurement) -> str:
-    """The text of an SVG file: error against CPU seconds, all settings, the front and the named qualities."""
+    """Return the text of an SVG file: error against CPU seconds, all settings, the front and the named qualities."""
     found = outcomes(measurement)
     text = StringIO()
     style: dict[Any, Any] = {

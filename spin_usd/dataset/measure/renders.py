@@ -69,7 +69,7 @@ class RenderStore:
         return RenderCost(**self._value(key)["cost"])
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
-        """The render of that key. Raises InputError where it is not there, or damaged."""
+        """Read the render of that key. Raises InputError where it is not there, or damaged."""
         path = self._path(key, RENDER_SUFFIX)
         found = read_render(path, region, groups=groups)
         if found is None:

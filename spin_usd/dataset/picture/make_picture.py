@@ -67,7 +67,7 @@ Made = tuple[str, NDArray[Any], Channels]
 
 
 def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch) -> Iterator[Made]:
-    """The labels among `kinds`, from one pass."""
+    """Make the labels among `kinds`, from one pass."""
     labels = [LABELS[kind] for kind in LABELS if kind in kinds]
     with watch(LABEL_PASS):
         visibility = renderer.visibility(scene)
@@ -80,7 +80,7 @@ def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: S
 
 
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:
-    """The target in unit light: a render that all pictures with this radiance key share."""
+    """Render the target in unit light: a render that all pictures with this radiance key share."""
     with watch(BEAUTY_PASS):
         seed, by = render_seed(light.scene, settings), settings.effort.reduction
         small = renderer.radiance(reduced(light.scene, by), settings.effort, seed=seed)
@@ -95,7 +95,7 @@ def make_image(
     watch: Stopwatch,
     notes: dict[str, float],
 ) -> Iterator[Made]:
-    """The image and the radiance file, as `kinds` has them, from the target's radiance in the scene's own light.
+    """Make the image and the radiance file, as `kinds` has them, from the target's radiance in the scene's own light.
 
     `notes` takes what the picture's record must say of how it was made.
     """

@@ -42,7 +42,8 @@ def read_render(path: Path, region: Region, *, groups: int) -> Radiance | None:
 
 
 def in_order(radiance: Radiance) -> Radiance:
-    """The same numbers in C order: numpy's sums round by the order in memory, and all pictures must round alike."""
+    """Return the same numbers in C order: numpy's sums round by the order in memory, and all pictures must round
+    alike."""
     groups, coverage = np.ascontiguousarray(radiance.groups), np.ascontiguousarray(radiance.coverage)
     return Radiance(region=radiance.region, groups=groups, coverage=coverage)
 

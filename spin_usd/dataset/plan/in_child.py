@@ -148,7 +148,7 @@ def _planned(
     counter: SkippedWorkCounter | None,
     progress: Callable[[int], None],
 ) -> dict[str, list[Any]]:
-    """The columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
+    """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
     maker = KeyMaker(settings)
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     checked: Sensor | None = None

@@ -42,8 +42,8 @@ class Coverage:
 
 
 def filled(scene: Scene, side: Float, renderer: RaycastRenderer) -> float:
-    """The share of its outline that the target fills for one who looks at it, from afar, along `side` (3,), unit, in
-    body axes."""
+    """Return the share of its outline that the target fills for one who looks at it, from afar, along `side` (3,),
+    unit, in body axes."""
     mesh = scene.target.mesh
     across = np.cross(side, np.eye(3)[np.abs(side).argmin()])
     across /= np.linalg.norm(across)

@@ -87,7 +87,8 @@ class Child:
             raise self._died() from broken
 
     def receive(self, *, within_s: float | None = None) -> Mapping[str, Any]:
-        """The next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or ChildDiedError.
+        """Receive the next line: {"progress": [...]} or {"result": ...}; raises what the child raised, or
+        ChildDiedError.
 
         A child that says nothing for `within_s` seconds is ended.
         """
@@ -148,7 +149,7 @@ class Child:
         self._release()
 
     def log(self) -> str:
-        """The end of what the child and its libraries printed."""
+        """Return the end of what the child and its libraries printed."""
         self._log.seek(0, os.SEEK_END)
         self._log.seek(max(self._log.tell() - LOG_TAIL, 0))
         return self._log.read().decode(errors="replace")
@@ -168,7 +169,7 @@ class Child:
 
 
 def _error(raised: Mapping[str, Any]) -> Exception:
-    """The child's exception, made again here."""
+    """Make the child's exception again here."""
     kind = getattr(errors, raised["kind"], None)
     if isinstance(kind, type) and issubclass(kind, SpinError):
         return kind(raised["found"], where=raised["where"], do=raised["do"])

@@ -87,7 +87,7 @@ DEFAULT_RENDERER = "blender"
 
 
 def renderer_entry(name: str) -> RendererEntry:
-    """The entry of the renderer `name`. Raises UnsupportedError where there is none."""
+    """Return the entry of the renderer `name`. Raises UnsupportedError where there is none."""
     if name not in RENDERERS:
         raise UnsupportedError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
     return RENDERERS[name]

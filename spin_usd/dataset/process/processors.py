@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def usable_cpus() -> list[int]:
-    """The processors this process may use."""
+    """Return the processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return sorted(os.sched_getaffinity(0))
     return list(range(os.cpu_count() or 1))

@@ -10,7 +10,7 @@ DECISIVE = ("usd-core", "numpy", "OpenImageIO")
 
 
 def library_versions() -> dict[str, str]:
-    """Names and versions, with the processor family: Cycles' last bits depend on its instructions."""
+    """Return names and versions, with the processor family: Cycles' last bits depend on its instructions."""
     found = {name: version(name) for name in DECISIVE}
     return {
         "spin_usd": spin_usd.__version__,

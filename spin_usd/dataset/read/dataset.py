@@ -75,7 +75,7 @@ class Dataset(Sequence[Picture]):
         return self._description.keypoints
 
     def picture(self, frame: str, variant: str = "nominal") -> Picture:
-        """The picture of that frame and variant. Raises InputError where there is none."""
+        """Return the picture of that frame and variant. Raises InputError where there is none."""
         if (frame, variant) not in self._known:
             raise InputError(
                 f"has no picture {frame!r} in variant {variant!r}", where=self.root, do=self._examples(variant)
@@ -83,7 +83,7 @@ class Dataset(Sequence[Picture]):
         return self._read((frame, variant))
 
     def of_variant(self, variant: str) -> "Dataset":
-        """The pictures of one variant. Raises InputError where there are none."""
+        """Return the pictures of one variant. Raises InputError where there are none."""
         names = [name for name in self._names if name[1] == variant]
         if not names:
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
@@ -94,7 +94,7 @@ class Dataset(Sequence[Picture]):
         return read_picture(self.root, self.root / RECORDS / variant / f"{frame}.json", self._description)
 
     def _of(self, names: list[tuple[str, str]]) -> "Dataset":
-        """The same dataset with these pictures alone."""
+        """Return the same dataset with these pictures alone."""
         part = Dataset.__new__(Dataset)
         part.root, part._description, part._names = self.root, self._description, names
         return part
@@ -104,7 +104,7 @@ class Dataset(Sequence[Picture]):
         return frozenset(self._names)
 
     def _examples(self, variant: str) -> str:
-        """The names there are, for an error about one that is not."""
+        """Return the names there are, for an error about one that is not."""
         frames = [frame for frame, other in self._names if other == variant][:NAMED]
         if frames:
             return f"pictures are named like {', '.join(frames)}"
@@ -112,7 +112,7 @@ class Dataset(Sequence[Picture]):
 
 
 def _names(root: Path) -> list[tuple[str, str]]:
-    """(frame, variant) of each picture in the folder `root`, from the names of the records' files alone."""
+    """List (frame, variant) of each picture in the folder `root`, from the names of the records' files alone."""
     found = []
     for name in files(root, RECORDS):
         if name.count("/") == 2 and name.endswith(".json"):

@@ -26,7 +26,8 @@ class Description:
 
 
 def read_description(root: Path) -> Description:
-    """The description of the dataset in the folder `root`. Raises InputError where there is none, or a broken one."""
+    """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
+    one."""
     if type_of(root / DESCRIPTION) is None:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)

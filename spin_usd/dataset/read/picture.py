@@ -126,7 +126,8 @@ class Picture:
         return self._array("dense_pose")
 
     def label(self, name: str) -> NDArray[Any]:
-        """The label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record says.
+        """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
+        says.
 
         The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
         has no such label.
@@ -134,7 +135,8 @@ class Picture:
         return self._array(name)
 
     def _array(self, kind: str) -> NDArray[Any]:
-        """The numbers in the picture's file of that kind. Raises InputError where it has none, or a damaged one."""
+        """Read the numbers in the picture's file of that kind. Raises InputError where it has none, or a damaged
+        one."""
         if kind not in self.files:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
@@ -147,7 +149,7 @@ class Picture:
 
 
 def read_picture(root: Path, path: Path, description: Description) -> Picture:
-    """The picture whose record is the file `path` in the dataset `root`. Raises InputError for a broken record.
+    """Read the picture whose record is the file `path` in the dataset `root`. Raises InputError for a broken record.
 
     The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
     """

@@ -43,7 +43,7 @@ class TaskQueue:
         return len(self._tasks)
 
     def take(self) -> RenderTask | None:
-        """The next task that need not wait; None where all must."""
+        """Take the next task that need not wait; None where all must."""
         being_made = {key for task in self._out for key in task.needs} - self._made
         for place, task in enumerate(self._tasks):
             if not task.needs & being_made:
@@ -53,15 +53,15 @@ class TaskQueue:
         return None
 
     def finish(self, task: RenderTask) -> None:
-        """`task` was done: what it needed is there now."""
+        """Note that `task` was done: what it needed is there now."""
         self._out.remove(task)
         self._made |= task.needs
 
     def give_up(self, task: RenderTask) -> None:
-        """`task` has failed: others make what it needed."""
+        """Note that `task` has failed: others make what it needed."""
         self._out.remove(task)
 
     def put_back(self, task: RenderTask) -> None:
-        """`task` was not done, and is next."""
+        """Put `task` back, which was not done, as the next."""
         self._out.remove(task)
         self._tasks.appendleft(task)

@@ -101,7 +101,7 @@ class Worker:
             raise
 
     def _labels(self, picture: CurrentPicture, writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
-        """The labels: those that the cache has, and one pass for those that it has not."""
+        """Make the labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
         key = picture.keys["geometry"]
         with picture.watch("cache"):
@@ -183,7 +183,7 @@ class Worker:
         return record
 
     def reader(self, variant: str) -> StageReader:
-        """The stage in that variant. One is kept: pictures come ordered by variant."""
+        """Return the stage in that variant. One is kept open: pictures come ordered by variant."""
         if self._reader is None or self._reader.variant != variant:
             self._reader = StageReader(self.store.root / self.options.stage, variant=variant, after=self._reader)
         return self._reader
@@ -195,7 +195,7 @@ def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Pa
 
 
 def suffix_of(kind: str, image_suffix: str) -> str:
-    """The file name extension of a kind of file."""
+    """Return the file name extension of a kind of file."""
     if kind == IMAGE:
         return image_suffix
     return ".exr" if kind == RADIANCE else LABELS[kind].suffix

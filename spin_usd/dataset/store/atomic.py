@@ -57,13 +57,13 @@ def link_atomically(path: Path, source: Path, *, work: Path) -> None:
 
 
 def write_json(path: Path, value: Mapping[str, Any], *, work: Path) -> str:
-    """`value` as JSON at `path`, atomically; returns its sha256."""
+    """Write `value` as JSON at `path`, atomically, and return its sha256."""
     text = json.dumps(value, indent=1, allow_nan=False) + "\n"
     return write_text(path, text, work=work)
 
 
 def write_text(path: Path, text: str, *, work: Path) -> str:
-    """`text` as UTF-8 at `path`, atomically; returns its sha256."""
+    """Write `text` as UTF-8 at `path`, atomically, and return its sha256."""
     return write_atomically(path, lambda temporary: _write_text(temporary, text), work=work)
 
 

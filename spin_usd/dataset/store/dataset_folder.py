@@ -91,8 +91,8 @@ class Store:
         read_json(self.description, "dataset-1")
 
     def held(self) -> list[str]:
-        """The names in the folder, but those of a run that goes on or was killed. Raises OutputError where there is
-        something that is not a folder, or cannot be read."""
+        """Return the names in the folder, but those of a run that goes on or was killed. Raises OutputError where there
+        is something that is not a folder, or cannot be read."""
         try:
             names = sorted(os.listdir(self.root))
         except FileNotFoundError:

@@ -27,8 +27,8 @@ def refuse_changed(folder: Path) -> None:
 
 
 def changed(folder: Path, *, beside: Iterable[Path] = ()) -> Iterator[Path]:
-    """The files in the folder, and those `beside` it that are there, which its list does not name, or not with these
-    bytes."""
+    """Return the files in the folder, and those `beside` it that are there, which its list does not name, or not with
+    these bytes."""
     try:
         text = (folder / SUMS).read_text(encoding="utf-8", errors="surrogateescape")
     except OSError:
@@ -43,7 +43,7 @@ def _files(folder: Path, beside: Iterable[Path]) -> Iterator[Path]:
 
 
 def _line(folder: Path, file: Path) -> str:
-    """The file's, by its name relative to the folder."""
+    """Return the file's line of the list, by its name relative to the folder."""
     name = Path(os.path.relpath(file, folder)).as_posix()
     escaped = name.replace("\\", "\\\\").replace("\n", "\\n")
     mark = "\\" if escaped != name else ""

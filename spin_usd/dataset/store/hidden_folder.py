@@ -24,8 +24,8 @@ class HiddenFolder(NamedTuple):
 
 @contextmanager
 def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[HiddenFolder]:
-    """The folder `.NAME.TOKEN` in `parent`, and a file for the same time there, called after the file `beside`: both
-    are gone in the end.
+    """Make the folder `.NAME.TOKEN` in `parent`, and a file for the same time there, called after the file `beside`:
+    both are gone in the end.
 
     What killed processes left of both is removed first: folders of that name whose lock has the token of their name,
     and is held by nobody. Raises OutputError where it cannot be made.

@@ -15,8 +15,8 @@ from spin_usd.errors import InputError
 
 
 def read_json(path: Path, schema: str) -> dict[str, Any]:
-    """The JSON object in `path`, valid by the schema named (such as "record-1"), its numbers finite; InputError says
-    what is wrong."""
+    """Read the JSON object in `path`, valid by the schema named (such as "record-1"), its numbers finite; InputError
+    says what is wrong."""
     try:
         value = _parsed(path.read_text(encoding="utf-8"))
         error = best_match(_validator(schema).iter_errors(value))

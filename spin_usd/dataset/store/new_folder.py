@@ -11,7 +11,7 @@ from spin_usd.errors import InputError, OutputError
 
 @contextmanager
 def new_folder(out: Path) -> Iterator[Path]:
-    """A folder hidden beside `out` to write in; it becomes `out` when the block ends well, else it is removed.
+    """Make a folder hidden beside `out` to write in; it becomes `out` when the block ends well, else it is removed.
 
     What killed processes left for the same `out` is removed first. Raises InputError when `out` exists and is not an
     empty folder, or is a link, which a folder cannot replace; OutputError when it cannot be made.

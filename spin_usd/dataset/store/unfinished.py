@@ -95,7 +95,7 @@ def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[
 
 
 def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
-    """The picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
+    """Read the picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
     try:
         record = json.loads(store.record(picture.variant, picture.frame).read_text(encoding="utf-8"))
     except (OSError, ValueError):
