@@ -49,9 +49,9 @@ class SettingChoice:
 def choose(
     measurement: Measurement, *, error: float | None = None, auto: bool = False, renderer: str = "blender"
 ) -> SettingChoice:
-    """The cheapest setting of `renderer` within a bound in every picture measured, as far as was measured there: its
-    relative error in linear light at most `error`; with `auto` instead, its error after the detector at most AUTO of
-    the detector's own noise. Raises InputError where none is.
+    """Return the cheapest setting of `renderer` within a bound in every picture measured, as far as was measured there:
+    its relative error in linear light at most `error`; with `auto` instead, its error after the detector at most AUTO
+    of the detector's own noise. Raises InputError where none is.
     """
     if auto == (error is not None):
         raise InputError("neither or both of error and auto are asked for", do="ask for one of them")

@@ -43,7 +43,8 @@ class Reference:
 
     @classmethod
     def of(cls, parts: Iterable[NDArray[Any]]) -> "Reference":
-        """The mean of `parts`, (P, 3) each, which are independent and alike. Raises InputError for fewer than two."""
+        """Return the mean of `parts`, (P, 3) each, which are independent and alike. Raises InputError for fewer than
+        two."""
         mean: Any = 0.0
         squares: Any = 0.0
         count = 0
@@ -89,7 +90,7 @@ class LinearError:
 
 
 def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
-    """The error of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
+    """Return the error of `renders` (S, P, 3) with different seeds. Raises InputError for fewer than two."""
     if len(renders) < 2:
         raise InputError(f"{len(renders)} renders are given", do="make at least 2: their spread gives their variance")
     exact = renders.astype(np.float64)
@@ -107,7 +108,8 @@ def linear_error(renders: NDArray[Any], reference: Reference) -> LinearError:
 
 
 def standard_error(values: Sequence[float]) -> float:
-    """The standard error of the mean of two values or more, which are independent and identically distributed."""
+    """Return the standard error of the mean of two values or more, which are independent and identically
+    distributed."""
     return stdev(values) / math.sqrt(len(values))
 
 

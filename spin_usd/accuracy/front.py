@@ -39,19 +39,19 @@ class Outcome:
         return sum(each.cpu_s for each in self.figures) / len(self.figures)
 
     def errors(self, criterion: Criterion) -> tuple[Error, ...]:
-        """The error of each picture."""
+        """Return the error of each picture."""
         if criterion is Criterion.LIGHT:
             return tuple(Error(each.error, each.error_at_most) for each in self.figures)
         pairs = zip(self.figures, self.noise_dn, strict=True)
         return tuple(Error(_ratio(each.error_dn, noise), _ratio(each.error_dn_at_most, noise)) for each, noise in pairs)
 
     def worst(self, criterion: Criterion) -> int:
-        """The place of the picture whose error may be the greatest."""
+        """Return the place of the picture whose error may be the greatest."""
         most = [each.at_most for each in self.errors(criterion)]
         return most.index(max(most))
 
     def error(self, criterion: Criterion) -> Error:
-        """The error of the worst picture."""
+        """Return the error of the worst picture."""
         return self.errors(criterion)[self.worst(criterion)]
 
     @property
@@ -62,7 +62,7 @@ class Outcome:
 
 
 def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
-    """The outcomes of the settings that were measured on all pictures, in the order of the measurement."""
+    """Return the outcomes of the settings that were measured on all pictures, in the order of the measurement."""
     measured: dict[Configuration, dict[str, Figures]] = {}
     for figures in measurement.figures:
         measured.setdefault(figures.setting, {})[figures.frame] = figures
@@ -76,8 +76,8 @@ def outcomes(measurement: Measurement) -> tuple[Outcome, ...]:
 
 
 def front(outcomes: Iterable[Outcome], criterion: Criterion) -> tuple[Outcome, ...]:
-    """The Pareto front of cost and of what the error may be at most: the cheapest first, and each next one more exact
-    than all before it."""
+    """Return the Pareto front of cost and of what the error may be at most: the cheapest first, and each next one more
+    exact than all before it."""
     order = {each: (each.cpu_s, each.error(criterion).at_most) for each in outcomes}
     found: list[Outcome] = []
     for outcome in sorted(order, key=lambda each: order[each]):

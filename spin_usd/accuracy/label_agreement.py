@@ -37,8 +37,8 @@ class Viewpoint:
 def agreement(
     ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
-    """The agreement of the labels `ours` of `renderer` with those of the renderer `against`; two empty silhouettes
-    agree."""
+    """Return the agreement of the labels `ours` of `renderer` with those of the renderer `against`; two empty
+    silhouettes agree."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
     apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
     return LabelFigures(
@@ -53,7 +53,7 @@ def agreement(
 
 
 def _worst_reprojection(labels: LabelImages, sight: Viewpoint) -> float:
-    """The largest distance, pixels, of the projection of a pixel's body point from that pixel's centre."""
+    """Return the largest distance, pixels, of the projection of a pixel's body point from that pixel's centre."""
     rows, columns = np.nonzero(labels.seen)
     body = labels.body[rows, columns].astype(np.float64)
     found: Float = sight.camera.project(sight.T_cam_body.points(body))

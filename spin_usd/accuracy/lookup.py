@@ -6,13 +6,13 @@ from spin_usd.accuracy.text import cost_text, error_text, expected, light_text
 
 
 def outcome_of(measurement: Measurement, setting: Configuration) -> Outcome | None:
-    """The outcome of a setting; None where it was not measured on all pictures."""
+    """Return the outcome of a setting; None where it was not measured on all pictures."""
     return next((each for each in outcomes(measurement) if each.setting == setting), None)
 
 
 def expectation(measurement: Measurement, outcome: Outcome) -> str:
-    """A sentence on the outcome's expected error, light and cost, and on the cheapest setting of its renderer that is
-    cheaper and more exact."""
+    """Return a sentence on the outcome's expected error, light and cost, and on the cheapest setting of its renderer
+    that is cheaper and more exact."""
     error = f"{error_text(outcome, Criterion.LIGHT)}{light_text(outcome)}"
     said = f"expected error {error}, for {cost_text(outcome)}, as measured on this stage"
     better = [each for each in outcomes(measurement) if _beats(each, outcome)]

@@ -168,12 +168,12 @@ class Measurement:
     reference_share: float = 0.1
 
     def as_json(self) -> dict[str, Any]:
-        """The measurement as JSON by the schema measure-1."""
+        """Return the measurement as JSON by the schema measure-1."""
         return {"schema": "measure-1", "formulas": FORMULAS, **asdict(self)}
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "Measurement":
-        """The measurement of the JSON that `as_json` makes, already checked by the schema."""
+        """Make the measurement of the JSON that `as_json` makes, already checked by the schema."""
         return cls(
             stage=value["stage"],
             variant=value["variant"],

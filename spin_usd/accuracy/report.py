@@ -31,7 +31,7 @@ linear light (`light`) or after the detector (`image`); `--error` chooses from i
 
 
 def in_full(measurement: Measurement) -> str:
-    """The whole measurement in Markdown."""
+    """Return the whole measurement in Markdown."""
     tables = (
         ("Pictures and their references", FRAMES, _frames(measurement)),
         ("Labels, one renderer against another", LABELS, _labels(measurement)),
@@ -48,7 +48,7 @@ def in_full(measurement: Measurement) -> str:
 
 
 def in_short(measurement: Measurement) -> str:
-    """The measurement's settings in aligned columns, the cheapest first."""
+    """Return the measurement's settings in aligned columns, the cheapest first."""
     return in_columns(SHORT, [_short(each, on) for each, on in _by_cost(measurement)])
 
 
@@ -63,7 +63,7 @@ def _heading(measurement: Measurement) -> str:
 
 
 def _by_cost(measurement: Measurement) -> list[tuple[Outcome, str]]:
-    """The settings, the cheapest first, and of which fronts each is."""
+    """Return the settings, the cheapest first, and of which fronts each is."""
     found = outcomes(measurement)
     fronts = {each.value: front(found, each) for each in Criterion}
     on = [" ".join(name for name, best in fronts.items() if each in best) for each in found]

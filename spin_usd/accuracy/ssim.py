@@ -16,8 +16,8 @@ K1, K2 = 0.01, 0.03
 
 
 def ssim(a: Float, b: Float, *, top: float) -> Float:
-    """(H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are averaged, which reach from 0 to
-    `top`: 1 where the windows around a pixel are equal, less where not. Beyond its edge an image is mirrored."""
+    """Return (H, W) of the images `a` and `b`, (H, W) or (H, W, C) with channels that are averaged, which reach from 0
+    to `top`: 1 where the windows around a pixel are equal, less where not. Beyond its edge an image is mirrored."""
     c1, c2 = (K1 * top) ** 2, (K2 * top) ** 2
     mean_a, mean_b = _windowed(a), _windowed(b)
     both = mean_a * mean_b
@@ -29,5 +29,5 @@ def ssim(a: Float, b: Float, *, top: float) -> Float:
 
 
 def _windowed(image: Float) -> Float:
-    """The weighted mean around each pixel."""
+    """Return the weighted mean around each pixel."""
     return np.asarray(ndimage.gaussian_filter(image, SIGMA_PX, radius=RADIUS_PX, axes=(0, 1)), np.float64)

@@ -20,7 +20,7 @@ HEADINGS = (
 
 
 def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
-    """The named qualities, `--error auto` and PLAIN, each with its outcome; None where it was not measured on all
+    """Yield the named qualities, `--error auto` and PLAIN, each with its outcome; None where it was not measured on all
     pictures, or no setting is good enough."""
     asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
     for name, effort in asked.items():
@@ -29,7 +29,7 @@ def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
 
 
 def choices(measurement: Measurement) -> str:
-    """The named choices as a table in Markdown."""
+    """Return the named choices as a table in Markdown."""
     return in_markdown(HEADINGS, list(_rows(measurement)))
 
 

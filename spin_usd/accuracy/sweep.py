@@ -29,7 +29,7 @@ def settings_to_measure(
 
 
 def base_effort(most_samples: int) -> Effort:
-    """The effort of which one setting at a time is changed."""
+    """Return the effort of which one setting at a time is changed."""
     return Effort(samples=min(BASE_SAMPLES, most_samples))
 
 
@@ -59,8 +59,8 @@ def _samples(most: int) -> list[int]:
 
 
 def representative(pixels: Mapping[int, int], count: int) -> list[int]:
-    """The keys of `count` pictures, in their order, of which `pixels` says how many they have to render: those in the
-    middle of as many equal shares of all that have any, from the smallest to the largest."""
+    """Return the keys of `count` pictures, in their order, of which `pixels` says how many they have to render: those
+    in the middle of as many equal shares of all that have any, from the smallest to the largest."""
     ordered = sorted((key for key, size in pixels.items() if size > 0), key=lambda key: (pixels[key], key))
     few = min(count, len(ordered))
     return sorted(ordered[(2 * i + 1) * len(ordered) // (2 * few)] for i in range(few))

@@ -7,19 +7,20 @@ WORTH_SAYING = 0.01  # of the target's light
 
 
 def expected(outcome: Outcome, criterion: Criterion) -> str:
-    """The error and the cost of an outcome."""
+    """Return the error and the cost of an outcome."""
     return f"{error_text(outcome, criterion)} for {cost_text(outcome)}"
 
 
 def error_text(outcome: Outcome, criterion: Criterion) -> str:
-    """The error in the worst picture, with its uncertainty."""
+    """Return the error in the worst picture, with its uncertainty."""
     error, most = outcome.error(criterion)
     value, unit = (percent, "") if criterion is Criterion.LIGHT else (number, " times the noise")
     return f"{value(error)}{f' ± {value(most - error)}' if most > error else ''}{unit}"
 
 
 def light_text(outcome: Outcome) -> str:
-    """A phrase such as ", the target 3 % darker" for the worst picture; "" where the difference is hardly visible."""
+    """Return a phrase such as ", the target 3 % darker" for the worst picture; "" where the difference is hardly
+    visible."""
     brightness = max((each.brightness for each in outcome.figures), key=abs)
     if abs(brightness) <= WORTH_SAYING:
         return ""

@@ -32,7 +32,7 @@ class CameraFile:
 
 
 def read_camera_file(path: str | Path) -> CameraFile:
-    """The camera of the file at `path`. Raises InputError that names the file and the key."""
+    """Read the camera of the file at `path`. Raises InputError that names the file and the key."""
     path = Path(path)
     document = read_json_file(path)
     if not isinstance(document, dict):
@@ -50,7 +50,7 @@ def read_camera_file(path: str | Path) -> CameraFile:
 
 
 def _notes(document: dict[str, Any], camera: Camera) -> Iterator[str]:
-    """The ways in which the file differs from a calibration of its pictures, each as the end of a sentence."""
+    """Yield the ways in which the file differs from a calibration of its pictures, each as the end of a sentence."""
     if "distCoeffs" not in document:
         yield "has no 'distCoeffs': its lens is taken for one without distortion"
     elif len(_listed(document["distCoeffs"])) == 4:
@@ -98,7 +98,7 @@ def _distortion(document: dict[str, Any], path: Path) -> tuple[float, float, flo
 
 
 def _listed(values: Any) -> Any:
-    """The row of a matrix of one row, which OpenCV writes."""
+    """Return the row of a matrix of one row, which OpenCV writes."""
     one_row = isinstance(values, list) and len(values) == 1 and isinstance(values[0], list)
     return values[0] if one_row else values
 

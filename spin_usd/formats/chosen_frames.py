@@ -5,7 +5,7 @@ from spin_usd.scene.source.poses import PoseList
 
 
 def slice_of(text: str) -> slice:
-    """The slice that "A:B" or "A:B:STEP" says, as Python reads it; any of the three may be missing."""
+    """Return the slice that "A:B" or "A:B:STEP" says, as Python reads it; any of the three may be missing."""
     fields = text.split(":")
     try:
         if not 2 <= len(fields) <= 3:
@@ -20,7 +20,7 @@ def slice_of(text: str) -> slice:
 
 
 def chosen_frames(poses: PoseList, text: str | None) -> PoseList:
-    """The poses that `text` (A:B:STEP) chooses; all for None. Raises InputError when it chooses none."""
+    """Return the poses that `text` (A:B:STEP) chooses; all for None. Raises InputError when it chooses none."""
     if text is None:
         return poses
     chosen = poses[slice_of(text)]

@@ -8,7 +8,8 @@ from spin_usd.errors import InputError
 
 
 def read_example_file(path: str | Path) -> dict[str, Any]:
-    """The tables of the file at `path`, not yet held against their schema. Raises InputError that names the file."""
+    """Read the tables of the file at `path`, not yet held against their schema. Raises InputError that names the
+    file."""
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:

@@ -78,7 +78,7 @@ def _write_jpeg(path: Path, pixels: Image) -> None:
 
 
 def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
-    """The image (H, W), or (H, W, C) when it has several channels, in the file's own number type, and their names.
+    """Read the image (H, W), or (H, W, C) when it has several channels, in the file's own number type, and their names.
 
     Channels come in the order of their names, R, G, B (and A) before all others. Raises InputError.
     """

@@ -8,7 +8,7 @@ from spin_usd.errors import InputError
 
 
 def read_json_file(path: Path) -> Any:
-    """The JSON value in the file at `path`, or InputError."""
+    """Read the JSON value in the file at `path`. Raises InputError where it holds none."""
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=_object)
     except InputError as error:

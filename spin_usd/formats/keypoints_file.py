@@ -14,7 +14,7 @@ TABLE = Table(key="name", required=("x", "y", "z"))
 
 
 def read_keypoints_file(path: str | Path) -> Keypoints:
-    """The keypoints of the file at `path`, in its order. Raises InputError that names the file and the row."""
+    """Read the keypoints of the file at `path`, in its order. Raises InputError that names the file and the row."""
     rows = read_table(path, TABLE)
     points = [[_metres(row, axis) for axis in TABLE.required] for row in rows]
     return Keypoints(names=tuple(row.name for row in rows), points=np.array(points, np.float64))

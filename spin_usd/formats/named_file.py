@@ -4,7 +4,7 @@ from pathlib import Path
 
 
 def file_within(folder: Path, beside: Path, named: str) -> Path | None:
-    """The path of the file that something in the folder `beside` calls `named`: "x.mtl", "./x.mtl", or with
+    """Return the path of the file that something in the folder `beside` calls `named`: "x.mtl", "./x.mtl", or with
     backslashes.
 
     None when that is outside `folder`, links followed; what is returned need not exist.

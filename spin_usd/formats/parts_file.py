@@ -10,8 +10,8 @@ TABLE = Table(key="pattern", required=("part",), optional=("class",))
 
 
 def read_parts_file(path: str | Path) -> tuple[PartRule, ...]:
-    """The rules of the file at `path`, in its order; those of one part have one class. Raises InputError that names the
-    file and the row."""
+    """Read the rules of the file at `path`, in its order; those of one part have one class. Raises InputError that
+    names the file and the row."""
     rows = read_table(path, TABLE)
     classes: dict[str, str] = {}
     for row in rows:

@@ -57,7 +57,7 @@ class Specification:
 
 
 def read_spec_file(path: str | Path) -> Specification:
-    """The specification in the file at `path`. Raises InputError that names the key that is wrong."""
+    """Read the specification in the file at `path`. Raises InputError that names the key that is wrong."""
     path = Path(path)
     data, document = _read_toml(path)
     check_document(document, SCHEMA, path)
@@ -80,7 +80,8 @@ def read_spec_file(path: str | Path) -> Specification:
 
 
 def samples_of(table: Mapping[str, Mapping[str, Any]]) -> tuple[SampleEntry, ...]:
-    """A `sample` table: parameter -> its distribution, with `unit` and `per` among the distribution's own words."""
+    """Return a `sample` table: parameter -> its distribution, with `unit` and `per` among the distribution's own
+    words."""
     return tuple(
         SampleEntry(
             parameter=name,
@@ -101,7 +102,7 @@ def check_document(document: Any, schema: str, where: object) -> None:
 
 
 def _sentence(error: ValidationError) -> str:
-    """The finding of jsonschema, shorter where it prints whole tables."""
+    """Return the finding of jsonschema, shorter where it prints whole tables."""
     if error.validator == "additionalProperties" and isinstance(error.instance, dict):
         schema = dict(error.schema) if isinstance(error.schema, Mapping) else {}
         choices, patterns = list(schema.get("properties", {})), schema.get("patternProperties", {})
@@ -117,7 +118,7 @@ def _sentence(error: ValidationError) -> str:
 
 
 def _choices_of_missing(error: ValidationError) -> str:
-    """A hint on what to add for the missing key, "" where the schema does not list its values."""
+    """Return a hint on what to add for the missing key, "" where the schema does not list its values."""
     schema: Any = error.schema
     document: Any = error.instance
     missing = next(key for key in schema["required"] if key not in document)
@@ -132,7 +133,8 @@ def _entries(table: Mapping[str, Any]) -> list[AugmentationEntry]:
 
 
 def _entry(table: Mapping[str, Any], name: str, turn: int) -> AugmentationEntry:
-    """The augmentation `name`, for which what is listed to be taken in turn is taken for the `turn`th time, from 0."""
+    """Return the augmentation `name`, for which what is listed to be taken in turn is taken for the `turn`th time, from
+    0."""
     select = {
         group: chosen if isinstance(chosen, str) else chosen[turn % len(chosen)]
         for group, chosen in table.get("select", {}).items()
@@ -146,7 +148,7 @@ def _entry(table: Mapping[str, Any], name: str, turn: int) -> AugmentationEntry:
 
 
 def _fixed(words: Mapping[str, Any], turn: int) -> dict[str, Any]:
-    """The words of a value taken in turn as those of a fixed one."""
+    """Return the words of a value taken in turn as those of a fixed one."""
     rest = {key: value for key, value in words.items() if key != "values"}
     return {**rest, "distribution": "fixed", "value": words["values"][turn % len(words["values"])]}
 

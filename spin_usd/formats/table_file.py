@@ -38,7 +38,7 @@ class Row:
 
 
 def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:
-    """The rows of the file at `path`. Raises InputError that names the file and the row at fault."""
+    """Read the rows of the file at `path`. Raises InputError that names the file and the row at fault."""
     path = Path(path)
     rows = tuple(_row(where, raw, table, _shape(table, path)) for where, raw in _raw_rows(path, table))
     if not rows:
@@ -94,7 +94,7 @@ def _row(where: str, raw: Any, table: Table, shape: str) -> Row:
 
 
 def _shape(table: Table, path: Path) -> str:
-    """A description of a row in the file at `path`."""
+    """Return a description of a row in the file at `path`."""
     key, columns = table.key.upper(), ", ".join(table.columns)
     if path.suffix.lower() == ".toml":
         return f'"{key}" = [{columns}], one such line for each {table.key}'

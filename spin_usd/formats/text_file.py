@@ -9,7 +9,7 @@ UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_text(path: Path) -> str:
-    """The text of the file: UTF-16 where its byte order mark says so, else UTF-8, or Latin-1 where it is not.
+    """Read the text of the file: UTF-16 where its byte order mark says so, else UTF-8, or Latin-1 where it is not.
 
     Raises InputError for a file that cannot be read, or that is binary.
     """

@@ -22,7 +22,7 @@ MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 
 
 def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
-    """The image that `file`, the model or one of its libraries, names by a path relative to itself.
+    """Return the image that `file`, the model or one of its libraries, names by a path relative to itself.
 
     Raises InputError for what is missing, is not an image, or lies outside `folder`, the model's.
     """
@@ -41,7 +41,7 @@ def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
 
 
 def texture_of(name: str, data: bytes) -> ImageFile:
-    """The image in `data`, decoded once to be sure of it; its name gets the suffix of its true format."""
+    """Return the image in `data`, decoded once to be sure of it; its name gets the suffix of its true format."""
     stem = name[: -len(suffix)] if (suffix := Path(name).suffix) else name
     if data.startswith(EXR_MAGIC):
         return ImageFile(name=stem + EXR, data=data)
@@ -56,7 +56,7 @@ def texture_of(name: str, data: bytes) -> ImageFile:
 
 
 def color_space(file: ImageFile) -> str:
-    """The colour space of such a file: EXR is linear."""
+    """Return the colour space of such a file: EXR is linear."""
     return RAW if file.name.endswith(EXR) else SRGB
 
 

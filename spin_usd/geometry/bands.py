@@ -87,7 +87,7 @@ def _pieces(camera: Camera, xy: Float, uv: Float, edges: NDArray[np.integer]) ->
 
 
 def _cheapest_cuts(low: NDArray[np.int64], high: NDArray[np.int64], band_cost_px: float) -> list[tuple[int, int]]:
-    """The cuts of the slices into bands (first slice, end slice) of least cost, by dynamic programming."""
+    """Return the cuts of the slices into bands (first slice, end slice) of least cost, by dynamic programming."""
     count = len(low)
     cost, cut = [0.0] + [np.inf] * count, [0] * (count + 1)
     for end in range(1, count + 1):

@@ -29,8 +29,8 @@ def circle_of_confusion(depth: ArrayLike, *, radius: float, focus: float) -> Flo
 
 
 def arc_height(radius: float, poses: tuple[Transform, ...]) -> float:
-    """The most, metres, that a point `radius` from the centre of rotation can be off the straight line between its
-    places in consecutive poses, between which the body turns steadily.
+    """Return the most, metres, that a point `radius` from the centre of rotation can be off the straight line between
+    its places in consecutive poses, between which the body turns steadily.
 
     It is the error of linear interpolation: an eighth of the step squared times the acceleration, here radius *
     angle**2 / 8.
@@ -40,7 +40,7 @@ def arc_height(radius: float, poses: tuple[Transform, ...]) -> float:
 
 
 def rotation_angle(a: Transform, b: Transform) -> float:
-    """The angle between two attitudes, radians."""
+    """Return the angle between two attitudes, radians."""
     sine = np.linalg.norm(a.rotation - b.rotation) / np.sqrt(8)  # of half the angle
     return float(2 * np.arcsin(min(sine, 1.0)))
 
@@ -57,7 +57,8 @@ def offset_blur_radius(points_cam: Float, offset: float) -> Float:
 
 @lru_cache(maxsize=16)
 def magnification(camera: Camera) -> float:
-    """The most pixels by which the lens makes a step of one in undistorted normalised coordinates, within the frame."""
+    """Return the most pixels by which the lens makes a step of one in undistorted normalised coordinates, within the
+    frame."""
     u, v = np.meshgrid(np.linspace(0, camera.width, GRID), np.linspace(0, camera.height, GRID))
     jacobian = lens.distortion_jacobian(camera.normalised(np.stack([u, v], -1)), camera.distortion)
     return float(np.linalg.norm(np.array([[camera.fx], [camera.fy]]) * jacobian, ord=2, axis=(-2, -1)).max())

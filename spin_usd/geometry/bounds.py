@@ -25,8 +25,8 @@ NEAR = 1e-6  # metres before the camera: what is nearer has no place in the pict
 def region_of_interest(
     camera: Camera, hull_cam: ArrayLike, near: float = NEAR, *, blur_radius: ArrayLike | None = None
 ) -> Region:
-    """The smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres, each
-    blurred by `blur_radius` (N,) in undistorted normalised coordinates.
+    """Return the smallest padded box of whole pixels that holds the projection of the hull's points (N, 3), metres,
+    each blurred by `blur_radius` (N,) in undistorted normalised coordinates.
 
     The whole frame when the hull crosses the camera's plane; empty when it lies behind it or out of view.
     """
@@ -35,7 +35,7 @@ def region_of_interest(
 
 
 def region_around(camera: Camera, outline: Float) -> Region:
-    """The smallest padded box of whole pixels, within the frame, that holds the pixels `outline` (N, 2)."""
+    """Return the smallest padded box of whole pixels, within the frame, that holds the pixels `outline` (N, 2)."""
     if not len(outline):
         return Region(x0=0, y0=0, x1=0, y1=0)
     low, high = np.floor(outline.min(0)).astype(int), np.ceil(outline.max(0)).astype(int)
@@ -63,7 +63,7 @@ def outline_of(
 
 
 def polygon_area(corners: ArrayLike) -> float:
-    """The area of the polygon with the corners (N, 2), one after another, by the shoelace formula."""
+    """Return the area of the polygon with the corners (N, 2), one after another, by the shoelace formula."""
     p = np.asarray(corners, np.float64).reshape(-1, 2)
     if not len(p):
         return 0.0
@@ -150,7 +150,7 @@ def in_front(hull_cam: Float) -> Float:
 
 
 def clip(polygon: Float, low: Float, high: Float) -> Float:
-    """A convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974)."""
+    """Return the convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974)."""
     for axis in (0, 1):
         for sign, limit in ((1, low[axis]), (-1, -high[axis])):
             if not len(polygon):
@@ -169,5 +169,5 @@ def clip(polygon: Float, low: Float, high: Float) -> Float:
 
 
 def _following(rows: NDArray[Any]) -> NDArray[Any]:
-    """The rows (N, ...) shifted by one: each row's next one, and for the last the first."""
+    """Return the rows (N, ...) shifted by one: each row's next one, and for the last the first."""
     return np.concatenate([rows[1:], rows[:1]])

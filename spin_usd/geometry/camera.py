@@ -119,7 +119,7 @@ class Camera:
         return xy
 
     def _folded(self, uv: Float) -> GeometryError:
-        """The error for the pixels `uv` (N, 2), which have no ray: it says where the lens ends on the way to the
+        """Return the error for the pixels `uv` (N, 2), which have no ray: it says where the lens ends on the way to the
         furthest."""
         radius = np.linalg.norm(uv - (self.cx, self.cy), axis=1)
         worst = int(np.argmax(radius))

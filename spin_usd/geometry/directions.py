@@ -8,17 +8,17 @@ GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
 def sphere(count: int) -> Float:
-    """(count, 3) unit vectors spread evenly all around."""
+    """Return (count, 3) unit vectors spread evenly all around."""
     return _spiral(1 - 2 * _middles(count))
 
 
 def half_sphere(count: int) -> Float:
-    """(count, 3) unit vectors spread evenly over the half with z > 0."""
+    """Return (count, 3) unit vectors spread evenly over the half with z > 0."""
     return _spiral(_middles(count))
 
 
 def _middles(count: int) -> Float:
-    """(count,) of as many equal parts of 0 to 1: bands of as much height have the same area."""
+    """Return (count,) of as many equal parts of 0 to 1: bands of as much height have the same area."""
     return (np.arange(count) + 0.5) / count
 
 

@@ -14,7 +14,7 @@ CONE_ROUNDS = 12  # each narrows the place of the least gap 16 times: to double 
 
 
 def rays_meet(radii: Float, start: Float, directions: Float) -> np.ndarray:
-    """(N,) True where the rays from `start` (3,) outside, along `directions` (N, 3), meet the ellipsoid."""
+    """Return (N,) True where the rays from `start` (3,) outside, along `directions` (N, 3), meet the ellipsoid."""
     o, d = start / radii, directions / radii  # the ellipsoid is the unit sphere
     aside = np.cross(o, d)
     passes = (aside * aside).sum(1) < (d * d).sum(1)
@@ -22,7 +22,7 @@ def rays_meet(radii: Float, start: Float, directions: Float) -> np.ndarray:
 
 
 def distance(radii: Float, points: Float) -> Float:
-    """(N,) distance of the points (N, 3) from the ellipsoid, 0 inside it.
+    """Return (N,) distance of the points (N, 3) from the ellipsoid, 0 inside it.
 
     The nearest point of the surface is radii^2 p / (t + radii^2), with t the one root of |radii p / (t + radii^2)| = 1
     that is not negative; its square falls and is convex in t, so that Newton's steps from below never pass the root.
@@ -62,7 +62,7 @@ def meets_cone(radii: Float, apex: Float, centre: Float, radius: float) -> bool:
 
 
 def _nearest(start: Float, end: Float) -> float:
-    """The least distance of the straight line from `start` to `end` (3,) from the origin."""
+    """Return the least distance of the straight line from `start` to `end` (3,) from the origin."""
     along = end - start
     square = float(along @ along)
     s = min(max(-float(start @ along) / square, 0.0), 1.0) if square else 0.0

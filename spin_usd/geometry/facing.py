@@ -13,8 +13,8 @@ CHUNK = 1 << 20  # directions of faces worked on at once
 
 
 def few_axes(area_vectors: Float) -> Float:
-    """(A, 3) few directions for the many faces with the `area_vectors` (F, 3), which stand across them, either way, and
-    are as long as their areas: the sums of those that are near to each other."""
+    """Return (A, 3) few directions for the many faces with the `area_vectors` (F, 3), which stand across them, either
+    way, and are as long as their areas: the sums of those that are near to each other."""
     sums = np.zeros((3 * (2 * STEPS + 1) ** 2, 3))
     for start in range(0, len(area_vectors), CHUNK):
         cell, upright = _cells(area_vectors[start : start + CHUNK])
@@ -24,7 +24,7 @@ def few_axes(area_vectors: Float) -> Float:
 
 
 def facing_share(axes: Float, to_camera: Float, to_light: Float) -> Float:
-    """(M,) the share, of what a camera in the unit directions `to_camera` (M, 3) sees, that faces a light in the
+    """Return (M,) the share, of what a camera in the unit directions `to_camera` (M, 3) sees, that faces a light in the
     directions `to_light` (M, 3). axes: as of `few_axes`."""
     shares = np.empty(len(to_camera))
     step = max(CHUNK // len(axes), 1)
@@ -38,8 +38,8 @@ def facing_share(axes: Float, to_camera: Float, to_light: Float) -> Float:
 
 
 def _cells(normal: Float) -> tuple[np.ndarray, Float]:
-    """The cells (F,) of the half cube to which the normals (F, 3) point once they are flipped so that their longest
-    component is positive, and these flipped normals (F, 3)."""
+    """Return the cells (F,) of the half cube to which the normals (F, 3) point once they are flipped so that their
+    longest component is positive, and these flipped normals (F, 3)."""
     axis = np.abs(normal).argmax(1)
     longest = np.take_along_axis(normal, axis[:, None], 1)
     upright = np.where(longest < 0, -normal, normal)

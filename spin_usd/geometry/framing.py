@@ -29,8 +29,8 @@ class Framing(IntEnum):
 
 
 def framings(camera: Camera, hull: Float, rotations: Float, translations: Float) -> NDArray[np.uint8]:
-    """The Framing (M,) of the body whose convex hull has the corners `hull` (N, 3), body frame, metres, at the poses
-    T_cam_body of `rotations` (M, 3, 3) and `translations` (M, 3), metres."""
+    """Return the Framing (M,) of the body whose convex hull has the corners `hull` (N, 3), body frame, metres, at the
+    poses T_cam_body of `rotations` (M, 3, 3) and `translations` (M, 3), metres."""
     found = _by_ball(camera, hull, rotations, translations)
     found[around(hull, rotations, translations)] = Framing.CAMERA_INSIDE
     open_ones = np.flatnonzero(found == UNDECIDED)
@@ -42,13 +42,14 @@ def framings(camera: Camera, hull: Float, rotations: Float, translations: Float)
 
 
 def around(hull: Float, rotations: Float, translations: Float) -> NDArray[np.bool_]:
-    """(M,) whether the camera is inside the bounding box of the corners `hull` (N, 3); poses as in `framings`."""
+    """Return (M,) whether the camera is inside the bounding box of the corners `hull` (N, 3); poses as in
+    `framings`."""
     eyes = -np.einsum("mji,mj->mi", rotations, translations)
     return np.asarray(((eyes > hull.min(0)) & (eyes < hull.max(0))).all(1))
 
 
 def _by_ball(camera: Camera, hull: Float, rotations: Float, translations: Float) -> NDArray[np.uint8]:
-    """The framings (M,) that the ball around the body decides; UNDECIDED for the others."""
+    """Return the framings (M,) that the ball around the body decides; UNDECIDED for the others."""
     centre = (hull.min(0) + hull.max(0)) / 2
     radius = float(np.linalg.norm(hull - centre, axis=1).max())
     place = rotations @ centre + translations
@@ -62,7 +63,7 @@ def _by_ball(camera: Camera, hull: Float, rotations: Float, translations: Float)
 
 
 def _by_corners(camera: Camera, hull_cam: Float) -> list[int]:
-    """The framing of each of the hulls (M, N, 3), camera frame."""
+    """Return the framing of each of the hulls (M, N, 3), camera frame."""
     inner, outer = _sides(camera)
     front = hull_cam[..., 2] > NEAR
     seen = front & (hull_cam @ inner.T >= 0).all(-1)
@@ -80,7 +81,7 @@ def _by_corners(camera: Camera, hull_cam: Float) -> list[int]:
 
 
 def _by_outline(camera: Camera, hull_cam: Float) -> Framing:
-    """The framing of one hull (N, 3), camera frame, some of which is before the camera."""
+    """Return the framing of one hull (N, 3), camera frame, some of which is before the camera."""
     corners = in_front(hull_cam)
     outline = outline_of(camera, corners)
     size = np.array([camera.width, camera.height], np.float64)

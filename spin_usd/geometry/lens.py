@@ -107,7 +107,7 @@ def _newton(x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, NDArra
 
 
 def _start(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, Float]:
-    """A first guess at `inverse`, within the radius `limit`."""
+    """Return a first guess at `inverse`, within the radius `limit`."""
     r2 = x0 * x0 + y0 * y0
     shrink = 1 / np.maximum(1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4])), 0.1)
     shrink = np.minimum(shrink, limit / np.maximum(np.sqrt(r2), np.finfo(float).tiny))
@@ -115,7 +115,7 @@ def _start(x0: Float, y0: Float, k: Coefficients, limit: float) -> tuple[Float, 
 
 
 def _errors_and_steps(x: Float, y: Float, x0: Float, y0: Float, k: Coefficients) -> tuple[Float, Float, Float, Float]:
-    """The errors by which the distorted (x, y) misses (x0, y0), and Newton's step to subtract: `distort` and
+    """Return the errors by which the distorted (x, y) misses (x0, y0), and Newton's step to subtract: `distort` and
     `distortion_jacobian` in one, as the camera shader has them."""
     k1, k2, p1, p2, k3 = k
     xx, yy, xy = x * x, y * y, x * y
@@ -147,7 +147,8 @@ def invertible_radius(distortion: Coefficients) -> float:
 
 
 def _determinants(cosine: Float, sine: Float, k: Coefficients) -> Float:
-    """(N, 13) coefficients, lowest power of the radius first, of the Jacobian's determinant along N directions."""
+    """Return (N, 13) coefficients, lowest power of the radius first, of the Jacobian's determinant along N
+    directions."""
     k1, k2, p1, p2, k3 = k
     radial, slope = np.array([1, 0, k1, 0, k2, 0, k3]), np.array([0, 0, 2 * k1, 0, 4 * k2, 0, 6 * k3])
     first = np.eye(7)[1]
@@ -162,7 +163,8 @@ def _determinants(cosine: Float, sine: Float, k: Coefficients) -> Float:
 
 
 def _least_root(coefficients: Float) -> float:
-    """The least positive root of a polynomial (lowest power first) that is 1 at 0; infinity where there is none."""
+    """Return the least positive root of a polynomial (lowest power first) that is 1 at 0; infinity where there is
+    none."""
     # Of the reciprocal, which is monic whatever the degree, in a unit in which no coefficient is large.
     unit = float(max(np.abs(c) ** (1 / i) for i, c in enumerate(coefficients) if i))
     roots = np.roots(coefficients / unit ** np.arange(len(coefficients)))

@@ -53,7 +53,7 @@ class Region:
         return Region(x0=self.x0 - pixels, y0=self.y0 - pixels, x1=self.x1 + pixels, y1=self.y1 + pixels)
 
     def bands(self) -> "Iterator[Region]":
-        """The box cut into bands of whole rows, of about BAND_PIXELS each."""
+        """Yield the box cut into bands of whole rows, of about BAND_PIXELS each."""
         rows = max(BAND_PIXELS // max(self.width, 1), 1)
         for y0 in range(self.y0, self.y1, rows):
             yield Region(x0=self.x0, y0=y0, x1=self.x1, y1=min(y0 + rows, self.y1))

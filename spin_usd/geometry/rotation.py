@@ -16,7 +16,7 @@ ORTHONORMAL_TOLERANCE = 1e-9
 
 
 def unit_quaternion(q: ArrayLike) -> Float:
-    """The unit quaternion (4,) along `q`, scalar first.
+    """Return the unit quaternion (4,) along `q`, scalar first.
 
     Raises GeometryError for NaN, zero, or a norm off 1 by more than QUATERNION_NORM_TOLERANCE.
     """
@@ -88,7 +88,8 @@ def check_rotation(rotation: ArrayLike) -> Float:
 
 
 def off_rotation(matrix: Float) -> tuple[float, bool]:
-    """The most by which the rows of `matrix` (3, 3) miss being orthonormal, and whether they are right-handed."""
+    """Return the most by which the rows of `matrix` (3, 3) miss being orthonormal, and whether they are
+    right-handed."""
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()  # plain numbers: every pose of every picture is looked at
     lengths = (a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, g * g + h * h + i * i - 1)
     angles = (a * d + b * e + c * f, d * g + e * h + f * i, g * a + h * b + i * c)

@@ -33,8 +33,8 @@ class Transform:
 
     @classmethod
     def unchecked(cls, *, to: str, of: str, rotation: Float, translation: Float) -> "Transform":
-        """A transform whose `rotation` is known to be one, such as a product of checked ones: the check is skipped,
-        because every picture takes several."""
+        """Return a transform whose `rotation` is known to be one, such as a product of checked ones: the check is
+        skipped, because every picture takes several."""
         made = object.__new__(cls)
         for name, value in (
             ("to", to),

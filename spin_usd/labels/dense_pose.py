@@ -16,7 +16,7 @@ REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4
 
 
 def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """(H, W, 3) float32: X, Y, Z in the target's body frame, metres; 0 where there is no surface."""
+    """Return (H, W, 3) float32: X, Y, Z in the target's body frame, metres; 0 where there is no surface."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
     frame[surface.rows, surface.columns] = surface.body
     return frame

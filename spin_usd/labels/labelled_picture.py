@@ -54,5 +54,5 @@ class LabelledPicture:
 
 
 def largest_relative_difference(values: NDArray[Any], expected: Float) -> float:
-    """The largest |value - expected| / |expected| of two arrays (N,); 0 where they are empty."""
+    """Return the largest |value - expected| / |expected| of two arrays (N,); 0 where they are empty."""
     return float((np.abs(values - expected) / np.abs(expected)).max(initial=0))

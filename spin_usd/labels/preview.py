@@ -17,7 +17,7 @@ NEAREST, FARTHEST = 0.95, 0.15  # of the colour map: its dark end stays clear of
 
 
 def image(numbers: NDArray[Any]) -> RGB:
-    """A grey (H, W) or RGB (H, W, 3) picture of 8 or 16 bits."""
+    """Return a grey (H, W) or RGB (H, W, 3) picture of 8 or 16 bits."""
     eight = np.asarray(numbers >> 8 if numbers.dtype == np.uint16 else numbers, np.uint8)
     return np.repeat(eight[..., None], 3, -1) if eight.ndim == 2 else eight
 
@@ -40,7 +40,7 @@ def by_id(ids: NDArray[np.uint16]) -> RGB:
 
 
 def part_colour(part: int) -> tuple[int, int, int]:
-    """The colour of a part id: neighbouring ids differ in hue, saturation and brightness."""
+    """Return the colour of a part id: neighbouring ids differ in hue, saturation and brightness."""
     if part == 0:
         return 0, 0, 0
     red, green, blue = colorsys.hsv_to_rgb(part * GOLDEN % 1, (0.45, 0.85, 0.65)[part % 3], (1.0, 0.75)[part % 2])
@@ -74,7 +74,7 @@ def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
 
 
 def reduced(picture: RGB, width: int) -> RGB:
-    """The picture `width` pixels wide by area averaging; a narrower one is left as it is."""
+    """Return the picture `width` pixels wide by area averaging; a narrower one is left as it is."""
     tall, wide, _ = picture.shape
     if wide <= width:
         return picture

@@ -16,14 +16,14 @@ RELATIVE = 1e-6  # float32 rounds to 6e-8; depth, body coordinates and pose each
 
 
 def range_along_ray(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """(H, W) float32: metres from the camera to the surface point; 0 where there is no surface."""
+    """Return (H, W) float32: metres from the camera to the surface point; 0 where there is no surface."""
     frame = np.zeros(scene.camera.frame.shape, np.float32)
     frame[surface.rows, surface.columns] = surface.z * ray_lengths(surface.xy)
     return frame
 
 
 def ray_lengths(xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(...) the lengths of the rays (x, y, 1) of `xy` (..., 2): what range is to depth."""
+    """Return (...) the lengths of the rays (x, y, 1) of `xy` (..., 2): what range is to depth."""
     lengths: NDArray[np.float64] = np.sqrt((xy * xy).sum(-1) + 1)
     return lengths
 

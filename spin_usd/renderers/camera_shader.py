@@ -45,13 +45,13 @@ class View:
 
     @classmethod
     def sharp(cls, scene: Scene) -> "View":
-        """The view of the labels: a pinhole, and the target as it is in the middle of the shutter's time."""
+        """Return the view of the labels: a pinhole, and the target as it is in the middle of the shutter's time."""
         mesh = scene.target.mesh
         return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
 
     @classmethod
     def blurred(cls, scene: Scene) -> "View":
-        """The view of the picture: through the thin lens, for as long as the shutter is open."""
+        """Return the view of the picture: through the thin lens, for as long as the shutter is open."""
         still, mesh = cls.sharp(scene), scene.target.mesh
         way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
         return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)
@@ -140,7 +140,8 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
 """
 
     def _thin_lens(self) -> str:
-        """The statements that choose a place on the aperture, uniformly, and aim from there at the plane of focus."""
+        """Return the statements that choose a place on the aperture, uniformly, and aim from there at the plane of
+        focus."""
         assert self.thin_lens
         per_focus = _number(1 / self.thin_lens.focus)
         return (
@@ -151,7 +152,7 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
         )
 
     def _position(self) -> str:
-        """The statement that sets where the ray starts."""
+        """Return the statement that sets where the ray starts."""
         if self.near:
             return "position = lens;" if self.thin_lens else "position = point(0.0, 0.0, 0.0);"
         x, y, z = self.centre
@@ -190,7 +191,7 @@ class LensInverse:
 
 @lru_cache(maxsize=16)
 def lens_inverse(camera: Camera) -> LensInverse:
-    """The cheapest inverse of the camera's lens.
+    """Return the cheapest inverse of the camera's lens.
 
     Raises RenderError when MAX_INVERSE_STEPS do not reach INVERSE_ERROR_PX somewhere in the frame.
     """
@@ -238,7 +239,7 @@ def _newton_step(xy: Float, distorted: Float, inverse: LensInverse) -> Float:
 
 
 def _number(value: float) -> str:
-    """An OSL float literal, parenthesised so that its sign meets no other."""
+    """Return an OSL float literal, parenthesised so that its sign meets no other."""
     return f"({float(value):.17e})"
 
 

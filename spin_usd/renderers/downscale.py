@@ -18,7 +18,7 @@ MIN_PX = 4  # a side: Blender renders no smaller image
 
 
 def reduced(scene: Scene, by: int) -> Scene:
-    """The scene as a camera of `by` times fewer pixels a side sees it."""
+    """Return the scene as a camera of `by` times fewer pixels a side sees it."""
     if by == 1:
         return scene
     camera, shutter = _reduced_camera(scene.camera, by), scene.shutter
@@ -28,7 +28,7 @@ def reduced(scene: Scene, by: int) -> Scene:
 
 
 def enlarged(small: Radiance, scene: Scene, by: int) -> Radiance:
-    """The radiance of `scene.picture_region` from that of `reduced(scene, by)`.
+    """Return the radiance of `scene.picture_region` from that of `reduced(scene, by)`.
 
     Light and coverage alike are interpolated linearly between the centres of the squares, and held towards the frame's
     edges. What a square would give to pixels outside the region, where the target is not, its pixels inside get: so the
@@ -52,7 +52,7 @@ def _reduced_camera(camera: Camera, by: int) -> Camera:
 
 
 def _reduced_shutter(shutter: Shutter, by: int, *, rows: int, reduced_rows: int) -> Shutter:
-    """The shutter by which each row is exposed when the middle one is of those that it stands for."""
+    """Return the shutter by which each row is exposed when the middle one is of those that it stands for."""
     first, step = (by - 1) / 2 / max(rows - 1, 1), by / max(rows - 1, 1)
     return replace(shutter, first_row=first, last_row=first + step * (reduced_rows - 1))
 
@@ -69,7 +69,7 @@ class _Axis:
     small: tuple[int, int]
 
     def enlarged(self, plane: NDArray[np.floating]) -> Float:
-        """(pixels of the region, N) from the reduced (pixels of `small`, N)."""
+        """Return (pixels of the region, N) from the reduced (pixels of `small`, N)."""
         first, second, share = self._between(np.arange(*self.region))
         held = np.zeros((len(plane) + 2, plane.shape[1]))  # beyond its own pixels there is nothing
         held[1:-1] = plane * self._inward()[:, None]
@@ -77,15 +77,15 @@ class _Axis:
         return grown
 
     def _between(self, pixels: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], Float]:
-        """The reduced pixels between whose centres those of `pixels` (N,) lie, counted from one before `small`, and how
-        far on the way from the first to the second, 0 to 1."""
+        """Return the reduced pixels between whose centres those of `pixels` (N,) lie, counted from one before `small`,
+        and how far on the way from the first to the second, 0 to 1."""
         place = np.clip((pixels + 0.5) / self.by, 0.5, self.small_frame - 0.5) - 0.5 - self.small[0]
         first = np.floor(place).astype(np.int64)
         last = self.small[1] - self.small[0] + 1
         return np.clip(first + 1, 0, last), np.clip(first + 2, 0, last), place - first
 
     def _inward(self) -> Float:
-        """(reduced pixels,) what each gives to the frame's pixels, over what it gives to those in the region."""
+        """Return (reduced pixels,) what each gives to the frame's pixels, over what it gives to those in the region."""
         start, end = self.by * (self.small[0] - 1), self.by * (self.small[1] + 1)
         pixels = np.arange(max(start, 0), min(end, self.frame))
         first, second, share = self._between(pixels)

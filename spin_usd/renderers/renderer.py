@@ -16,7 +16,7 @@ class Renderer(Protocol):
     name: str
 
     def visibility(self, scene: Scene) -> Visibility:
-        """The face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
+        """Return the face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
         ...
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
@@ -27,7 +27,7 @@ class Renderer(Protocol):
         ...
 
     def versions(self) -> dict[str, str]:
-        """Names and versions of the software that decides the result."""
+        """Return names and versions of the software that decides the result."""
         ...
 
     def close(self) -> None:

@@ -39,19 +39,19 @@ def _unit(v: Float) -> Float:
 
 
 def _boresight(sky: Sky) -> Float:
-    """(N,) degrees of the Sun from the camera's axis."""
+    """Return (N,) degrees of the Sun from the camera's axis."""
     assert sky.sun is not None
     return angle(sky.sun, np.array([0.0, 0.0, 1.0]))
 
 
 def _target_lit(sky: Sky, most: float) -> np.ndarray:
-    """Seen from the target, the Sun is within `most` degrees of the camera."""
+    """Return whether the Sun, seen from the target, is within `most` degrees of the camera."""
     assert sky.sun is not None
     return np.asarray(angle(sky.sun, _unit(-sky.target)) <= most)
 
 
 def _discs(sky: Sky) -> tuple[Float, Float, Float]:
-    """The planet's direction (N, 3), and the angular radii of its two spheres (N,), degrees."""
+    """Return the planet's direction (N, 3), and the angular radii of its two spheres (N,), degrees."""
     assert sky.planet is not None
     far = np.linalg.norm(sky.planet, axis=-1)
     least, most = np.degrees(np.arcsin(np.clip(np.outer(sky.radii, 1 / far), 0, 1)))
@@ -59,7 +59,8 @@ def _discs(sky: Sky) -> tuple[Float, Float, Float]:
 
 
 def _limb_from_frame(sky: Sky, degrees: float) -> np.ndarray:
-    """The picture's rim is all outside the planet's disc, or all inside, by `degrees`; and the disc not inside it."""
+    """Return whether the picture's rim is all outside the planet's disc, or all inside, by `degrees`; and the disc not
+    inside it."""
     direction, least, most = _discs(sky)
     off = angle(sky.frame[None], direction[:, None])
     # A point is inside the convex rim if it is on the same side of each of the planes through neighbours of it.
@@ -70,14 +71,15 @@ def _limb_from_frame(sky: Sky, degrees: float) -> np.ndarray:
 
 
 def _limb_from_sun(sky: Sky, degrees: float) -> np.ndarray:
-    """The Sun is outside the planet's disc by `degrees`: no eclipse."""
+    """Return whether the Sun is outside the planet's disc by `degrees`: no eclipse."""
     assert sky.sun is not None
     direction, _, most = _discs(sky)
     return np.asarray(angle(sky.sun, direction) >= most + degrees)
 
 
 def planet_behind(sky: Sky, degrees: float = 0.0) -> np.ndarray:
-    """The planet neither covers a part of the target nor touches it: beside it in the view, or all behind it."""
+    """Return whether the planet neither covers a part of the target nor touches it: beside it in the view, or all
+    behind it."""
     assert sky.planet is not None
     far, near = np.linalg.norm(sky.planet, axis=-1), np.linalg.norm(sky.target, axis=-1)
     size: Float = np.degrees(np.arcsin(np.clip(sky.target_radius / near, 0, 1)))

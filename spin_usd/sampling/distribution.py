@@ -141,7 +141,7 @@ class Directions:
             raise InputError(found, do="give an axis, and angles from 0 to 180 with the lower first")
 
     def sample(self, rng: np.random.Generator) -> tuple[float, float, float]:
-        """A direction; equal solid angles are equally likely, because the cosine from the axis is uniform."""
+        """Sample one direction; equal solid angles are equally likely, because the cosine from the axis is uniform."""
         z = rng.uniform(math.cos(math.radians(self.most)), math.cos(math.radians(self.least)))
         turn, sine = rng.uniform(0, 2 * math.pi), math.sqrt(max(1 - z * z, 0.0))
         across, up, axis = _frame(self.axis)

@@ -27,7 +27,7 @@ class PositionLaw:
     frame: tuple[int, int]
 
     def sample(self, rng: np.random.Generator, camera: Camera) -> Float:
-        """(3,) metres, camera frame."""
+        """Sample a position (3,), metres, camera frame."""
         away, u, v = (number(law, rng) for law in (self.range, self.across, self.down))
         wider, taller = camera.width / self.frame[0], camera.height / self.frame[1]
         ray = np.array([u * wider / camera.fx, v * taller / camera.fy, 1.0])
@@ -66,7 +66,7 @@ def in_frame(camera: Camera, hull: Float, q_cam_body: Float, t_cam_body: Float) 
 
 
 def quaternion(law: Distribution, rng: np.random.Generator) -> Float:
-    """A sampled quaternion (4,), normalised."""
+    """Return a sampled quaternion (4,), normalised."""
     q = np.array(law.sample(rng), np.float64)
     if q.shape != (4,) or not np.linalg.norm(q) > 0:
         raise InputError(

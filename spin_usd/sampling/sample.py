@@ -48,8 +48,8 @@ KINDS: Mapping[str, DistributionKind] = {
 
 
 def distribution_of(words: Mapping[str, Any], factor: float = 1.0) -> Distribution:
-    """The distribution that `words` name: {"distribution": its kind, and its fields}; its numbers are multiplied by
-    `factor`, which brings them to the parameter's own unit. Raises InputError."""
+    """Return the distribution that `words` name: {"distribution": its kind, and its fields}; its numbers are multiplied
+    by `factor`, which brings them to the parameter's own unit. Raises InputError."""
     name = str(words.get("distribution"))
     if name not in KINDS:
         raise InputError(f"there is no distribution {name!r}", do=f"choose one of {', '.join(KINDS)}")
@@ -99,14 +99,14 @@ class ParameterValues:
         return parameter in self.constant or parameter in self.per_frame
 
     def of(self, parameter: str) -> Sequence[Value]:
-        """The parameter's values: one for each picture, or the only one."""
+        """Return the parameter's values: one for each picture, or the only one."""
         return self.per_frame[parameter] if parameter in self.per_frame else (self.constant[parameter],)
 
 
 def sample_all(
     samples: Sequence[Sample], *, seed: int, name: str, frames: Sequence[str], shared: Shared | None = None
 ) -> ParameterValues:
-    """The first values of all `samples` for the augmentation `name` of pictures named `frames`."""
+    """Sample the first values of all `samples` for the augmentation `name` of pictures named `frames`."""
     one = {s.parameter: sample_one(s, seed=seed, name=name) for s in samples if not s.per_frame}
     each = {}
     for sample in samples:
@@ -118,7 +118,8 @@ def sample_all(
 
 
 def sample_one(sample: Sample, *, seed: int, name: str, frame: str = "", again: int = 0) -> Value:
-    """The value of one sample for one picture, or for all where `frame` is "": a function of its arguments alone.
+    """Sample the value of one sample for one picture, or for all where `frame` is "": a function of its arguments
+    alone.
 
     again: how many values before this one did not meet their constraints. Raises InputError that names the parameter.
     """

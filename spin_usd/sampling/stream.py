@@ -6,7 +6,7 @@ from spin_usd.arrays import digest
 
 
 def stream(seed: int, *names: str) -> np.random.Generator:
-    """The generator of what `names` name (an augmentation, a parameter, a frame), the same on every machine.
+    """Return the generator of what `names` name (an augmentation, a parameter, a frame), the same on every machine.
 
     Adding, leaving out or reordering other things changes none of its numbers.
     """

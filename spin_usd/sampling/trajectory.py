@@ -111,7 +111,7 @@ class TrajectoryLaw:
         return np.array([quaternion_from_matrix(r) for r in rotations]), origin
 
     def _path(self, rng: np.random.Generator, camera: Camera, times: Float) -> Float:
-        """The centre of mass (N, 3), camera frame."""
+        """Return the centre of mass (N, 3), camera frame."""
         to_cam, n = tilted(self.tilt) @ CAM_FROM_ORBIT, 2 * math.pi / self.period
         if isinstance(self.path, RelativeOrbit):
             state = self.path.state(n)
@@ -129,7 +129,7 @@ def free_fall(state: Float, mean_motion: float, times: ArrayLike) -> Float:
 
 
 def transition(mean_motion: float, time: float) -> Float:
-    """The matrix (6, 6) that takes a state by Clohessy and Wiltshire's equations through `time` seconds."""
+    """Return the matrix (6, 6) that takes a state by Clohessy and Wiltshire's equations through `time` seconds."""
     n, a = mean_motion, mean_motion * time
     if n == 0:
         return np.eye(6) + time * np.eye(6, k=3)
@@ -147,7 +147,8 @@ def transition(mean_motion: float, time: float) -> Float:
 
 
 def between(start: Float, end: Float, mean_motion: float, time: float) -> Float:
-    """The state (6,) at `start` (3,) that falls to `end` (3,) in `time` seconds, which are fewer than half an orbit."""
+    """Return the state (6,) at `start` (3,) that falls to `end` (3,) in `time` seconds, which are fewer than half an
+    orbit."""
     if time == 0:
         return np.concatenate([start, np.zeros(3)])
     matrix = transition(mean_motion, time)
@@ -168,12 +169,12 @@ def torque_free(rate: Float, symmetry: ArrayLike, inertia: float, times: ArrayLi
 
 
 def tilted(angles: tuple[float, float]) -> Float:
-    """The rotation (3, 3) to the axes of a camera turned by these angles, radians, about its x and its y."""
+    """Return the rotation (3, 3) to the axes of a camera turned by these angles, radians, about its x and its y."""
     return (_turn(np.array([angles[0], 0, 0])) @ _turn(np.array([0, angles[1], 0]))).T
 
 
 def _turn(vector: Float) -> Float:
-    """The rotation (3, 3) about `vector` (3,) by its length, radians."""
+    """Return the rotation (3, 3) about `vector` (3,) by its length, radians."""
     angle = float(np.linalg.norm(vector))
     axis = vector / angle if angle else np.zeros(3)
     return matrix_from_quaternion([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])

@@ -74,7 +74,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
 
 
 def parse_effort(text: str) -> Effort:
-    """The effort that `Effort.text` writes so. Raises InputError for a text that is not an effort."""
+    """Return the effort that `Effort.text` writes so. Raises InputError for a text that is not an effort."""
     kinds = {f.name: f.type for f in fields(Effort)}
     given: dict[str, Any] = {}
     for part in text.split(","):

@@ -73,23 +73,24 @@ class Instances:
         return affine(self.matrices[place], points)
 
     def area_vectors(self, vectors: Float) -> Float:
-        """(K * N, 3) in body axes, in all places, of `vectors` (N, 3) in the shape's axes that stand across faces and
-        are as long as their areas."""
+        """Return (K * N, 3) in body axes, in all places, of `vectors` (N, 3) in the shape's axes that stand across
+        faces and are as long as their areas."""
         linear = self.matrices[..., :3]
         cofactors = np.linalg.det(linear)[:, None, None] * np.linalg.inv(linear).mT
         vectors_in_body: Float = vectors @ cofactors.mT
         return vectors_in_body.reshape(-1, 3)
 
     def faces(self, place: int) -> NDArray[np.int32]:
-        """(F, 3) indices into the shape's points, counter-clockwise in this place."""
+        """Return (F, 3) indices into the shape's points, counter-clockwise in this place."""
         return self.shape.faces[:, MIRRORED_CORNERS] if self.mirrored[place] else self.shape.faces
 
     def corners(self, place: NDArray[np.integer], face: NDArray[np.integer]) -> Float:
-        """(N, 3, 3) body axes, metres, of the faces (N,) in their places (N,): to the bit as `moved` has them."""
+        """Return (N, 3, 3) body axes, metres, of the faces (N,) in their places (N,): to the bit as `moved` has
+        them."""
         return self.in_place_order(place, affine(self.matrices[place, None], self.shape.points[self.shape.faces[face]]))
 
     def normals(self, place: NDArray[np.integer], face: NDArray[np.integer]) -> NDArray[np.float32]:
-        """(N, 3, 3) unit shading normals at the corners, body axes."""
+        """Return (N, 3, 3) unit shading normals at the corners, body axes."""
         normals = affine(self._normal_matrices[place, None], self.shape.corner_normals[face].astype(np.float64))
         return self.in_place_order(place, unit_vectors(normals)).astype(np.float32)
 

@@ -86,7 +86,7 @@ class AreaLight(ABC):
 
     @abstractmethod
     def projected_area(self, leaving: Float) -> Float:
-        """(N,) the area that it shows along the unit directions `leaving` (N, 3) it, in its own axes, m2."""
+        """Return (N,) the area that it shows along the unit directions `leaving` (N, 3) it, in its own axes, m2."""
 
     @property
     def size(self) -> tuple[float, ...]:
@@ -94,7 +94,7 @@ class AreaLight(ABC):
         return tuple(getattr(self, name) for name in self.lengths)
 
     def scaled(self, factor: float) -> Self:
-        """The same light with its lengths `factor` times as long."""
+        """Return the same light with its lengths `factor` times as long."""
         return replace(self, **{name: getattr(self, name) * factor for name in self.lengths})
 
     @property

@@ -150,13 +150,13 @@ class Mesh(Shape):
         return np.concatenate(points), np.concatenate(edges)
 
     def _used(self) -> Iterator[Float]:
-        """(N, 3) of the points that faces have, body axes: its own, and each place's."""
+        """Yield (N, 3) of the points that faces have, body axes: its own, and each place's."""
         if len(self.faces):
             yield self.used_points
         yield from self._moved(hull=False)
 
     def _moved(self, *, hull: bool) -> Iterator[Float]:
-        """(N, 3) of each place, body axes: its shape's used points, or those that span its hull."""
+        """Yield (N, 3) of each place, body axes: its shape's used points, or those that span its hull."""
         for each in self.instances:
             points = each.shape.own_hull if hull else each.shape.used_points
             yield from (each.moved(points, place) for place in range(len(each.matrices)))

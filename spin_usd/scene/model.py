@@ -124,13 +124,14 @@ class Scene:
         return outline_of(self.camera, places, blur_radius=self.blur_radius(places) if self.blurred else None)
 
     def with_lights(self, lights: tuple[Light, ...]) -> "Scene":
-        """The same scene with other lights; what was computed of its geometry stays."""
+        """Return the same scene with other lights; what was computed of its geometry stays."""
         other = copy(self)
         object.__setattr__(other, "lights", lights)
         return other
 
     def with_blur(self, *, thin_lens: ThinLens | None, shutter: Shutter | None) -> "Scene":
-        """The same scene with another lens and shutter. Its `picture_region` stays, in which pictures are exchanged."""
+        """Return the same scene with another lens and shutter. Its `picture_region` stays, in which pictures are
+        exchanged."""
         if thin_lens is self.thin_lens and shutter is self.shutter:
             return self
         other = replace(self, thin_lens=thin_lens, shutter=shutter)
@@ -148,8 +149,8 @@ class Scene:
         return self.shutter.poses if self.shutter else (self.T_cam_body,)
 
     def blur_radius(self, points_cam: Float) -> Float:
-        """The radii (N,), in undistorted normalised coordinates, by which lens and motion blur the target's points (N,
-        3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
+        """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the target's
+        points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
         radius = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             radius += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)

@@ -50,7 +50,7 @@ class Radiance:
 
     @classmethod
     def of(cls, region: Region, rgba: Float32) -> "Radiance":
-        """The radiance of one group: rgba (rows, columns, 4), with the coverage in alpha."""
+        """Return the radiance of one group: rgba (rows, columns, 4), with the coverage in alpha."""
         return cls(region=region, groups=rgba[None, ..., :3], coverage=rgba[..., 3])
 
     @classmethod
@@ -73,7 +73,7 @@ class Radiance:
         return self.rgba[..., :3]
 
     def relit(self, gains: Sequence[Color]) -> "Radiance":
-        """The same with each group's light multiplied by its gain in red, green and blue."""
+        """Return the same with each group's light multiplied by its gain in red, green and blue."""
         if len(gains) != len(self.groups):
             raise GeometryError(f"{len(gains)} gains are given for {len(self.groups)} groups of lights")
         lit = self.groups * np.array(gains, np.float32).reshape(-1, 1, 1, 3)

@@ -34,7 +34,7 @@ def bloom(light: Image, optics: Optics, exposure: float) -> Image:
 
 
 def _excess(light: Image, threshold: float) -> Image:
-    """(H, W) or (H, W, 1): the share of each pixel's light that counts as bright."""
+    """Return (H, W) or (H, W, 1): the share of each pixel's light that counts as bright."""
     brightest: Image = light if light.ndim == 2 else np.max(light, -1, keepdims=True)
     knee = max(KNEE * threshold, TINY)
     onset = np.clip(brightest - (threshold - knee), 0, 2 * knee) ** 2 / (4 * knee)

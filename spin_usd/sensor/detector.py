@@ -39,8 +39,8 @@ def collect(rgb: NDArray[np.float32], sensor: Sensor) -> NDArray[np.float32]:
 
 
 def detect(light: NDArray[np.float32], sensor: Sensor, *, seed: int) -> NDArray[Any]:
-    """The image (H, W), or (H, W, 3) for an rgb sensor, uint8 or uint16, of `light` (H, W, C): W/m2/sr as `collect`
-    gives it. Noise is sampled from `seed`; without `gain` there is neither noise nor ADC.
+    """Return the image (H, W), or (H, W, 3) for an rgb sensor, uint8 or uint16, of `light` (H, W, C): W/m2/sr as
+    `collect` gives it. Noise is sampled from `seed`; without `gain` there is neither noise nor ADC.
 
     Raises UnsupportedError for a sensor with another bit depth or encoding than there are.
     """

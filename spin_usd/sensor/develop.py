@@ -15,7 +15,7 @@ from spin_usd.sensor.optics import through_optics
 
 
 def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *, seed: int) -> NDArray[Any]:
-    """The image of `scene`: (H, W) or (H, W, 3), uint8 or uint16.
+    """Return the image of `scene`: (H, W) or (H, W, 3), uint8 or uint16.
 
     `sky` (H, W, 3): linear radiance of what lies behind the target, None where that is black.
     """
@@ -24,8 +24,8 @@ def develop(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None, *
 
 
 def developed_without_noise(scene: Scene, radiance: Radiance, sky: NDArray[np.float32] | None) -> Float:
-    """The image that `develop` makes, but without the detector's noise and before any rounding: (H, W) or (H, W, 3),
-    digital numbers."""
+    """Return the image that `develop` makes, but without the detector's noise and before any rounding: (H, W) or (H, W,
+    3), digital numbers."""
     sensor = exposed(scene.sensor, radiance)
     return without_noise(_collected(scene, sensor, radiance, sky), sensor)
 
@@ -33,7 +33,7 @@ def developed_without_noise(scene: Scene, radiance: Radiance, sky: NDArray[np.fl
 def _collected(
     scene: Scene, sensor: Sensor, radiance: Radiance, sky: NDArray[np.float32] | None
 ) -> NDArray[np.float32]:
-    """The light (H, W, C) that the detector's channels take in."""
+    """Return the light (H, W, C) that the detector's channels take in."""
     slices, rgba = radiance.region.slices, radiance.rgba
     front = collect(rgba[..., :3], sensor)
     if sky is None:

@@ -12,14 +12,14 @@ SHORTEST, LONGEST = "shortest", "longest"
 
 
 def metered(sensor: Sensor, radiance: Radiance) -> float:
-    """The factor on the exposure time that metering on the target chooses; 1 without auto-exposure or target."""
+    """Return the factor on the exposure time that metering on the target chooses; 1 without auto-exposure or target."""
     wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
     return 1.0 if wanted is None else float(np.clip(wanted, low, high))
 
 
 def exposure_end(sensor: Sensor, radiance: Radiance) -> str | None:
-    """The end of its range, "shortest" or "longest", at which auto-exposure stopped more than a stop short of its
-    level; None where it did not stop at one."""
+    """Return the end of its range, "shortest" or "longest", at which auto-exposure stopped more than a stop short of
+    its level; None where it did not stop at one."""
     wanted, (low, high) = _wanted(sensor, radiance), _limits(sensor)
     if wanted is None or low / STOP <= wanted <= high * STOP:
         return None
@@ -33,7 +33,7 @@ def exposed(sensor: Sensor, radiance: Radiance) -> Sensor:
 
 
 def _limits(sensor: Sensor) -> tuple[float, float]:
-    """The limits of the factor on the exposure time."""
+    """Return the limits of the factor on the exposure time."""
     if sensor.auto_exposure is None:
         return 1.0, 1.0
     low, high = sensor.auto_exposure.stops
@@ -41,7 +41,8 @@ def _limits(sensor: Sensor) -> tuple[float, float]:
 
 
 def _wanted(sensor: Sensor, radiance: Radiance) -> float | None:
-    """The factor that would bring the target to its level, whatever the limits; None without auto-exposure or target.
+    """Return the factor that would bring the target to its level, whatever the limits; None without auto-exposure or
+    target.
 
     The meter averages the target's radiance over the pixels that it covers, weighted as by a panchromatic detector.
     """

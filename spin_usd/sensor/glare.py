@@ -30,7 +30,8 @@ def scatter(light: Image, optics: Optics) -> Image:
 
 @lru_cache(maxsize=16)
 def halo_scales(core: float, falloff: float, widest: float) -> tuple[Scale, ...]:
-    """The Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are skipped."""
+    """Return the Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are
+    skipped."""
     shape = falloff / 2 - 1
     first, last = gammaincinv(shape, WIDEST), gammainccinv(shape, NARROWEST)
     s = np.exp(np.arange(np.log(first), np.log(last) + STEP, STEP))

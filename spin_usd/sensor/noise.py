@@ -54,8 +54,8 @@ def _many(expected: Electrons, chance: np.random.Generator) -> Electrons:
 
 
 def pixel_gains(shape: tuple[int, ...], prnu: float, seed: int) -> NDArray[np.float32]:
-    """(H, W, C) relative gain of each pixel: photo-response non-uniformity with standard deviation `prnu`, at least 0.
-    The sensor's own pattern: the same in each of its pictures."""
+    """Return (H, W, C) relative gain of each pixel: photo-response non-uniformity with standard deviation `prnu`, at
+    least 0. The sensor's own pattern: the same in each of its pictures."""
     return np.asarray(np.maximum(1 + np.float32(prnu) * _pattern(shape, seed), 0))
 
 

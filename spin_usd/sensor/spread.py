@@ -30,7 +30,7 @@ NEGLIGIBLE = 1e-8  # of a kernel's middle
 
 
 def spread(light: Image, scales: Sequence[Scale]) -> Image:
-    """The sum of `light` convolved with each Gaussian of `scales`, times its weight."""
+    """Return the sum of `light` convolved with each Gaussian of `scales`, times its weight."""
     spreading = np.zeros_like(light)
     for variance, weight in scales:
         if variance < DIRECT:
@@ -53,7 +53,7 @@ def convolved(light: Image, variance: float, weight: float = 1.0, *, border: int
 
 @lru_cache(maxsize=256)
 def gaussian(variance: float) -> Image:
-    """(N,) samples of a Gaussian, of sum 1 and exactly that variance on the grid, however narrow.
+    """Return (N,) samples of a Gaussian, of sum 1 and exactly that variance on the grid, however narrow.
 
     Samples of exp(-x^2 / (2 variance)) have that variance only from about a pixel up; below, a wider one is sampled.
     """

@@ -23,7 +23,7 @@ def written(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
 
 
 def unrounded(signal: NDArray[Any], sensor: Sensor) -> NDArray[Any]:
-    """The numbers that `written` rounds. Raises as it does."""
+    """Return the numbers that `written` rounds. Raises as it does."""
     if sensor.bit_depth not in DTYPES:
         raise UnsupportedError(f"the sensor has {sensor.bit_depth} bits", do="choose 8 or 16")
     encoded = encode(adjusted(signal, sensor), sensor.encoding, sensor.gamma)

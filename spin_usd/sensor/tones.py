@@ -29,8 +29,8 @@ class Tones:
 
 
 def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Tones | None:
-    """The tones of `image`, (H, W) or (H, W, 3), which `sensor` wrote of the target's `radiance`; None where no pixel
-    is the target's."""
+    """Return the tones of `image`, (H, W) or (H, W, 3), which `sensor` wrote of the target's `radiance`; None where no
+    pixel is the target's."""
     covered = radiance.coverage >= COVERED
     if not covered.any():
         return None
@@ -45,7 +45,7 @@ def target_tones(image: NDArray[Any], radiance: Radiance, sensor: Sensor) -> Ton
 
 
 def _least_shown(sensor: Sensor) -> float:
-    """The number written for the least light that shows, as a share of the highest number."""
+    """Return the number written for the least light that shows, as a share of the highest number."""
     black, noise = in_the_dark(sensor)
     signal = black + max((1 - black) / 2**STOPS, DEVIATIONS * noise)
     return float(encode(np.clip(signal, 0, 1), sensor.encoding, sensor.gamma))

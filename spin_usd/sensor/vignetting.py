@@ -12,7 +12,7 @@ from spin_usd.scene.sensor import Optics
 
 
 def vignetting_gain(camera: Camera, optics: Optics) -> NDArray[np.float32] | None:
-    """(H, W) the gain at each pixel's centre, read-only; None where it is 1 throughout."""
+    """Return (H, W) the gain at each pixel's centre, read-only; None where it is 1 throughout."""
     if not (optics.cos_fourth or any(optics.vignetting)):
         return None
     return _gain(camera, optics.cos_fourth, optics.vignetting)

@@ -40,13 +40,13 @@ class Document:
     binary: bytes
 
     def entries(self, name: str) -> list[dict[str, Any]]:
-        """The top-level array `name`, empty where there is none."""
+        """Return the top-level array `name`, empty where there is none."""
         found: list[dict[str, Any]] = self.json.get(name, [])
         return found
 
     def values(self, index: int, decoded: Mapping[int, NDArray[Any]] = MappingProxyType({})) -> NDArray[Any]:
-        """(count, width) of an accessor, or of what `decoded` has in its place: float64 for floats and normalised
-        integers, else its own integers."""
+        """Return (count, width) of an accessor, or of what `decoded` has in its place: float64 for floats and
+        normalised integers, else its own integers."""
         accessor = at(self.entries("accessors"), index)
         values = decoded[index] if index in decoded else self._stored(index, accessor)
         if values.dtype.kind == "f":
@@ -69,7 +69,8 @@ class Document:
         return values
 
     def image(self, index: int) -> ImageFile:
-        """An image, from its file beside this one, its data URI or its part of a buffer. InputError says why not."""
+        """Return an image, from its file beside this one, its data URI or its part of a buffer. InputError says why
+        not."""
         if index not in self._decoded:
             self._decoded[index] = self._image(index)
         return self._decoded[index]
@@ -88,7 +89,7 @@ class Document:
         return texture_beside(self.path, unquote(entry["uri"]), self.path.parent)
 
     def view(self, index: int) -> bytes:
-        """The bytes of a buffer view."""
+        """Return the bytes of a buffer view."""
         view = at(self.entries("bufferViews"), index)
         start, length = view.get("byteOffset", 0), view["byteLength"]
         data: bytes = self._buffers[view["buffer"]]
@@ -126,7 +127,7 @@ class Document:
 
 
 def read_document(path: Path) -> Document:
-    """The file at `path`. Raises OSError, or a kind of ValueError for a file that is not glTF 2.0."""
+    """Read the file at `path`. Raises OSError, or a kind of ValueError for a file that is not glTF 2.0."""
     data, binary = path.read_bytes(), b""
     if data[:4] == GLB_MAGIC:
         (length,) = struct.unpack_from("<I", data, 12)

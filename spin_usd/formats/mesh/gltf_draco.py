@@ -17,7 +17,7 @@ DRACO = "KHR_draco_mesh_compression"
 
 
 def decompressed(document: Document, primitive: Mapping[str, Any]) -> tuple[Mapping[str, Any], dict[int, NDArray[Any]]]:
-    """The primitive as triangles, and what stands for its accessors by their indices: nothing where it is not
+    """Return the primitive as triangles, and what stands for its accessors by their indices: nothing where it is not
     compressed. Raises any built-in error for damaged data."""
     said = primitive.get("extensions", {}).get(DRACO)
     if said is None:

@@ -51,7 +51,7 @@ class _Model:
 
 
 def read_gltf(path: Path) -> MeshAsset:
-    """The model, metres. Raises InputError that names the file."""
+    """Read the model, metres. Raises InputError that names the file."""
     try:
         document = read_document(path)
         _refuse_required(document)
@@ -74,7 +74,7 @@ def read_gltf(path: Path) -> MeshAsset:
 
 
 def _refuse_required(document: Document) -> None:
-    """The standard: a reader must not load what requires an extension that it does not know."""
+    """Refuse what requires an extension that this reader does not have: the standard forbids to load it."""
     unknown = sorted(set(document.json.get("extensionsRequired", [])) - HANDLED)
     if unknown:
         do = "export the model without it"
@@ -110,7 +110,7 @@ def _unique(name: str, taken: set[str]) -> str:
 
 
 def _placed(document: Document) -> Iterator[tuple[dict[str, Any], Float]]:
-    """(node, 4x4 to body axes) of the scene's nodes that have a mesh, in the scene's order."""
+    """Yield (node, 4x4 to body axes) of the scene's nodes that have a mesh, in the scene's order."""
     nodes, scenes = document.entries("nodes"), document.entries("scenes")
     children = {child for node in nodes for child in node.get("children", [])}
     roots = [i for i in range(len(nodes)) if i not in children]
@@ -188,7 +188,8 @@ def _is_empty(document: Document, primitive: Mapping[str, Any]) -> bool:
 
 
 def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[NDArray[np.int64], int]:
-    """(F, 3) of triangles, a strip or a fan, all wound as the standard says; and how many corners are left over."""
+    """Return (F, 3) of triangles, a strip or a fan, all wound as the standard says; and how many corners are left
+    over."""
     order = np.arange(points)
     if "indices" in primitive:
         order = values(primitive["indices"])[:, 0].astype(np.int64)
@@ -204,7 +205,8 @@ def _faces(values: Values, primitive: Mapping[str, Any], points: int) -> tuple[N
 def _material(
     model: _Model, primitive: Mapping[str, Any], sets: frozenset[int], name: str, values: Values
 ) -> tuple[int, Float | None]:
-    """(index into the materials or -1, displayColor of the points or None): COLOR_0 multiplies the base colour."""
+    """Return (index into the materials or -1, displayColor of the points or None): COLOR_0 multiplies the base
+    colour."""
     index = int(primitive.get("material", -1))
     entry = at(model.document.entries("materials"), index) if index >= 0 else {}
     colors = None
@@ -223,7 +225,8 @@ def _material(
 
 
 def _colors(model: _Model, entry: dict[str, Any], colors: Float, name: str) -> Float | None:
-    """The base colour as the colours change it; None, with a note where it matters, where they cannot be shown."""
+    """Return the base colour as the colours change it; None, with a note where it matters, where they cannot be
+    shown."""
     if colors.shape[1] == 4 and entry.get("alphaMode", OPAQUE) != OPAQUE and (colors[:, 3] < 1).any():
         model.notes[f"the opacity in the vertex colours of {name!r} is not carried over"] = None
     if (colors[:, :3] == 1).all():

@@ -38,7 +38,7 @@ class _Reading:
     notes: list[str] = field(default_factory=list)
 
     def add(self, name: str, info: dict[str, Any] | None, kind: str, **uses: Any) -> None:
-        """The texture `info` for the input `name`, or a note why not; `kind` is what glTF calls it."""
+        """Add the texture `info` for the input `name`, or a note why not; `kind` is what glTF calls it."""
         if info is None:
             return
         try:
@@ -54,7 +54,7 @@ class _Reading:
 def read_material(
     document: Document, index: int, *, sets: frozenset[int], colored: bool
 ) -> tuple[ModelMaterial, list[str]]:
-    """The material `index` for parts with the texture coordinates `sets`, and notes.
+    """Read the material `index` for parts with the texture coordinates `sets`, and notes.
 
     Where `colored`, the parts' displayColor, into which the factor has been multiplied, is the diffuse colour.
     """
@@ -96,7 +96,7 @@ def read_material(
 
 
 def base_color(entry: dict[str, Any]) -> RGBA:
-    """The material's baseColorFactor."""
+    """Return the material's baseColorFactor."""
     factors = entry.get("pbrMetallicRoughness", {})
     red, green, blue, alpha = (float(x) for x in factors.get("baseColorFactor", ONE))
     return red, green, blue, alpha
@@ -187,7 +187,7 @@ def _sampler(document: Document, info: dict[str, Any]) -> dict[str, Any]:
 
 
 def _placement(move: dict[str, Any]) -> ImageTransform:
-    """(u, v) = offset + R(rotation) (scale * (u, v)), with v = 1 - t on both sides."""
+    """Return the placement (u, v) = offset + R(rotation) (scale * (u, v)), with v = 1 - t on both sides."""
     angle = float(move.get("rotation", 0))
     (over, down), (su, sv) = move.get("offset", (0, 0)), move.get("scale", (1, 1))
     translation = float(over + sv * sin(angle)), float(1 - down - sv * cos(angle))

@@ -13,7 +13,7 @@ GLTF = (".gltf", ".glb")
 
 
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
-    """The model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
+    """Return the model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
     try:
         if path.suffix.lower() in GLTF and _has_normalised_points(read_document(path)):
             return None  # trimesh 5.2 leaves them whole numbers
@@ -37,7 +37,7 @@ def _has_normalised_points(document: Document) -> bool:
 
 
 def _loaded(path: Path) -> trimesh.Scene:
-    """The file's geometry alone: nothing that it names is read, but for the buffers of a .gltf."""
+    """Return the file's geometry alone: nothing that it names is read, but for the buffers of a .gltf."""
     if path.suffix.lower() == ".gltf":
         return trimesh.load_scene(path, process=False, skip_materials=True)
     with path.open("rb") as opened:
@@ -46,7 +46,7 @@ def _loaded(path: Path) -> trimesh.Scene:
 
 
 def _corners(scene: trimesh.Scene, node: str) -> Float:
-    """(N, 3) corners of the triangles with an area that `node` places, in the file's axes."""
+    """Return (N, 3) corners of the triangles with an area that `node` places, in the file's axes."""
     transform, name = scene.graph[node]
     mesh = scene.geometry[name]
     if not isinstance(mesh, trimesh.Trimesh):

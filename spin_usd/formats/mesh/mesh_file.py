@@ -24,7 +24,7 @@ GLTF = (".gltf", ".glb")
 
 
 def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> MeshAsset:
-    """The model in the file at `path`, metres.
+    """Read the model in the file at `path`, metres.
 
     `units_per_metre` is 100 for a file in centimetres; glTF alone has a unit of its own, the metre.
     Raises InputError that names the file.
@@ -72,7 +72,7 @@ def _without_flat_faces(asset: MeshAsset) -> MeshAsset:
 
 
 def flat_faces(part: MeshPart) -> NDArray[np.bool_]:
-    """(F,) which faces have no area."""
+    """Return (F,) which faces have no area."""
     corners, starts = part.points[part.face_indices], part.face_starts
     following = np.arange(1, len(corners) + 1)
     following[starts + part.face_counts - 1] = starts

@@ -35,7 +35,7 @@ class _Entry:
 
 
 def read_mtl(path: Path, text: str, folder: Path) -> tuple[dict[str, ModelMaterial], list[str]]:
-    """The materials in `text` by name, and notes. `folder` is the model's, which no texture may leave.
+    """Read the materials in `text` by name, and notes. `folder` is the model's, which no texture may leave.
 
     Raises InputError that names `path` and the line.
     """
@@ -59,7 +59,8 @@ def read_mtl(path: Path, text: str, folder: Path) -> tuple[dict[str, ModelMateri
 
 
 def _finished(entry: _Entry, tr_is_d: bool, path: Path, folder: Path, notes: list[str]) -> ModelMaterial:
-    """The material with its opacity and textures; what was decided, and what cannot be carried over, is noted."""
+    """Return the material with its opacity and textures; what was decided, and what cannot be carried over, is
+    noted."""
     constants = replace(entry.constants, opacity=opacity(entry.opacity, tr_is_d))
     about = f"material {constants.path!r} of {path.name}"
     decided = opacity_note(entry.opacity, tr_is_d)

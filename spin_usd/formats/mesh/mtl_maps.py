@@ -48,7 +48,7 @@ def is_map(key: str) -> bool:
 
 
 def map_statement(key: str, rest: str, where: str) -> MapStatement:
-    """The statement `key rest`: options, then the file's name, which may hold spaces. Raises InputError."""
+    """Return the statement `key rest`: options, then the file's name, which may hold spaces. Raises InputError."""
     options: dict[str, tuple[str, ...]] = {}
     rest = rest.strip()
     while rest.startswith("-"):
@@ -68,7 +68,7 @@ def map_statement(key: str, rest: str, where: str) -> MapStatement:
 def image_of(
     statement: MapStatement, library: Path, folder: Path, material: Material, stated: set[str]
 ) -> tuple[str, ImageMap, list[str]]:
-    """(input, image, notes) for `material`, whose constants `stated` were given; the image lies within `folder`.
+    """Return (input, image, notes) for `material`, whose constants `stated` were given; the image lies within `folder`.
 
     Raises InputError for what has no place.
     """
@@ -107,7 +107,7 @@ def _refuse_options(statement: MapStatement) -> None:
 
 
 def _channel(statement: MapStatement, file: ImageFile) -> str:
-    """The channel of a scalar texture: as -imfchan says, else opacity where the image has it, else its grey."""
+    """Return the channel of a scalar texture: as -imfchan says, else opacity where the image has it, else its grey."""
     asked = (*statement.options.get("-imfchan", ()), "")[0].lower()
     if asked in CHANNELS:
         return CHANNELS[asked]

@@ -36,7 +36,7 @@ def opacity(said: Statements, tr_is_d: bool) -> float:
 
 
 def opacity_note(said: Statements, tr_is_d: bool) -> str | None:
-    """A note for the user on a material whose opacity was decided by this file's rule."""
+    """Return a note for the user on a material whose opacity was decided by this file's rule."""
     if said.tr is None:
         return None
     if said.d is not None:

@@ -33,7 +33,7 @@ class _ObjFaces:
 
 
 def read_obj(path: Path) -> MeshAsset:
-    """The model in the file's own units. Raises InputError that names the file and the line."""
+    """Read the model in the file's own units. Raises InputError that names the file and the line."""
     points: list[list[float]] = []
     normals: list[list[float]] = []
     coordinates: list[list[float]] = []
@@ -83,7 +83,7 @@ def read_obj(path: Path) -> MeshAsset:
 
 
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
-    """(where, keyword, rest) of every line that says something; a backslash continues a line."""
+    """Yield (where, keyword, rest) of every line that says something; a backslash continues a line."""
     pending = ""
     for number, line in enumerate(read_text(path).splitlines(), 1):
         line = pending + line.partition("#")[0].strip()
@@ -153,7 +153,8 @@ def _part_name(group: tuple[str, str], path: Path) -> str:
 
 
 def _part(faces: _ObjFaces, points: Float, st: Float, normals: Float) -> MeshPart:
-    """The part with only the points that it uses, in their order in the file; st is 0 where a corner has none."""
+    """Return the part with only the points that it uses, in their order in the file; st is 0 where a corner has
+    none."""
     corners = np.array(faces.corners, np.int64)
     used, indices = np.unique(corners[:, 0], return_inverse=True)
     has_normals = bool((corners[:, 2] >= 0).all())

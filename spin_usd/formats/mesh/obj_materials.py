@@ -12,7 +12,7 @@ from spin_usd.scene.source.asset import ModelMaterial
 def read_materials(
     path: Path, names: list[str], libraries: list[str]
 ) -> tuple[tuple[ModelMaterial, ...], tuple[str, ...]]:
-    """A material for each of `names`, and notes. `libraries` are the arguments of the mtllib statements of `path`.
+    """Read a material for each of `names`, and notes. `libraries` are the arguments of the mtllib statements of `path`.
 
     Raises InputError that names a library and the line in it.
     """
@@ -36,7 +36,8 @@ def read_materials(
 
 
 def _names(folder: Path, argument: str) -> list[str]:
-    """The libraries that one mtllib names: one, which may have blanks in its name, or several where they are there."""
+    """Return the libraries that one mtllib names: one, which may have blanks in its name, or several where they are
+    there."""
     words = argument.split()
     return words if not _is_there(folder, argument) and any(_is_there(folder, word) for word in words) else [argument]
 

@@ -41,7 +41,7 @@ class _PlyFaces:
 
 
 def read_ply(path: Path) -> MeshAsset:
-    """The model in the file's own units. Raises InputError that names the file, GeometryError."""
+    """Read the model in the file's own units. Raises InputError that names the file, GeometryError."""
     try:
         data = PlyData.read(io.BytesIO(_with_plain_header(path.read_bytes())))
         faces = _faces(data)
@@ -68,7 +68,8 @@ def read_ply(path: Path) -> MeshAsset:
 
 
 def _with_plain_header(data: bytes) -> bytes:
-    """The file with each header line that the format does not know made a comment: Blender 2.47 wrote its name so."""
+    """Return the file with each header line that the format does not know made a comment: Blender 2.47 wrote its name
+    so."""
     head, end, body = data.partition(b"end_header")
     lines = head.splitlines(keepends=True)
     commented = [line if line.split()[:1] and line.split()[0] in KEYWORDS else b"comment " + line for line in lines]
@@ -87,7 +88,7 @@ def _part(name: str, points: Float, faces: _PlyFaces) -> MeshPart:
 
 
 def _faces(data: PlyData) -> _PlyFaces:
-    """The file's polygons, or the triangles of its strips; polygons of fewer than three corners are skipped."""
+    """Return the file's polygons, or the triangles of its strips; polygons of fewer than three corners are skipped."""
     if "face" in data and data["face"].count:
         element = data["face"]
         lists = _lists(element, INDICES)
@@ -108,7 +109,8 @@ def _faces(data: PlyData) -> _PlyFaces:
 
 
 def _corner_coordinates(element: PlyElement, keep: NDArray[np.bool_], counts: NDArray[np.int64]) -> Float | None:
-    """(C, 2) of the property texcoord, u and v of each corner after another, as MeshLab writes it; None without it."""
+    """Return (C, 2) of the property texcoord, u and v of each corner after another, as MeshLab writes it; None without
+    it."""
     if "texcoord" not in _names(element):
         return None
     lists = [np.asarray(values, np.float64) for values, kept in zip(element["texcoord"], keep, strict=True) if kept]
@@ -122,7 +124,8 @@ def _at_corners(vertices: PlyElement, faces: _PlyFaces, choices: tuple[tuple[str
 
 
 def _columns(element: PlyElement, choices: tuple[tuple[str, ...], ...]) -> Float | None:
-    """(N, C) of the first of `choices` whose properties the element all has, of whole colours the share of 255."""
+    """Return (N, C) of the first of `choices` whose properties the element all has, of whole colours the share of
+    255."""
     for names in choices:
         if set(names) <= _names(element):
             columns = [np.asarray(element[name]) for name in names]
@@ -132,7 +135,7 @@ def _columns(element: PlyElement, choices: tuple[tuple[str, ...], ...]) -> Float
 
 
 def _lists(element: PlyElement, names: tuple[str, ...]) -> NDArray[Any]:
-    """The lists (N,) of whichever of `names` the element has."""
+    """Return the lists (N,) of whichever of `names` the element has."""
     name = next(name for name in names if name in _names(element))
     return np.asarray(element[name])
 
@@ -142,7 +145,7 @@ def _names(element: PlyElement) -> set[str]:
 
 
 def _material(path: Path, data: PlyData, mapped: bool) -> tuple[ModelMaterial | None, tuple[str, ...]]:
-    """The material that shows the file's first texture, and notes."""
+    """Return the material that shows the file's first texture, and notes."""
     comments = [str(comment) for comment in (*data.comments, *data.obj_info)]
     named = [comment[len(TEXTURE) :].strip() for comment in comments if comment.lower().startswith(TEXTURE)]
     if not named or not mapped:

@@ -10,7 +10,7 @@ from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 
 def read_stl(path: Path) -> MeshAsset:
-    """The model in the file's own units. Raises InputError that names the file."""
+    """Read the model in the file's own units. Raises InputError that names the file."""
     parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in _meshes(path))
     if not parts:
         raise InputError("holds no faces", where=path)
@@ -18,7 +18,7 @@ def read_stl(path: Path) -> MeshAsset:
 
 
 def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
-    """(name, mesh) of each: an STL of text may hold several solids."""
+    """Return (name, mesh) of each: an STL of text may hold several solids."""
     try:
         scene = trimesh.load_scene(path, process=False)
     # A parser of damaged files raises whatever it stumbles over.

@@ -7,7 +7,8 @@ RESTART = -1  # ends one strip and begins the next, in the PLY files of the Stan
 
 
 def strip_triangles(order: NDArray[np.integer]) -> NDArray[np.int64]:
-    """(F, 3) the triangles of the strip `order` (N,), all wound like the first; -1 in it begins another strip."""
+    """Return (F, 3) the triangles of the strip `order` (N,), all wound like the first; -1 in it begins another
+    strip."""
     strips = np.split(np.asarray(order, np.int64), np.flatnonzero(order == RESTART))
     return np.concatenate([_triangles(strip[strip != RESTART]) for strip in strips])
 

@@ -20,13 +20,13 @@ BESIDE_TEXTURE = (
 
 
 def linear_colors(encoded: Float) -> Float:
-    """(N, 3) linear colours of sRGB ones, which reach to 1, or to 255 where any is above 1."""
+    """Return (N, 3) linear colours of sRGB ones, which reach to 1, or to 255 where any is above 1."""
     whole = encoded / 255 if (encoded > 1).any() else encoded
     return np.asarray(srgb.decode(np.clip(whole, 0, 1)))
 
 
 def with_colors(asset: MeshAsset, colors: Sequence[Float | None]) -> MeshAsset:
-    """The asset with `colors`, linear (C, 3) at the corners of each part, None where it has none.
+    """Return the asset with `colors`, linear (C, 3) at the corners of each part, None where it has none.
 
     They multiply the diffuse colour of each face's material, as three.js does, and stand for it where nothing is said.
     """

@@ -17,7 +17,7 @@ HEAD_BYTES = 4096
 
 
 def read_pose_list(path: str | Path) -> PoseList:
-    """The poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
+    """Read the poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
     path = Path(path)
     entries = list(_format_of(path).read(path))
     if not entries:
@@ -34,7 +34,7 @@ def read_pose_list(path: str | Path) -> PoseList:
 
 
 def _format_of(path: Path) -> PoseFormat:
-    """The first format that recognises the file; one that cannot be read is left to its reader to refuse."""
+    """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
     head = ""
     with suppress(OSError), path.open("rb") as file:
         head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
@@ -42,7 +42,7 @@ def _format_of(path: Path) -> PoseFormat:
 
 
 def _picture_name(filename: str, where: str) -> str:
-    """The picture's name: the file's without an image format's extension."""
+    """Return the picture's name: the file's without an image format's extension."""
     stem, dot, suffix = filename.rpartition(".")  # no Path: lists have tens of thousands
     name = stem if dot + suffix.lower() in IMAGE_SUFFIXES else filename
     if not FRAME_NAME.fullmatch(name):

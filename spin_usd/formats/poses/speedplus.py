@@ -19,7 +19,7 @@ POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
 
 
 def read(path: Path) -> Iterator[PoseEntry]:
-    """The entries of the JSON file at `path`. Raises InputError that names the file and the entry."""
+    """Read the entries of the JSON file at `path`. Raises InputError that names the file and the entry."""
     for i, entry in enumerate(_entries(read_json_file(path), path)):
         where = f"{path}, entry {i}"
         if not isinstance(entry, dict):

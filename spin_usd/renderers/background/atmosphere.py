@@ -21,13 +21,14 @@ class Air:
 
     @classmethod
     def of(cls, planet: Planet) -> "Air | None":
-        """The planet's air, None where it has none."""
+        """Return the planet's air, None where it has none."""
         if planet.atmosphere <= 0 or not any(planet.haze):
             return None
         return cls(scale_height=planet.atmosphere / float(np.mean(planet.radii)), depth=planet.haze)
 
     def mass(self, cosine: Float32) -> Float32:
-        """(N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the horizon."""
+        """Return (N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the
+        horizon."""
         bent = np.float32(2 * self.scale_height / np.pi)
         return np.asarray(1 / np.sqrt(np.square(np.maximum(cosine, 0)) + bent))
 
@@ -37,12 +38,12 @@ class Air:
         return float(np.sqrt(2 * np.pi / self.scale_height))
 
     def thinned(self, height: Float32) -> Float32:
-        """(N,) density at `height` in planet radii, over that at the surface."""
+        """Return (N,) density at `height` in planet radii, over that at the surface."""
         return np.exp(height * np.float32(-1 / self.scale_height))
 
     def twilight(self, cosine: Float32) -> Float32:
-        """(N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine` radians: the
-        share above the planet's shadow."""
+        """Return (N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine`
+        radians: the share above the planet's shadow."""
         return np.exp(np.square(np.minimum(cosine, 0)) * np.float32(-0.5 / self.scale_height))
 
 

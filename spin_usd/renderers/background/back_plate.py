@@ -23,7 +23,7 @@ class PlacedImage:
 
 
 def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
-    """The image of the back plate that the picture with this seed shows, None where it shows none."""
+    """Return the image of the back plate that the picture with this seed shows, None where it shows none."""
     there, which, turn, mirror = np.random.default_rng([seed, PLATE]).random(4)
     if there >= plate.probability:
         return None
@@ -55,7 +55,7 @@ def plate_radiance(placed: PlacedImage, frame: Region, band: Region) -> list[Flo
 
 @lru_cache(maxsize=4)
 def _reduced(image: Image, factor: int) -> Float32:
-    """The image's R, G and B as tables, with the mean of each `factor` by `factor` pixels for one."""
+    """Return the image's R, G and B as tables, with the mean of each `factor` by `factor` pixels for one."""
     rows, columns = (size // factor for size in image.pixels.shape[:2])
     cut = image.pixels[: rows * factor, : columns * factor, :3]
     means = cut.reshape(rows, factor, columns, factor, 3).mean((1, 3), dtype=np.float32)

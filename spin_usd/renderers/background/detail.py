@@ -22,7 +22,7 @@ SEED = 20
 
 @lru_cache(maxsize=1)
 def tile() -> Float32:
-    """(1, TILE + 1, TILE + 1): repeats, mean 0, variance 1, normally distributed, waves of FINE to COARSE."""
+    """Return (1, TILE + 1, TILE + 1): repeats, mean 0, variance 1, normally distributed, waves of FINE to COARSE."""
     frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(TILE), np.fft.fftfreq(TILE)))
     band = (frequency > 1 / COARSE) & (frequency < 1 / FINE)
     weight = np.where(band, np.maximum(frequency, 1 / TILE) ** -1.5, 0)
@@ -79,7 +79,7 @@ def _repeated(place: Float32) -> Float32:
 
 
 def _resolved(footprint: Float32 | float, shortest: float) -> Float32:
-    """The share that is resolved of the amplitude of waves, the shortest of which are `shortest`: a fifth at Nyquist's
-    limit."""
+    """Return the share that is resolved of the amplitude of waves, the shortest of which are `shortest`: a fifth at
+    Nyquist's limit."""
     ratio = np.square(footprint / np.float32(shortest) * np.float32(2.8))
     return np.asarray(1 / (1 + ratio * ratio), np.float32)

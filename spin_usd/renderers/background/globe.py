@@ -73,7 +73,7 @@ class Globe:
         return bool(meeting.covered.any() or meeting.height.min() < air)
 
     def meet(self, rays: Rays) -> Meeting:
-        """The points where the rays meet the planet; nothing is covered behind the eye."""
+        """Return the points where the rays meet the planet; nothing is covered behind the eye."""
         radii, turn = np.array(self.planet.radii), self.planet.T_cam_planet.rotation.T
         o = turn @ -self.centre / radii  # the planet is the unit sphere
         d = [m[0] * rays.x + m[1] * rays.y + m[2] * rays.z for m in turn / radii[:, None]]

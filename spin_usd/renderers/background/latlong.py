@@ -13,8 +13,8 @@ TAU = np.float32(2 * np.pi)
 
 @lru_cache(maxsize=8)
 def planes(image: Image) -> Float32:
-    """(4, H + 1, W + 1): the channels apart, so that looking up each of them is contiguous; the first column and the
-    last row again at the end, so that a place between the last two needs no wrapping."""
+    """Return (4, H + 1, W + 1): the channels apart, so that looking up each of them is contiguous; the first column and
+    the last row again at the end, so that a place between the last two needs no wrapping."""
     return repeated(np.moveaxis(image.pixels, -1, 0))
 
 
@@ -25,7 +25,8 @@ def repeated(tables: Float32) -> Float32:
 
 
 def bilinear_latlong(tables: Float32, longitude: Float32, latitude: Float32) -> list[Float32]:
-    """(N,) of each of the repeated `tables` at longitudes and latitudes (N,), radians; longitude 0 is their middle."""
+    """Return (N,) of each of the repeated `tables` at longitudes and latitudes (N,), radians; longitude 0 is their
+    middle."""
     height, width = tables.shape[1] - 1, tables.shape[2] - 1
     x = longitude * (width / TAU) + np.float32(width / 2 - 0.5)
     y = latitude * np.float32(-height / np.pi) + np.float32(height / 2 - 0.5)
@@ -34,7 +35,8 @@ def bilinear_latlong(tables: Float32, longitude: Float32, latitude: Float32) -> 
 
 
 def bilinear(tables: Float32, x: Float32, y: Float32) -> list[Float32]:
-    """(N,) of each of the repeated `tables`, whose own size is H, W, at column x from 0 to W and row y from 0 to H."""
+    """Return (N,) of each of the repeated `tables`, whose own size is H, W, at column x from 0 to W and row y from 0 to
+    H."""
     stride = tables.shape[2]
     column, row = x.astype(np.int32), y.astype(np.int32)
     np.minimum(column, stride - 2, out=column)

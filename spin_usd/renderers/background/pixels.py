@@ -15,7 +15,8 @@ WIDE = 0.7  # sine of a cone that is not worth bounding
 
 
 def bands(camera: Camera, region: Region) -> Iterator[tuple[Region, Rays]]:
-    """The pixels of `region` in bands that fit a processor's cache, each with the rays (N,) through their centres."""
+    """Yield the pixels of `region` in bands that fit a processor's cache, each with the rays (N,) through their
+    centres."""
     for band in region.bands():
         xy = camera.centres(band)
         x, y = xy[..., 0].ravel(), xy[..., 1].ravel()
@@ -26,13 +27,13 @@ def bands(camera: Camera, region: Region) -> Iterator[tuple[Region, Rays]]:
 
 
 def solid_angles(camera: Camera, xy: Float) -> Float:
-    """(N,) sr, of pixels around the undistorted normalised coordinates (N, 2)."""
+    """Return (N,) sr, of pixels around the undistorted normalised coordinates (N, 2)."""
     stretch = np.abs(np.linalg.det(lens.distortion_jacobian(xy, camera.distortion)))
     return np.asarray(1 / (camera.fx * camera.fy * stretch * (1 + (xy**2).sum(1)) ** 1.5))
 
 
 def region_of_cone(camera: Camera, axis: Float, sine: float) -> Region:
-    """The pixels that can see into the cone around `axis` (3,), unit, whose angular radius has the `sine`."""
+    """Return the pixels that can see into the cone around `axis` (3,), unit, whose angular radius has the `sine`."""
     if sine > WIDE:
         return camera.frame
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])

@@ -33,7 +33,7 @@ class PlanetRadiance:
 
 
 def suns_of_planets(lights: tuple[Light, ...]) -> tuple[DistantLight, ...]:
-    """The lights that light a planet."""
+    """Return the lights that light a planet."""
     return tuple(
         light for light in lights if isinstance(light, DistantLight) and light.lights is None and any(light.irradiance)
     )
@@ -42,7 +42,7 @@ def suns_of_planets(lights: tuple[Light, ...]) -> tuple[DistantLight, ...]:
 def planet_radiance(
     globe: Globe, suns: tuple[DistantLight, ...], rays: Rays, meeting: Meeting, *, fine: bool
 ) -> PlanetRadiance:
-    """The light along the rays; `fine` adds detail finer than the planet's images."""
+    """Return the light along the rays; `fine` adds detail finer than the planet's images."""
     planet, air = globe.planet, Air.of(globe.planet)
     albedo = _albedo(planet, meeting, fine)
     if air is None:
@@ -90,15 +90,15 @@ def _through_air(
 
 
 def _cosine(planet: Planet, sun: DistantLight, meeting: Meeting) -> Float32:
-    """(N,) cosine of the Sun's zenith angle."""
+    """Return (N,) cosine of the Sun's zenith angle."""
     s = planet.T_cam_planet.rotation.T @ -np.array(sun.direction_cam)
     n = meeting.normal
     return np.asarray(n[0] * np.float32(s[0]) + n[1] * np.float32(s[1]) + n[2] * np.float32(s[2]))
 
 
 def _lit(cosine: Float32, angle: float) -> Float32:
-    """(N,) irradiance over that of ground that faces the Sun; near the horizon only a part of its disc is up, reckoned
-    as a band as high as the disc."""
+    """Return (N,) irradiance over that of ground that faces the Sun; near the horizon only a part of its disc is up,
+    reckoned as a band as high as the disc."""
     half = np.float32(max(angle / 2, 1e-6))
     risen = np.square(np.clip(cosine + half, 0, 2 * half)) / (4 * half)
     return np.asarray(np.where(cosine > half, cosine, risen))
@@ -140,7 +140,7 @@ def _albedo(planet: Planet, meeting: Meeting, fine: bool) -> list[Float32]:
 
 @lru_cache(maxsize=4)
 def _cloud_tables(clouds: Image) -> Float32:
-    """The logit of the opacity, and R, G and B of the albedo where it varies: (1 or 4, H + 1, W + 1)."""
+    """Return the logit of the opacity, and R, G and B of the albedo where it varies: (1 or 4, H + 1, W + 1)."""
     red, green, blue, opacity = planes(clouds)
     within = np.clip(opacity, MIN_OPACITY, 1 - MIN_OPACITY)
     logit = np.log(within / (1 - within))
@@ -149,7 +149,8 @@ def _cloud_tables(clouds: Image) -> Float32:
 
 
 def _opacity(logit: Float32, noise: Float32, resolved: Float32) -> Float32:
-    """(N,) of clouds that cover as much of a neighbourhood as their image says, however much of `noise` is resolved.
+    """Return (N,) of clouds that cover as much of a neighbourhood as their image says, however much of `noise` is
+    resolved.
 
     There is cloud where normally distributed noise is above a threshold, with an edge of SHARPNESS; what a pixel does
     not resolve of it widens that edge.

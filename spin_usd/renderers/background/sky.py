@@ -17,7 +17,8 @@ SMALL_STEPS = 64
 
 
 def sky(scene: Scene, *, seed: int) -> Float32 | None:
-    """(H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back plate."""
+    """Return (H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back
+    plate."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
     rendered = [
         _add_plate(scene, frame, seed) or _add_domes(scene, frame) + _add_stars(scene, frame),

@@ -35,7 +35,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, scene: Scene) -> "Surroundings | None":
-        """The surroundings of `scene`, None where all is dark."""
+        """Return the surroundings of `scene`, None where all is dark."""
         domes = tuple(light for light in scene.lights if isinstance(light, DomeLight) and any(light.radiance))
         suns = suns_of_planets(scene.lights)
         globes = tuple(_seen_from_target(scene)) if suns or domes else ()
@@ -109,7 +109,8 @@ class Grid:
         return np.repeat((edges[:-1] - edges[1:]) * (2 * np.pi / self.width), self.width)
 
     def spread(self, rays: Rays, light: Float32) -> Float32:
-        """(3, height * width) radiance of `light` (3, N), W/m2, along the rays, each over the four texels around it."""
+        """Return (3, height * width) radiance of `light` (3, N), W/m2, along the rays, each over the four texels around
+        it."""
         x, y, z = self.rotation.T @ np.stack(np.broadcast_arrays(rays.x, rays.y, rays.z))
         column = np.arctan2(x, -z) / (2 * np.pi) * self.width + self.width / 2 - 0.5
         row = np.clip(self.height / 2 - np.arctan2(y, np.hypot(x, z)) / np.pi * self.height - 0.5, 0, self.height - 1)
@@ -140,8 +141,8 @@ def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantL
 
 
 def _seen_from_target(scene: Scene) -> list[Globe]:
-    """The planets that light the target, as it sees them: from the camera where that is as good, so that not every pose
-    is another."""
+    """Return the planets that light the target, as it sees them: from the camera where that is as good, so that not
+    every pose is another."""
     target = scene.T_cam_body.points(scene.target.mesh.centre)
     globes = []
     for planet in scene.environment.illuminating:

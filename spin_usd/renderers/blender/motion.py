@@ -65,7 +65,7 @@ class MotionSetup:
         assign(self._scene.cycles, {**rolling, "rolling_shutter_duration": timing.exposed})
 
     def _action(self, poses: Float) -> tuple[Any, Any]:
-        """An action with `poses` (steps + 1, 7) around the current frame; the one before is freed."""
+        """Return an action with `poses` (steps + 1, 7) around the current frame; the one before is freed."""
         for stale in [action for action in bpy.data.actions if not action.users]:
             bpy.data.actions.remove(stale)
         action = bpy.data.actions.new("shutter")
@@ -99,8 +99,8 @@ class Timing:
 
 
 def relative_poses(scene: Scene, times: Float) -> Float:
-    """(N, 7) location, metres, and quaternion, scalar first, of the target's centre and axes at the `times` (N,), from
-    0 to 1 of the shutter's, as seen from its own centre and axes at the middle."""
+    """Return (N, 7) location, metres, and quaternion, scalar first, of the target's centre and axes at the `times`
+    (N,), from 0 to 1 of the shutter's, as seen from its own centre and axes at the middle."""
     shutter, centre = scene.shutter, scene.target.mesh.centre
     assert shutter
     poses, middle = shutter.poses, shutter.middle

@@ -70,7 +70,7 @@ class BlenderRenderer:
         self._kept: Any = None
 
     def visibility(self, scene: Scene) -> Visibility:
-        """The face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
+        """Return the face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
         region = scene.region
         if region.empty:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
@@ -106,7 +106,7 @@ class BlenderRenderer:
         return self._denoiser.denoised(noisy, guides, effort.denoiser) if guided else noisy
 
     def versions(self) -> dict[str, str]:
-        """Names and versions of the software that decides the result."""
+        """Return names and versions of the software that decides the result."""
         return {
             "blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}",
             "OpenImageIO": str(OpenImageIO.VERSION_STRING),
@@ -137,7 +137,7 @@ class BlenderRenderer:
         self._camera.aim(view, plain=view.plain and not camera_shader)
 
     def _numbers(self, bands: list[Region], region: Region) -> Float32:
-        """(rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
+        """Return (rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
         numbers = np.zeros(region.shape, np.float32)
         for band in bands:
             self._camera.crop(band)
@@ -151,8 +151,8 @@ class BlenderRenderer:
         assign(layer.cycles, {"denoising_store_passes": guided})
 
     def _planes(self, scene: Scene, effort: Effort, passes: Sequence[str]) -> tuple[Float32, Float32]:
-        """The `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and transparent where
-        the target cannot be, which is not rendered."""
+        """Return the `passes` (N, rows, columns, 3) of `scene.picture_region`, and its coverage; black and transparent
+        where the target cannot be, which is not rendered."""
         region = scene.picture_region
         box = region if self._crop else scene.camera.frame
         planes, coverage = np.zeros((len(passes), *box.shape, 3), np.float32), np.zeros(box.shape, np.float32)

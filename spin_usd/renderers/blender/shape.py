@@ -20,8 +20,8 @@ EVERY = slice(None)
 
 
 def build_mesh(shape: Shape, centre: Float, chosen: Faces, primvars: Set[str]) -> Any:
-    """A Blender mesh of the `chosen` faces of `shape`, metres from `centre`, each with three vertices of its own, and
-    of those of its `primvars`.
+    """Return a Blender mesh of the `chosen` faces of `shape`, metres from `centre`, each with three vertices of its
+    own, and of those of its `primvars`.
 
     Unshared, so that no face is a duplicate to Blender, which would drop it, and shading normals belong to vertices.
     """

@@ -32,7 +32,7 @@ class SharedMesh:
 
 
 def shared_meshes(mesh: Mesh, *, split: bool) -> Iterator[SharedMesh]:
-    """All of `mesh`; `split` by face groups."""
+    """Yield all of `mesh`; `split` by face groups."""
     if len(mesh.faces) and not split:
         yield SharedMesh(shape=mesh, centre=mesh.centre, copies=(MeshCopy(matrix=np.eye(4)),))
     elif len(mesh.faces):

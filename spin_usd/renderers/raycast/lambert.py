@@ -42,8 +42,8 @@ class RayCaster(Protocol):
 
 
 def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
-    """The linear radiance (G, N, 3) by the scene's light groups, W/m2/sr, and coverage (N,) along the camera's rays (x,
-    y, 1) of `xy` (N, 2); 0 where they meet nothing."""
+    """Return the linear radiance (G, N, 3) by the scene's light groups, W/m2/sr, and coverage (N,) along the camera's
+    rays (x, y, 1) of `xy` (N, 2); 0 where they meet nothing."""
     groups = LightGroups.of(scene)
     planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
     face = caster.cast(scene, xy)
@@ -59,7 +59,7 @@ def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
 def _shade(
     scene: Scene, groups: LightGroups, caster: RayCaster, face: NDArray[np.int32], body: Float
 ) -> Iterator[Float]:
-    """(N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
+    """Yield (N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
     target = scene.target
     weights = weights_at(target.mesh, face, body)
     colours = _diffuse_colours(target, face, weights)
@@ -84,7 +84,7 @@ def _lambert(
     normals: Float,
     lifted: Float,
 ) -> Float:
-    """(N, 3) radiance of white diffuse points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
+    """Return (N, 3) radiance of white diffuse points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
     mesh = scene.target.mesh
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
@@ -99,8 +99,8 @@ def _lambert(
 
 
 def _diffuse_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, 3) diffuse colours: in the metallic workflow a metal's colour is its diffuse colour, in the specular workflow
-    its specular."""
+    """Return (N, 3) diffuse colours: in the metallic workflow a metal's colour is its diffuse colour, in the specular
+    workflow its specular."""
     diffuse = material_values(target, "diffuse_color", face, weights)
     specular = np.array([m.use_specular_workflow for m in target.materials])[materials_of(target.mesh, face)]
     of = np.flatnonzero(specular)

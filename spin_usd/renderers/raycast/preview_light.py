@@ -27,7 +27,7 @@ class Beam:
 
 
 def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) -> Beam:
-    """The light that arrives at the `body` points (N, 3)."""
+    """Return the light that arrives at the `body` points (N, 3)."""
     T_body_cam = T_cam_body.inverse()
     if isinstance(light, DistantLight):
         return Beam(to_light=-T_body_cam.directions(light.direction_cam), irradiance=np.array(light.at_target))
@@ -45,7 +45,7 @@ def beam(light: DistantLight | AreaLight, T_cam_body: Transform, body: Float) ->
 
 
 def mean_radiance(dome: DomeLight) -> Float:
-    """(3,) mean over all directions, W/m2/sr; an image's rows weigh as much as their belts of the sphere."""
+    """Return (3,) mean over all directions, W/m2/sr; an image's rows weigh as much as their belts of the sphere."""
     radiance = np.array(dome.radiance)
     if dome.image is None:
         return radiance
@@ -55,7 +55,7 @@ def mean_radiance(dome: DomeLight) -> Float:
 
 
 def _shaped(shaping: Shaping | None, cosine: Float) -> Float:
-    """(N, 3) factor of the emission at `cosine` (N,) from the axis."""
+    """Return (N, 3) factor of the emission at `cosine` (N,) from the axis."""
     if shaping is None:
         return np.ones((len(cosine), 3))
     angle = np.arccos(np.clip(cosine, -1, 1))

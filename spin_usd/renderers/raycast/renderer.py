@@ -41,7 +41,7 @@ class RaycastRenderer:
         self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
 
     def visibility(self, scene: Scene) -> Visibility:
-        """The face behind every pixel centre of `scene.region`."""
+        """Return the face behind every pixel centre of `scene.region`."""
         region = scene.region
         face = np.full(region.shape, -1, np.int32)
         for band in region.bands():
@@ -50,8 +50,8 @@ class RaycastRenderer:
         return Visibility(region=region, face=face)
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
-        """The preview: `effort.samples` rays spread over each pixel's square, one through its centre when it is 1.
-        It ignores thin lens and shutter: it is sharp."""
+        """Return the preview: `effort.samples` rays spread over each pixel's square, one through its centre when it is
+        1. It ignores thin lens and shutter: it is sharp."""
         region, samples = scene.picture_region, effort.samples
         picture = Radiance.dark(region, groups=LightGroups.of(scene).count)
         rng = np.random.default_rng(seed)
@@ -67,7 +67,7 @@ class RaycastRenderer:
         return picture
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
-        """The first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""
+        """Return the first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""
         origins, directions = _rays_in_target_units(scene, xy)
         embree, target = self._embree(scene.target.mesh), scene.target
         if not target.cut_out_key:
@@ -77,8 +77,9 @@ class RaycastRenderer:
     def shadowed(
         self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
     ) -> NDArray[np.bool_]:
-        """(N,) True where the target stands between the `body` points (N, 3) and a light towards `to_light` (3,) or (N,
-        3), unit, `distance` (N,) metres away, else far. Only the face groups `blockers` block light, where given."""
+        """Return (N,) True where the target stands between the `body` points (N, 3) and a light towards `to_light` (3,)
+        or (N, 3), unit, `distance` (N,) metres away, else far. Only the face groups `blockers` block light, where
+        given."""
         mesh = target.mesh
         origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
         directions = np.atleast_2d(to_light).astype(np.float32)
@@ -118,8 +119,9 @@ def _first(
     stops: Callable[[NDArray[np.int32], Float], NDArray[np.bool_]],
     max_distance: Float32 | None = None,
 ) -> NDArray[np.int32]:
-    """The first face (N,) of each ray, within its `max_distance`, that stops it; -1 for none. A ray goes on from behind
-    those that do not; one that meets the same face again has only been rounded before it, and goes a longer step."""
+    """Return the first face (N,) of each ray, within its `max_distance`, that stops it; -1 for none. A ray goes on from
+    behind those that do not; one that meets the same face again has only been rounded before it, and goes a longer
+    step."""
     face = np.full(len(origins), -1, np.int32)
     left = np.full(len(origins), FAR, np.float32) if max_distance is None else max_distance
     rays = np.arange(len(origins))

@@ -80,7 +80,7 @@ class Surfaces:
 
 @lru_cache(maxsize=2)
 def surfaces_of(target: Target) -> Surfaces:
-    """The surfaces of `target`, computed once for all of its pictures."""
+    """Return the surfaces of `target`, computed once for all of its pictures."""
     materials, unseen = [], []
     for index, material in enumerate(target.materials):
         where = _showing(target.mesh.shapes, index)
@@ -95,7 +95,7 @@ Where = Sequence[tuple[Shape, NDArray[np.bool_]]]
 
 
 def _showing(shapes: Sequence[Shape], index: int) -> Where:
-    """The faces that show the material `index`."""
+    """Return the faces that show the material `index`."""
     found = ((shape, np.asarray(shape.face_material == index)) for shape in shapes)
     return [(shape, faces) for shape, faces in found if faces.any()]
 
@@ -130,7 +130,7 @@ def _is_solid(material: Material) -> bool:
 
 
 def _idle(material: Material) -> Iterator[str]:
-    """The inputs on which nothing depends."""
+    """Yield the inputs on which nothing depends."""
     if material.use_specular_workflow:
         yield from ("metallic", "ior")
     else:
@@ -146,7 +146,7 @@ def _idle(material: Material) -> Iterator[str]:
 
 
 def _constant(value: Any, name: str, where: Where) -> Any:
-    """A texture or primvar that is the same on all the faces as a number or tuple; else `value`."""
+    """Return a texture or primvar that is the same on all the faces as a number or tuple; else `value`."""
     if not isinstance(value, (Texture, Primvar)):
         return value
     low, high = _range(value, where)
@@ -159,7 +159,7 @@ def _constant(value: Any, name: str, where: Where) -> Any:
 
 
 def _range(value: Any, where: Where) -> Float:
-    """(2, C) the lowest and the highest of each component of an input on the faces."""
+    """Return (2, C) the lowest and the highest of each component of an input on the faces."""
     if isinstance(value, Texture):
         return extremes(value)
     if isinstance(value, Primvar):
@@ -171,7 +171,7 @@ def _range(value: Any, where: Where) -> Float:
 
 
 def _read(material: Material) -> Iterator[str]:
-    """The names of the primvars that it reads."""
+    """Yield the names of the primvars that it reads."""
     for value in vars(material).values():
         if isinstance(value, Primvar):
             yield value.name

@@ -51,8 +51,8 @@ class Requirements:
 
     @classmethod
     def of(cls, scene: Scene, effort: Effort, keep: frozenset[str] = frozenset()) -> "Requirements":
-        """The requirements of a picture of `scene`. `keep`: names of what is to be done even where it changes nothing,
-        to measure it; it changes no byte that SkippedWork.same does not allow to change."""
+        """Return the requirements of a picture of `scene`. `keep`: names of what is to be done even where it changes
+        nothing, to measure it; it changes no byte that SkippedWork.same does not allow to change."""
         facts = Facts(scene=scene, effort=effort)
         reasons = skipped_work(facts, keep)
         without = {each.what for each in reasons}

@@ -28,7 +28,7 @@ Reason = tuple[str, str] | None
 
 
 def late_bounces(facts: Facts) -> int:
-    """The number of bounces that hold all but DARK_ENOUGH of the light, at most those asked for.
+    """Return the number of bounces that hold all but DARK_ENOUGH of the light, at most those asked for.
 
     A surface passes on at most its albedo of what it gets, so what comes after n bounces is at most
     albedo^(n + 1) + albedo^(n + 2) + ... of the light that is reflected once.
@@ -181,6 +181,6 @@ def check_rule_names(names: Collection[str]) -> frozenset[str]:
 
 
 def skipped_work(facts: Facts, keep: frozenset[str] = frozenset()) -> tuple[SkippedWork, ...]:
-    """The work that the scene does not need, without the work that is to be kept all the same."""
+    """Return the work that the scene does not need, without the work that is to be kept all the same."""
     found = {name: rule(facts) for name, rule in RULES.items() if name not in keep}
     return tuple(SkippedWork(what=name, why=reason[0], same=reason[1]) for name, reason in found.items() if reason)

@@ -20,13 +20,13 @@ INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
 
 
 def evenly_spread(mesh: Mesh) -> NDArray[np.intp]:
-    """(M,) all faces of `mesh`, or of very many MAX_MIDDLES at most."""
+    """Return (M,) all faces of `mesh`, or of very many MAX_MIDDLES at most."""
     return np.arange(0, mesh.count, -(-mesh.count // MAX_MIDDLES))
 
 
 def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    """(K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or as near to it
-    as no renderer can resolve.
+    """Return (K, 2) pairs of faces: the first, of the `chosen` (M,), has its middle in the second, any face, or as near
+    to it as no renderer can resolve.
 
     Both orders of a pair are there where the two are alike.
     """
@@ -70,7 +70,7 @@ def _bounding_spheres(corners: Float) -> tuple[Float, Float]:
 
 
 def _lies_in(points: Float, corners: Float, gap: float) -> NDArray[np.bool_]:
-    """(N,) whether the points (N, 3) lie within the triangles (N, 3, 3), at most `gap` off their planes."""
+    """Return (N,) whether the points (N, 3) lie within the triangles (N, 3, 3), at most `gap` off their planes."""
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     w, normal = points - a, np.cross(u, v)
     square = np.maximum((normal * normal).sum(1), np.finfo(float).tiny)

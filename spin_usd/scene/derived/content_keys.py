@@ -31,7 +31,7 @@ class RenderSettings:
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "RenderSettings":
-        """The settings of the JSON that `dataclasses.asdict` makes of them."""
+        """Make the settings of the JSON that `dataclasses.asdict` makes of them."""
         return cls(**{**value, "effort": Effort(**value["effort"])})
 
 
@@ -58,7 +58,7 @@ class KeyMaker:
         self._cache: dict[str, tuple[tuple[object, ...], str]] = {}
 
     def keys(self, scene: Scene) -> Keys:
-        """The keys of `scene`; they do not depend on the scenes before."""
+        """Return the keys of `scene`; they do not depend on the scenes before."""
         settings, frame = self.settings, scene.frame
         geometry = geometry_key(scene, settings.renderer)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
@@ -74,7 +74,7 @@ class KeyMaker:
         return self._once("materials", (target,), lambda: digest([material.key for material in target.materials]))
 
     def _unit_light(self, scene: Scene) -> str:
-        """The key of the lights as they are rendered, and of the planets, which light the target too."""
+        """Return the key of the lights as they are rendered, and of the planets, which light the target too."""
         planets = scene.environment.planets
         of: tuple[object, ...] = (scene.lights, planets, scene.target)
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
@@ -84,7 +84,7 @@ class KeyMaker:
         )
 
     def _once(self, name: str, of: tuple[object, ...], make: Callable[[], str]) -> str:
-        """The result of `make` for the objects `of`; the last one again where these are the same objects."""
+        """Return the result of `make` for the objects `of`; the last one again where these are the same objects."""
         cached = self._cache.get(name)
         if cached is None or len(cached[0]) != len(of) or any(a is not b for a, b in zip(cached[0], of, strict=True)):
             cached = self._cache[name] = of, make()
@@ -99,13 +99,13 @@ def geometry_key(scene: Scene, renderer: str) -> str:
 
 
 def render_seed(scene: Scene, settings: RenderSettings) -> int:
-    """A 31-bit seed of this frame's render: from the dataset's seed and the frame's name, never from its neighbours.
-    It is the same in all variants, which may share the render."""
+    """Return a 31-bit seed of this frame's render: from the dataset's seed and the frame's name, never from its
+    neighbours. It is the same in all variants, which may share the render."""
     return _seed(settings.seed, scene.frame.name)
 
 
 def picture_seed(scene: Scene, settings: RenderSettings) -> int:
-    """A 31-bit seed of all that is sampled for this picture alone: the detector's noise, its back plate."""
+    """Return a 31-bit seed of all that is sampled for this picture alone: the detector's noise, its back plate."""
     return _seed(settings.seed, scene.frame.name, scene.frame.variant)
 
 

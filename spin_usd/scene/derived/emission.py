@@ -16,7 +16,8 @@ DIM = 0.1
 
 
 def dim_emissions(scene: Scene) -> tuple[str, ...]:
-    """A sentence for each material that emits, and so little beside white in the Sun that it will hardly show."""
+    """Return a sentence for each material that emits, and so little beside white in the Sun that it will hardly
+    show."""
     suns = [light.at_target for light in scene.lights if isinstance(light, DistantLight)]
     white = float(np.sum(suns, axis=0).max()) / pi if suns else 0.0
     peaks = [(material.path, _peak(material, scene.target.mesh)) for material in scene.target.materials]
@@ -29,7 +30,7 @@ def dim_emissions(scene: Scene) -> tuple[str, ...]:
 
 
 def _peak(material: Material, mesh: Mesh) -> float:
-    """The most that any band of the material emits, W/m2/sr."""
+    """Return the most that any band of the material emits, W/m2/sr."""
     value = material.emissive_color
     if isinstance(value, Texture):
         return float(extremes(value)[1].max())

@@ -15,35 +15,35 @@ Numbers = NDArray[np.integer]
 
 
 def corners_of(mesh: Mesh, face: Numbers) -> Float:
-    """(N, 3, 3) body axes, metres."""
+    """Return the corners (N, 3, 3) of the faces, body axes, metres."""
     return _looked_up(mesh, face, lambda own: mesh.points[mesh.faces[own]], Instances.corners)
 
 
 def parts_of(mesh: Mesh, face: Numbers) -> NDArray[np.uint16]:
-    """(N,) part ids."""
+    """Return the part ids (N,) of the faces."""
     return _looked_up(
         mesh, face, lambda own: mesh.face_part[own], lambda each, place, n: each.parts[place, each.shape.face_part[n]]
     )
 
 
 def materials_of(mesh: Mesh, face: Numbers) -> NDArray[np.int32]:
-    """(N,) indices into Target.materials."""
+    """Return (N,) indices into Target.materials."""
     return _looked_up(mesh, face, lambda own: mesh.face_material[own], lambda each, _, n: each.shape.face_material[n])
 
 
 def groups_of(mesh: Mesh, face: Numbers) -> NDArray[np.uint16]:
-    """(N,) numbers that light links name."""
+    """Return (N,) numbers that light links name."""
     own = np.asarray(mesh.face_group)
     return _looked_up(mesh, face, lambda n: own[n], lambda each, place, _: each.groups[place])
 
 
 def normals_of(mesh: Mesh, face: Numbers) -> NDArray[np.float32]:
-    """(N, 3, 3) unit shading normals at the corners, body axes."""
+    """Return (N, 3, 3) unit shading normals at the corners, body axes."""
     return _looked_up(mesh, face, lambda own: mesh.corner_normals[own], Instances.normals)
 
 
 def primvar_of(mesh: Mesh, name: str, face: Numbers) -> NDArray[np.float32]:
-    """(N, 3, C) values at the corners of the primvar `name`, which some shape has; 0 on those that lack it."""
+    """Return (N, 3, C) values at the corners of the primvar `name`, which some shape has; 0 on those that lack it."""
     channels = next(shape.primvars[name].shape[2] for shape in mesh.shapes if name in shape.primvars)
     nothing = np.zeros((1, 3, channels), np.float32)
 
@@ -59,7 +59,7 @@ def _looked_up(
     own: Callable[[Numbers], NDArray[Any]],
     instanced: Callable[[Instances, Numbers, Numbers], NDArray[Any]],
 ) -> NDArray[Any]:
-    """(N, ...) the values that `own` gives for the mesh's own faces, and `instanced` of those in places (M,) of
+    """Return (N, ...) the values that `own` gives for the mesh's own faces, and `instanced` of those in places (M,) of
     instances."""
     if not mesh.instances:
         return own(face)

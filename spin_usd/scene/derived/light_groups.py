@@ -103,8 +103,8 @@ def _lights_planets(light: Light) -> bool:
 
 
 def _around_reference(scene: Scene) -> Color:
-    """The colour that all light from around is proportional to: in red, green and blue each that of the first light
-    that has any, else 0."""
+    """Return the colour that all light from around is proportional to: in red, green and blue each that of the first
+    light that has any, else 0."""
     colours = [_emission(scene.lights[i]) for i in _around(scene)]
     r, g, b = (next((colour[c] for colour in colours if colour[c]), 0.0) for c in range(3))
     return r, g, b
@@ -115,7 +115,7 @@ def _shines(scene: Scene) -> bool:
 
 
 def _emission(light: Light) -> Color:
-    """The light's own number that is proportional to its strength."""
+    """Return the light's own number that is proportional to its strength."""
     if isinstance(light, DistantLight):
         return light.irradiance
     return light.radiance if isinstance(light, DomeLight) else light.emission
@@ -135,12 +135,12 @@ def _gain(light: Light, unit: Light) -> Color:
 
 
 def _at_target(light: Light) -> Color:
-    """The number that the target's light is proportional to."""
+    """Return the number that the target's light is proportional to."""
     return light.at_target if isinstance(light, DistantLight) else _emission(light)
 
 
 def _irradiance(light: Light, scene: Scene) -> float:
-    """The irradiance at the target over the light's emission, about: the solid angle of the source."""
+    """Return the irradiance at the target over the light's emission, about: the solid angle of the source."""
     if isinstance(light, DistantLight):
         return 1.0
     if isinstance(light, DomeLight):
@@ -151,14 +151,14 @@ def _irradiance(light: Light, scene: Scene) -> float:
 
 
 def _class(ratio: float) -> float:
-    """The power of CLASS that is nearest, by the logarithm."""
+    """Return the power of CLASS that is nearest, by the logarithm."""
     if not 0 < ratio < math.inf:
         return 1.0
     return float(CLASS ** math.floor(math.log(ratio, CLASS) + 0.5))
 
 
 def _mean(colour: Sequence[float]) -> float:
-    """The mean of red, green and blue, which count alike: none of the three is to be noisy."""
+    """Return the mean of red, green and blue, which count alike: none of the three is to be noisy."""
     return sum(colour) / 3
 
 

@@ -19,7 +19,7 @@ the dark. None where others light it too: lamps, domes, what shines itself."""
 
 
 def suns_of(scene: Scene) -> Suns:
-    """The suns of one picture. The light of planets does not count: it reaches what the Sun lights, and less
+    """Return the suns of one picture. The light of planets does not count: it reaches what the Sun lights, and less
     brightly."""
     groups = LightGroups.of(scene)
     lights = [scene.lights[i] for i in groups.placed]
@@ -31,8 +31,8 @@ def suns_of(scene: Scene) -> Suns:
 
 
 def lit_shares(axes: Float, centres: Float, rotations: Float, suns: Sequence[Suns]) -> Float:
-    """(M,) the share of what each picture shows of a surface that faces a Sun, 1 where other lights reach it: of the
-    surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, rotated by
+    """Return (M,) the share of what each picture shows of a surface that faces a Sun, 1 where other lights reach it: of
+    the surface with the `axes` (A, 3) (geometry.facing), around `centres` (M, 3), camera frame, metres, rotated by
     `rotations` (M, 3, 3) from body to camera."""
     shares = np.array([float(each is None) for each in suns])
     picture = [i for i, each in enumerate(suns) for _ in each or ()]

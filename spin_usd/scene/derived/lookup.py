@@ -14,7 +14,8 @@ CHANNELS = {"rgb": slice(0, 3), **{name: slice(i, i + 1) for i, name in enumerat
 
 
 def material_values(target: Target, name: str, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, C) of the materials' input `name` at the points with barycentric `weights` (N, 3) of the faces (N,)."""
+    """Return (N, C) of the materials' input `name` at the points with barycentric `weights` (N, 3) of the faces
+    (N,)."""
     material = materials_of(target.mesh, face)
     size = np.size(getattr(Material(path=""), name))
     result = np.empty((len(face), size))
@@ -25,7 +26,7 @@ def material_values(target: Target, name: str, face: NDArray[np.int32], weights:
 
 
 def is_there(target: Target, face: NDArray[np.int32], weights: Float) -> NDArray[np.bool_]:
-    """(N,) whether the surface is there: False where its opacity is below its material's threshold."""
+    """Return (N,) whether the surface is there: False where its opacity is below its material's threshold."""
     threshold = np.array([m.opacity_threshold for m in target.materials])[materials_of(target.mesh, face)]
     there = np.ones(len(face), bool)
     cut = np.flatnonzero(threshold > 0)
@@ -35,8 +36,8 @@ def is_there(target: Target, face: NDArray[np.int32], weights: Float) -> NDArray
 
 
 def values_at(value: float | Color | Texture | Primvar, mesh: Mesh, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, C) of `value` at the points with barycentric `weights` (N, 3) of the faces (N,); C is 1 or 3, a primvar's
-    its own."""
+    """Return (N, C) of `value` at the points with barycentric `weights` (N, 3) of the faces (N,); C is 1 or 3, a
+    primvar's its own."""
     if isinstance(value, Primvar):
         return interpolated(mesh, value.name, face, weights)
     if isinstance(value, Texture):
@@ -46,13 +47,13 @@ def values_at(value: float | Color | Texture | Primvar, mesh: Mesh, face: NDArra
 
 
 def interpolated(mesh: Mesh, name: str, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, C) of the primvar `name`."""
+    """Return (N, C) of the primvar `name`."""
     result: Float = np.einsum("nk,nkc->nc", weights, primvar_of(mesh, name, face).astype(np.float64))
     return result
 
 
 def coordinates_at(coordinates: Coordinates, mesh: Mesh, face: NDArray[np.int32], weights: Float) -> Float:
-    """(N, 2) places on an image."""
+    """Return (N, 2) places on an image."""
     if coordinates.primvar is None:
         st: Float = np.broadcast_to(np.array(coordinates.constant, np.float64), (len(face), 2))
     else:
@@ -68,7 +69,7 @@ def placed(coordinates: Coordinates, st: Float) -> Float:
 
 
 def look_up(texture: Texture, st: Float) -> Float:
-    """(N, 1 or 3) of the texture at `st` (N, 2), already placed: bilinear between the centres of its texels."""
+    """Return (N, 1 or 3) of the texture at `st` (N, 2), already placed: bilinear between the centres of its texels."""
     image = texture.image
     found = _texels(image, texture.wrap, st) if isinstance(image, Image) else _tile_texels(image, st)
     scaled = found * np.array(texture.scale) + np.array(texture.bias)
@@ -76,7 +77,7 @@ def look_up(texture: Texture, st: Float) -> Float:
 
 
 def _tile_texels(tiles: Tiles, st: Float) -> Float:
-    """(N, 4) of the tiles at `st` (N, 2). On the edge between two, the right or upper one counts."""
+    """Return (N, 4) of the tiles at `st` (N, 2). On the edge between two, the right or upper one counts."""
     result = np.zeros((len(st), 4))
     for corner, image in tiles.images:
         on = np.flatnonzero(((st >= corner) & (st <= np.add(corner, 1))).all(1))
@@ -85,7 +86,7 @@ def _tile_texels(tiles: Tiles, st: Float) -> Float:
 
 
 def _texels(image: Image, wrap: tuple[str, str], st: Float) -> Float:
-    """(N, 4) of one image at `st` (N, 2)."""
+    """Return (N, 4) of one image at `st` (N, 2)."""
     pixels = image.pixels
     height, width = image.size
     x, y = st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5
@@ -103,7 +104,7 @@ def _texels(image: Image, wrap: tuple[str, str], st: Float) -> Float:
 
 
 def extremes(texture: Texture) -> Float:
-    """(2, C) lowest and highest number of each channel of a texture; bilinear look-up goes no further."""
+    """Return (2, C) lowest and highest number of each channel of a texture; bilinear look-up goes no further."""
     channels = CHANNELS[texture.output]
     found = texture.image.extremes[:, channels].astype(np.float64)
     if "black" in texture.wrap:

@@ -45,7 +45,7 @@ class Surface:
 
 
 def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
-    """The surface points behind the visible faces, each exactly on its own pixel's ray."""
+    """Return the surface points behind the visible faces, each exactly on its own pixel's ray."""
     region = visibility.region
     width = max(region.width, 1)
     seen = np.flatnonzero(visibility.face.ravel() >= 0)
@@ -121,7 +121,7 @@ def _facing(scene: Scene, along: Float, body: Float) -> Float:
 
 
 def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The distinct faces, and for each of `face` (N,) its place among them; without a sort."""
+    """Return the distinct faces, and for each of `face` (N,) its place among them; without a sort."""
     mark = np.zeros(count, bool)
     mark[face] = True
     faces = np.flatnonzero(mark)
@@ -131,7 +131,7 @@ def _distinct(face: NDArray[np.int32], count: int) -> tuple[NDArray[np.intp], ND
 
 
 def _planes(mesh: Mesh, faces: NDArray[np.intp], pose: Transform) -> Float:
-    """(6, F) in camera axes around the mesh's centre: unit normal, offset along it, least and largest depth."""
+    """Return (6, F) in camera axes around the mesh's centre: unit normal, offset along it, least and largest depth."""
     corners = pose.directions(corners_of(mesh, faces) - mesh.centre)
     normal = unit_normals(corners)
     offset = (normal * corners[:, 0]).sum(1)

@@ -57,13 +57,13 @@ MOSTLY_SMALL = ViewMessage(
 
 
 def summary(found: Views) -> str:
-    """A line such as "target 1.1 x 0.8 x 0.3 m, 2.2 to 9.9 m from the camera, 200 to 900 pixels across"."""
+    """Return a line such as "target 1.1 x 0.8 x 0.3 m, 2.2 to 9.9 m from the camera, 200 to 900 pixels across"."""
     across = f", {_span(found.pixels)} pixels across" if found.pixels else ""
     return f"target {size_text(found.size)}, {_span(found.distance)} m from the camera{across}"
 
 
 def sentences(found: Views) -> list[str]:
-    """A sentence for each kind of picture there is, with its remedy."""
+    """Return a sentence for each kind of picture there is, with its remedy."""
     lines = [sentence(found, kind) for kind in found.of if kind in MESSAGES]
     if mostly(found, ViewKind.SMALL):
         lines.append(_sentence(found, ViewKind.SMALL, MOSTLY_SMALL))
@@ -71,7 +71,7 @@ def sentences(found: Views) -> list[str]:
 
 
 def sentence(found: Views, kind: ViewKind) -> str:
-    """The sentence for one kind that there is."""
+    """Return the sentence for one kind that there is."""
     return _sentence(found, kind, MESSAGES[kind])
 
 

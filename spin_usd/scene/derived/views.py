@@ -66,7 +66,7 @@ class Views:
     of: Mapping[ViewKind, PicturesOfKind] = field(default_factory=dict)
 
     def count(self, *kinds: ViewKind) -> int:
-        """The number of pictures of one of the `kinds`, which exclude one another."""
+        """Return the number of pictures of one of the `kinds`, which exclude one another."""
         return sum(self.of[kind].count for kind in kinds if kind in self.of)
 
     def as_json(self) -> dict[str, Any]:
@@ -74,7 +74,7 @@ class Views:
 
     @classmethod
     def from_json(cls, fields: Mapping[str, Any]) -> Self:
-        """The views that `as_json` gave, also after they went through JSON."""
+        """Make the views that `as_json` gave, also after they went through JSON."""
         of = {
             ViewKind(kind): PicturesOfKind(**{**found, "names": tuple(found["names"])})
             for kind, found in fields["of"].items()
@@ -91,7 +91,7 @@ def views_of(
     translations: Float,
     suns: Mapping[int, Suns],
 ) -> Views:
-    """The views of the pictures `names` (M), at least one, at the poses T_cam_body of `rotations` (M, 3, 3) and
+    """Return the views of the pictures `names` (M), at least one, at the poses T_cam_body of `rotations` (M, 3, 3) and
     `translations` (M, 3), metres. suns: of those whose light is to be looked at, by their places among the names."""
     centres = rotations @ mesh.centre + translations
     away = np.linalg.norm(centres, axis=1)
@@ -120,8 +120,8 @@ def views_of(
 
 
 def merged(parts: Sequence[Views]) -> Views | None:
-    """The views of the pictures of all `parts`, in their order, where the light of all of them was looked at; None
-    without parts."""
+    """Return the views of the pictures of all `parts`, in their order, where the light of all of them was looked at;
+    None without parts."""
     if not parts:
         return None
     pixels = [part.pixels for part in parts if part.pixels]
@@ -154,7 +154,7 @@ class ViewCollector:
         self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
 
     def views(self) -> Views | None:
-        """The views of all pictures so far; None before the first."""
+        """Return the views of all pictures so far; None before the first."""
         self._collect()
         return merged(self._parts)
 

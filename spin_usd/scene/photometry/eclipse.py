@@ -15,8 +15,8 @@ ROUNDING_RAD = 1e-7  # of an arc cosine near 0, with room
 
 
 def eclipsed(lights: tuple[Light, ...], planets: tuple[Planet, ...], place_cam: Float) -> tuple[Light, ...]:
-    """The lights as they reach `place_cam` (3,), camera frame, metres, past the planets: the distant ones, which lie
-    behind all of them, with their `obscuration`. Without planets they are the same objects."""
+    """Return the lights as they reach `place_cam` (3,), camera frame, metres, past the planets: the distant ones, which
+    lie behind all of them, with their `obscuration`. Without planets they are the same objects."""
     if not planets:
         return lights
     return tuple(
@@ -26,8 +26,8 @@ def eclipsed(lights: tuple[Light, ...], planets: tuple[Planet, ...], place_cam: 
 
 
 def obscuration(light: DistantLight, planets: tuple[Planet, ...], place_cam: Float) -> float:
-    """The share of the light's irradiance at `place_cam` (3,), camera frame, metres, that the planets keep away. Their
-    air keeps nothing away."""
+    """Return the share of the light's irradiance at `place_cam` (3,), camera frame, metres, that the planets keep away.
+    Their air keeps nothing away."""
     shadows = [(planet, *_shadow(light, planet, place_cam)) for planet in planets]
     if any(whole for _, _, whole in shadows):
         return 1.0
@@ -57,8 +57,8 @@ def _shadow(light: DistantLight, planet: Planet, place_cam: Float) -> tuple[bool
 
 
 def disc(light: DistantLight) -> Float:
-    """(N, 3) unit directions to the light, camera frame, which all bring the same share of its irradiance; one where it
-    has no size.
+    """Return (N, 3) unit directions to the light, camera frame, which all bring the same share of its irradiance; one
+    where it has no size.
 
     A spiral that covers a disc evenly (H. Vogel, "A better way to construct the sunflower head", 1979): the disc is
     that onto which a plane that faces the light projects it, so that even large lights count by the cosine.

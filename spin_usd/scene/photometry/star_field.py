@@ -23,7 +23,7 @@ def irradiance(magnitude: ArrayLike) -> Float:
 
 
 def star_count(limit: float) -> int:
-    """The number of stars brighter than magnitude `limit`."""
+    """Return the number of stars brighter than magnitude `limit`."""
     return round(BRIGHT_STARS * 10 ** (SLOPE * (limit - BRIGHT_LIMIT)))
 
 

@@ -22,7 +22,8 @@ class Sunlight:
 
 
 def sunlight(lights: Sequence[Light], T_cam_body: Transform) -> Sunlight | None:
-    """The sunlight of the brightest distant light, behind a planet or not; None where no distant light shines."""
+    """Return the sunlight of the brightest distant light, behind a planet or not; None where no distant light
+    shines."""
     suns = [light for light in lights if isinstance(light, DistantLight)]
     sun = max(suns, key=_brightness, default=None)
     if sun is None or _brightness(sun) == 0:

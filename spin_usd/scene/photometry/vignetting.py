@@ -12,12 +12,12 @@ Coefficients = tuple[float, float, float]
 
 
 def polynomial_gain(camera: Camera, coefficients: Coefficients, uv: Float) -> Float:
-    """(...,) gain at the pixels `uv` (..., 2)."""
+    """Return (...,) gain at the pixels `uv` (..., 2)."""
     return _gain(_squared_radius(camera, uv), coefficients)
 
 
 def least_gain(camera: Camera, coefficients: Coefficients) -> float:
-    """The least gain between the principal point and the frame's farthest corner."""
+    """Return the least gain between the principal point and the frame's farthest corner."""
     farthest = float(_squared_radius(camera, camera.rim(1)).max())
     return float(_gain(np.linspace(0, farthest, STEPS), coefficients).min())
 

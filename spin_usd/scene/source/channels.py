@@ -35,7 +35,7 @@ class Channels:
         return {"dtype": self.dtype, "channels": dict(self.holds), **{name: it for name, it in rest.items() if it}}
 
     def header(self, kind: str) -> dict[str, str]:
-        """The same as attributes of the header of a file of that `kind`."""
+        """Return the same as attributes of the header of a file of that `kind`."""
         whole = {"kind": kind, "unit": self.unit, "frame": self.frame, "encoding": self.encoding}
         each = {f"spin:channel:{name}": it for name, it in self.holds.items()}
         return {"ImageDescription": self.meaning} | {f"spin:{name}": it for name, it in whole.items() if it} | each

@@ -20,6 +20,6 @@ class PartRule:
 
 
 def first_match(rules: Sequence[PartRule], names: Iterable[str]) -> PartRule | None:
-    """The first of the `rules` that matches one of the names, if any does."""
+    """Return the first of the `rules` that matches one of the names, if any does."""
     listed = tuple(names)
     return next((rule for rule in rules if rule.matches(listed)), None)

@@ -18,9 +18,9 @@ def is_plausible(size: Sequence[float] | Float) -> bool:
 
 
 def likely_units(size: Float, units: float, fits: Callable[[float], bool]) -> float | None:
-    """The units in a metre at which a model, of `size` (3,), metres, at `units` of them, is a plausible craft that
-    `fits` the pictures when it is so many times as large: the largest such craft, in the usual units before others.
-    None where there are none."""
+    """Return the units in a metre at which a model, of `size` (3,), metres, at `units` of them, is a plausible craft
+    that `fits` the pictures when it is so many times as large: the largest such craft, in the usual units before
+    others. None where there are none."""
     for group in UNITS:
         for other in sorted(group):
             scale = units / other

@@ -62,7 +62,7 @@ class PoseList:
         return len(self.names)
 
     def __getitem__(self, chosen: slice) -> Self:
-        """The poses of a Python slice, in its order."""
+        """Return the poses of a Python slice, in its order."""
         return type(self)(
             names=self.names[chosen],
             q_cam_body=self.q_cam_body[chosen],

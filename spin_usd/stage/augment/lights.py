@@ -84,14 +84,14 @@ def order(prim: Usd.Prim, *operations: ChangedAttribute) -> tuple[ChangedAttribu
 
 
 def _parent_from_cam(base: BaseStage, prim: Usd.Prim, camera: Usd.Prim, time: float) -> Float:
-    """The rotation (3, 3) from camera axes to those of the prim's parent."""
+    """Return the rotation (3, 3) from camera axes to those of the prim's parent."""
     world = UsdGeom.XformCache(Usd.TimeCode(time))
     R_world_cam = camera_from_world(world, camera, base).rotation.T
     return parent_rotation(world, prim) @ R_world_cam
 
 
 def parent_rotation(world: UsdGeom.XformCache, prim: Usd.Prim) -> Float:
-    """The rotation (3, 3) from the world's axes to those in which the prim's own operations are."""
+    """Return the rotation (3, 3) from the world's axes to those in which the prim's own operations are."""
     if UsdGeom.Xformable(prim).GetResetXformStack():
         return np.eye(3)
     matrix = world.GetParentToWorldTransform(prim)
@@ -99,7 +99,7 @@ def parent_rotation(world: UsdGeom.XformCache, prim: Usd.Prim) -> Float:
 
 
 def _rotation_of_z(direction: Float) -> Float:
-    """The quaternion (4,) of the shortest rotation of the z axis to `direction` (3,), rounded: the same on every
+    """Return the quaternion (4,) of the shortest rotation of the z axis to `direction` (3,), rounded: the same on every
     machine."""
     x, y, z = direction / np.linalg.norm(direction)
     q = np.array([1 + z, -y, x, 0.0]) if z > -1 + 1e-9 else np.array([0.0, 1, 0, 0])
@@ -143,7 +143,7 @@ def _changed_lights(base: BaseStage, sun: Usd.Prim | None, names: tuple[str, ...
 
 
 def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
-    """The intensity with which a white light gives 1 W/m2: see `read.lights.distant`."""
+    """Return the intensity with which a white light gives 1 W/m2: see `read.lights.distant`."""
     light = UsdLux.LightAPI(sun)
     angle = float(sun.GetAttribute("inputs:angle").Get(base.first))
     size = 1.0 if angle == 0 else float(np.pi * np.sin(np.radians(angle) / 2) ** 2)

@@ -64,7 +64,7 @@ def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader
 
 
 def _replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:
-    """The input takes the sampled value, one number for all three channels; a connected image is disconnected."""
+    """Give the input the sampled value, one number for all three channels; a connected image is disconnected."""
     size = len(FALLBACKS[name])
     kind = "float" if size == 1 else "color3f"
     connected = bool(shader.GetInput(name)) and shader.GetInput(name).HasConnectedSource()

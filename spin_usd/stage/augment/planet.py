@@ -63,7 +63,7 @@ def planet_in_cam(base: BaseStage, planet: Usd.Prim, time: float) -> Transform:
 
 
 def planet_centres(base: BaseStage, planet: Usd.Prim) -> Float:
-    """The planet's centres (N, 3), or (1, 3) where nothing moves: metres, camera axes, as the stage has them."""
+    """Return the planet's centres (N, 3), or (1, 3) where nothing moves: metres, camera axes, as the stage has them."""
     moves = moves_in_time(planet) or moves_in_time(find_camera(base.stage))
     return np.array(
         [planet_in_cam(base, planet, time).translation for time in (base.times if moves else base.times[:1])]
@@ -100,7 +100,7 @@ def pose(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 def centre(own: Float, sampled: ParameterValues, longest: float) -> Float:
-    """The planet's centre (3,), camera axes, metres: `own` as far as nothing of it is sampled."""
+    """Return the planet's centre (3,), camera axes, metres: `own` as far as nothing of it is sampled."""
     far = float(np.linalg.norm(own))
     direction = np.array(sampled["earth.direction"]) if "earth.direction" in sampled else own / far
     away = float(sampled["earth.altitude"]) + longest if "earth.altitude" in sampled else far

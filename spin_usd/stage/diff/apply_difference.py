@@ -105,7 +105,7 @@ def _attribute(path: Sdf.Path, of: Usd.Stage, prim: Usd.Prim) -> None:
 
 
 def _anywhere(value: object) -> object:
-    """The value as a layer without a folder can say it: files by their absolute paths."""
+    """Return the value as a layer without a folder can say it: files by their absolute paths."""
     if isinstance(value, Sdf.AssetPath):
         return Sdf.AssetPath(value.resolvedPath or value.path)
     if isinstance(value, Sdf.AssetPathArray):

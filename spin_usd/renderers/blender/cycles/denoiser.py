@@ -81,7 +81,7 @@ class Denoiser:
             bpy.data.images.remove(image)
 
     def _image(self, plane: Float32) -> Any:
-        """The output of a node that shows `plane` (rows, columns, 3)."""
+        """Return the output of a node that shows `plane` (rows, columns, 3)."""
         rows, columns = plane.shape[:2]
         image = bpy.data.images.new("plane", columns, rows, alpha=True, float_buffer=True, is_data=True)
         assign(image, {"alpha_mode": "CHANNEL_PACKED", "use_half_precision": False})
@@ -104,7 +104,8 @@ def _as_bright(clean: Float32, noisy: Float32) -> Float32:
 
 
 def _large_enough(planes: Float32) -> Float32:
-    """(N, rows, columns, 3) with black rows and columns added: Blender takes an image of one pixel for a constant."""
+    """Return (N, rows, columns, 3) with black rows and columns added: Blender takes an image of one pixel for a
+    constant."""
     rows, columns = planes.shape[1:3]
     lacking = (0, max(MIN_PX - rows, 0)), (0, max(MIN_PX - columns, 0))
     return np.pad(planes, ((0, 0), *lacking, (0, 0)))

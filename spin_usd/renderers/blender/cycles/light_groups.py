@@ -10,12 +10,12 @@ SURROUNDINGS, EMISSION = "surroundings", "emission"
 
 
 def light_name(index: int) -> str:
-    """The group of the light at this place of Scene.lights."""
+    """Return the group of the light at this place of Scene.lights."""
     return f"light {index}"
 
 
 def group_names(groups: LightGroups) -> list[str]:
-    """The names of a scene's groups, in their order."""
+    """Return the names of a scene's groups, in their order."""
     names = [light_name(index) for index in groups.placed]
     if groups.surroundings:
         names.append(SURROUNDINGS)
@@ -25,7 +25,7 @@ def group_names(groups: LightGroups) -> list[str]:
 
 
 def pass_names(names: Sequence[str], *, apart: bool) -> list[str]:
-    """The passes that hold these groups: where they are not `apart`, the only one is the picture itself."""
+    """Return the passes that hold these groups: where they are not `apart`, the only one is the picture itself."""
     return [f"{COMBINED}_{name}" for name in names] if apart else [COMBINED] * len(names)
 
 

@@ -21,7 +21,8 @@ COMBINED = "Combined"
 
 
 def scratch_folder() -> tempfile.TemporaryDirectory[str]:
-    """A private folder where the process keeps its temporary files: a worker's lies in the dataset, to be swept."""
+    """Return a private folder where the process keeps its temporary files: a worker's lies in the dataset, to be
+    swept."""
     return tempfile.TemporaryDirectory(prefix="spin_usd-", ignore_cleanup_errors=True)
 
 
@@ -35,11 +36,11 @@ class Readback:
         self._file = scratch / "frame.exr"
 
     def picture(self, scene: Any, region: Region) -> Float32:
-        """(rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha."""
+        """Return (rows, columns, 4) float32 of `region`, linear RGB premultiplied by alpha."""
         return self._passes(scene, region, IMAGE, {"": 4})[""]
 
     def planes(self, scene: Any, region: Region, passes: Sequence[str]) -> tuple[Float32, Float32]:
-        """The view layer's `passes` (N, rows, columns, 3) of `region`, and the coverage (rows, columns)."""
+        """Return the view layer's `passes` (N, rows, columns, 3) of `region`, and the coverage (rows, columns)."""
         if set(passes) <= {COMBINED}:  # the picture itself: a smaller file
             rgba = self.picture(scene, region)
             return rgba[None, ..., :3][: len(passes)], rgba[..., 3]
@@ -67,7 +68,7 @@ def render(scene: Any, file: Path, *, write_still: bool) -> None:
 
 
 def read_picture(file: Path, shape: tuple[int, int], wanted: Mapping[str, int]) -> dict[str, Float32]:
-    """(*shape, channels) float32 of each pass that is `wanted`, with so many channels."""
+    """Return (*shape, channels) float32 of each pass that is `wanted`, with so many channels."""
     image = OpenImageIO.ImageInput.open(str(file))
     if image is None:
         raise RenderError(f"Blender's picture cannot be read: {OpenImageIO.geterror()}")
@@ -93,7 +94,7 @@ def _pixels(image: Any, part: int, shape: tuple[int, int, int]) -> Float32:
 
 
 def _pass_name(channel: str) -> str:
-    """The name of the pass of a channel "layer.pass.R"; "" for a picture of one layer, whose channel is "R"."""
+    """Return the name of the pass of a channel "layer.pass.R"; "" for a picture of one layer, whose channel is "R"."""
     return channel.rpartition(".")[0].partition(".")[2]
 
 

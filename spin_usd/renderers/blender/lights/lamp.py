@@ -43,8 +43,8 @@ class Lamp:
         bpy.data.lights.remove(self.object.data)  # and with it the object
 
     def _image(self, nodes: LampNodes, light: AreaLight) -> Value:
-        """The factor of the emission by the light's image, which is upright as seen from the side that is lit, +x to
-        the left."""
+        """Return the factor of the emission by the light's image, which is upright as seen from the side that is lit,
+        +x to the left."""
         if not isinstance(light, RectLight) or light.image is None:
             return (1.0, 1.0, 1.0)
         u, v, _ = nodes.add("ShaderNodeSeparateXYZ", [nodes.add("ShaderNodeNewGeometry").outputs["Parametric"]]).outputs

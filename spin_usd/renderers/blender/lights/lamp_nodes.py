@@ -40,7 +40,7 @@ def shaped(nodes: Nodes, shaping: Shaping | None, axis: Float, color: Value) -> 
 
 
 def _cone(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
-    """The cone factor: 1 within the cone, 0 beyond, smooth between where it is soft."""
+    """Return the cone factor: 1 within the cone, 0 beyond, smooth between where it is soft."""
     if shaping.softness == 0:
         return nodes.math("GREATER_THAN", cosine, float(np.cos(shaping.cone_angle)))
     angle = nodes.add("ShaderNodeMath", [cosine], operation="ARCCOSINE").outputs[0]
@@ -51,7 +51,7 @@ def _cone(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
 
 
 def _focus(nodes: Nodes, shaping: Shaping, cosine: Any) -> Value:
-    """The focus factor: white along the axis, the tint at right angles to it."""
+    """Return the focus factor: white along the axis, the tint at right angles to it."""
     towards = nodes.add("ShaderNodeMath", [cosine], operation="ABSOLUTE").outputs[0]
     factor = nodes.add("ShaderNodeMath", [towards, shaping.focus], operation="POWER").outputs[0]
     to_white = tuple(1 - tint for tint in shaping.focus_tint)

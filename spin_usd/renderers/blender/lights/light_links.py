@@ -47,7 +47,7 @@ class LightLinking:
 
 
 def chosen(links: Links, groups: Mapping[int, Sequence[Any]]) -> list[Any] | None:
-    """The objects of the groups that `links` names; None for all of them."""
+    """Return the objects of the groups that `links` names; None for all of them."""
     if links is None or links >= set(groups):
         return None
     return [each for group, shown in groups.items() if group in links for each in shown]

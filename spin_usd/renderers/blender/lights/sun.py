@@ -35,7 +35,7 @@ class Sun:
 
 
 def shining_along(direction: Float) -> Float:
-    """A rotation matrix (3, 3) that takes -z, along which a Blender Sun shines, to the unit `direction`."""
+    """Return a rotation matrix (3, 3) that takes -z, along which a Blender Sun shines, to the unit `direction`."""
     z = -np.asarray(direction, np.float64)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)

@@ -61,7 +61,7 @@ class Tube:
 
 
 def _unit_tube() -> Any:
-    """A mesh of length and radius 1 along x, open, its faces outwards."""
+    """Return a mesh of length and radius 1 along x, open, its faces outwards."""
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     radius = np.pi / SIDES / np.sin(np.pi / SIDES)
     along = np.repeat(np.linspace(-0.5, 0.5, PIECES + 1), SIDES)
@@ -75,7 +75,7 @@ def _unit_tube() -> Any:
 
 
 def _emissive_material(light: CylinderLight, place: LightPlacement) -> Any:
-    """A material that emits outwards, and is transparent to rays that pass."""
+    """Return a material that emits outwards, and is transparent to rays that pass."""
     nodes = Nodes("tube")
     color = shaped(nodes, light.shaping, place.axis, light.emission)
     outside = nodes.math("SUBTRACT", 1.0, nodes.add("ShaderNodeNewGeometry").outputs["Backfacing"])

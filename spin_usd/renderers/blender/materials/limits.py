@@ -47,7 +47,7 @@ def _check(value: Any, name: str, path: str, mesh: Shape, faces: NDArray[np.bool
 
 
 def _primvar(mesh: Shape, name: str, size: int, used_by: str, path: str) -> Any:
-    """The values of the primvar; UnsupportedError unless the mesh has it with `size` components."""
+    """Return the values of the primvar; UnsupportedError unless the mesh has it with `size` components."""
     if name not in mesh.primvars:
         raise UnsupportedError(
             f"its {used_by} reads the primvar {name}, which its mesh lacks", where=path, do="author it"

@@ -104,7 +104,8 @@ class MaterialLibrary:
 
 
 def _showing(mesh: Mesh, index: int) -> list[tuple[Shape, NDArray[np.bool_]]]:
-    """The shapes with faces (F,) of the material, and which these are; the mesh's own without any where none has."""
+    """Return the shapes with faces (F,) of the material, and which these are; the mesh's own without any where none
+    has."""
     found = [(shape, np.asarray(shape.face_material == index)) for shape in mesh.shapes]
     return [each for each in found if each[1].any()] or [(mesh, np.zeros(len(mesh.faces), bool))]
 
@@ -129,8 +130,8 @@ def _fill_slots(slots: Any, materials: Sequence[Any]) -> None:
 
 
 def label_material(cut: Material | None = None, images: ImageLibrary | None = None) -> Any:
-    """A material by which every face emits its own number, as linear light; it is transparent where `cut` cuts it
-    out."""
+    """Return a material by which every face emits its own number, as linear light; it is transparent where `cut` cuts
+    it out."""
     nodes = Nodes("label")
     face = nodes.add("ShaderNodeAttribute", attribute_name=FACE_NUMBER).outputs["Vector"]
     first = nodes.add("ShaderNodeAttribute", attribute_name=FIRST_NUMBER, attribute_type="OBJECT").outputs["Vector"]
@@ -145,14 +146,14 @@ def label_material(cut: Material | None = None, images: ImageLibrary | None = No
 
 
 def black_material() -> Any:
-    """A material that reflects nothing: it shows the shape alone."""
+    """Return a material that reflects nothing: it shows the shape alone."""
     nodes = Nodes("black")
     return nodes.surface(nodes.add("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.0)}).outputs["BSDF"])
 
 
 def surface_material(material: Material, images: ImageLibrary, *, emissive_lights: bool = True) -> Any:
-    """The Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: rays look for it if
-    it is emissive."""
+    """Return the Cycles material of a UsdPreviewSurface that `check_material` accepts; `emissive_lights`: rays look for
+    it if it is emissive."""
     nodes = Nodes("surface")
     inputs = {name: node_value(nodes, images, getattr(material, name)) for name in FIELDS}
     normal = _normal(nodes, images, material)
@@ -165,7 +166,7 @@ def surface_material(material: Material, images: ImageLibrary, *, emissive_light
 
 
 def _normal(nodes: Nodes, images: ImageLibrary, material: Material) -> Any:
-    """The shading normal by a material's normal map; None where it leaves the surface's own.
+    """Return the shading normal by a material's normal map; None where it leaves the surface's own.
 
     The Normal Map node takes its tangents from the texture's own UV map, and decodes colours: 0 to 1 is -1 to 1.
     """

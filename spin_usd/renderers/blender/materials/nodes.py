@@ -33,7 +33,7 @@ class Nodes:
         self.values: dict[Any, Any] = {}
 
     def add(self, kind: str, inputs: Sequence[Value] | Mapping[str, Value] = (), **settings: Any) -> Any:
-        """A new node of Blender's type `kind`, its inputs fed by place or by name."""
+        """Return a new node of Blender's type `kind`, its inputs fed by place or by name."""
         node = self._tree.nodes.new(kind)
         for name, value in settings.items():
             setattr(node, name, value)
@@ -50,7 +50,7 @@ class Nodes:
             self._tree.links.new(value, socket)
 
     def surface(self, shader: Any) -> Any:
-        """The material, finished with `shader` as its surface."""
+        """Return the material, finished with `shader` as its surface."""
         self.feed(self.add("ShaderNodeOutputMaterial").inputs["Surface"], shader)
         return self.material
 
@@ -65,28 +65,28 @@ class Nodes:
         return self.math("MINIMUM", self.math("MAXIMUM", value, low), high)
 
     def vector(self, operation: str, *values: Value) -> Any:
-        """A Vector Math node's vector; floats count for each component."""
+        """Return a Vector Math node's vector; floats count for each component."""
         spread = [(value,) * 3 if isinstance(value, (int, float)) else value for value in values]
         return self.add("ShaderNodeVectorMath", spread, operation=operation).outputs["Vector"]
 
     def mixed(self, factor: Value, first: Any, second: Any) -> Any:
-        """The shader `first` at factor 0, `second` at 1."""
+        """Return the shader `first` at factor 0, `second` at 1."""
         return self.add("ShaderNodeMixShader", (factor, first, second)).outputs[0]
 
     def between(self, factor: Value, first: Value, second: Value) -> Any:
-        """The number `first` at factor 0, `second` at 1."""
+        """Return the number `first` at factor 0, `second` at 1."""
         node = self.add("ShaderNodeMix", {"Factor": factor, "A": first, "B": second})
         return node.outputs["Result"]
 
     def largest(self, color: Value) -> Value:
-        """The largest component of a colour."""
+        """Return the largest component of a colour."""
         if not varies(color):
             return max(color)
         r, g, b = self.add("ShaderNodeSeparateColor", [color], mode="RGB").outputs
         return self.math("MAXIMUM", self.math("MAXIMUM", r, g), b)
 
     def blend(self, factor: Value, first: Value, second: Value) -> Any:
-        """The colour `first` at factor 0, `second` at 1."""
+        """Return the colour `first` at factor 0, `second` at 1."""
         difference = self.vector("SUBTRACT", second, first)
         return self.vector("MULTIPLY_ADD", difference, factor, first)
 

@@ -19,7 +19,7 @@ Inputs = Mapping[str, Value]
 
 
 def principled_inputs(nodes: Nodes, inputs: Inputs, *, specular_workflow: bool) -> dict[str, Value]:
-    """The inputs of the Principled BSDF, by Blender's names."""
+    """Return the inputs of the Principled BSDF, by Blender's names."""
     emission = inputs["emissive_color"]
     reflection = _specular_color(nodes, inputs) if specular_workflow else _metallic(inputs)
     return {
@@ -59,8 +59,8 @@ def _specular_color(nodes: Nodes, inputs: Inputs) -> dict[str, Value]:
 
 
 def reflectance(nodes: Nodes, inputs: Inputs, normal: Any, *, specular_workflow: bool) -> tuple[Any, bool]:
-    """The share of light that the surface (under its clearcoat) reflects towards the viewer, and whether it has a
-    colour."""
+    """Return the share of light that the surface (under its clearcoat) reflects towards the viewer, and whether it has
+    a colour."""
     if specular_workflow:
         return _schlick(nodes, inputs["specular_color"], normal), True
     plain = fresnel(nodes, inputs["ior"], normal)
@@ -81,7 +81,7 @@ def fresnel(nodes: Nodes, ior: Value, normal: Any) -> Any:
 
 
 def _schlick(nodes: Nodes, f0: Value, normal: Any) -> Any:
-    """The colour F0 + (1 - F0) (1 - cosine)^5."""
+    """Return the colour F0 + (1 - F0) (1 - cosine)^5."""
     facing = nodes.add("ShaderNodeLayerWeight", {"Blend": 0.5, **mapped_normal(normal)}).outputs["Facing"]
     fifth = nodes.add("ShaderNodeMath", [facing, 5.0], operation="POWER").outputs[0]
     return nodes.vector("MULTIPLY_ADD", nodes.vector("SUBTRACT", 1.0, f0), fifth, f0)

@@ -20,7 +20,7 @@ from spin_usd.scene.material import PRESENCE, Material
 
 
 def faded(nodes: Nodes, opaque: Any, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """The shader `opaque` with its material's opacity."""
+    """Return the shader `opaque` with its material's opacity."""
     share = coverage(nodes, material, inputs["opacity"])
     if not varies(share) and share >= 1:
         return opaque
@@ -30,19 +30,19 @@ def faded(nodes: Nodes, opaque: Any, material: Material, inputs: Inputs, normal:
 
 
 def coverage(nodes: Nodes, material: Material, opacity: Value) -> Value:
-    """The opacity itself, or of a cut-out 0 or 1."""
+    """Return the opacity itself, or of a cut-out 0 or 1."""
     if not material.cut_out:
         return opacity
     return nodes.math("SUBTRACT", 1.0, nodes.math("LESS_THAN", opacity, material.opacity_threshold))
 
 
 def absent(nodes: Nodes) -> Any:
-    """The shader of nothing."""
+    """Return the shader of nothing."""
     return nodes.add("ShaderNodeBsdfTransparent").outputs[0]
 
 
 def _clear(nodes: Nodes, material: Material, inputs: Inputs, normal: Any) -> Any:
-    """The surface without its body: reflection, emission, and what passes."""
+    """Return the surface without its body: reflection, emission, and what passes."""
     share, colored = reflectance(nodes, inputs, normal, specular_workflow=material.use_specular_workflow)
     gloss = {"Roughness": inputs["roughness"], **mapped_normal(normal)}
     if colored:

@@ -28,7 +28,7 @@ class ImageLibrary:
         self._uploaded: dict[str, Any] = {}
 
     def upload(self, image: Image) -> Any:
-        """The picture in Blender: floats that it neither converts nor multiplies by alpha."""
+        """Return the picture in Blender: floats that it neither converts nor multiplies by alpha."""
         if image.key not in self._uploaded:
             height, width = image.pixels.shape[:2]
             made = bpy.data.images.new("texture", width, height, alpha=True, float_buffer=True, is_data=True)
@@ -66,18 +66,18 @@ def forget_render_data() -> None:
 
 
 def textures_of(material: Material) -> list[Texture]:
-    """The textures among a material's inputs."""
+    """Return the textures among a material's inputs."""
     return [value for value in vars(material).values() if isinstance(value, Texture)]
 
 
 def attribute_name(primvar: str) -> str:
-    """The name of a primvar's attribute in Blender: its own could be too long, or one to which Blender gives a
+    """Return the name of a primvar's attribute in Blender: its own could be too long, or one to which Blender gives a
     meaning."""
     return f"primvar {digest(primvar)[:32]}"
 
 
 def node_value(nodes: Nodes, images: ImageLibrary, value: Any) -> Value:
-    """A constant as it is; the socket that computes a texture or primvar."""
+    """Return a constant as it is; the socket that computes a texture or primvar."""
     if isinstance(value, Primvar):
         return _primvar(nodes, value.name)
     return _texture(nodes, images, value) if isinstance(value, Texture) else value
@@ -149,7 +149,7 @@ def _image_texels(
 
 
 def _tiled_texels(nodes: Nodes, images: ImageLibrary, tiles: Tiles, st: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-    """The sum of all tiles, each of which is 0 but on its own square."""
+    """Return the sum of all tiles, each of which is 0 but on its own square."""
     square = [nodes.add("ShaderNodeMath", [place], operation="FLOOR").outputs[0] for place in st]
     color: Value = (0.0, 0.0, 0.0)
     alpha: Value = 0.0
@@ -183,7 +183,7 @@ def _place(nodes: Nodes, coordinates: Coordinates) -> tuple[Any, Any]:
 
 
 def _wrapped(nodes: Nodes, place: Any, texels: int, wrap: str) -> tuple[Any, Any]:
-    """A coordinate within the image, and the factor of its black border or None."""
+    """Return a coordinate within the image, and the factor of its black border or None."""
     if wrap == "repeat":
         return place, None
     edge = 0.5 / texels
