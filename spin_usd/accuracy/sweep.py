@@ -17,29 +17,29 @@ RAYCAST_SAMPLES = (1, 4, 16)
 
 
 def settings_to_measure(
-    *, most_samples: int, several_lights: bool, others: Sequence[Effort] = ()
+    *, max_samples: int, several_lights: bool, others: Sequence[Effort] = ()
 ) -> list[Configuration]:
-    """Return all settings, each once, none of more than `most_samples`; and of the `others`, such as named qualities,
+    """Return all settings, each once, none of more than `max_samples`; and of the `others`, such as named qualities,
     those of one STEP more at most."""
-    near = (effort for effort in others if effort.samples <= STEP * most_samples)
-    efforts = dict.fromkeys([*_efforts(most_samples, several_lights), *near])
+    near = (effort for effort in others if effort.samples <= STEP * max_samples)
+    efforts = dict.fromkeys([*_efforts(max_samples, several_lights), *near])
     blender = [Configuration(renderer="blender", effort=effort) for effort in efforts]
-    raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= most_samples]
+    raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= max_samples]
     return [*blender, *(Configuration(renderer="raycast", effort=effort) for effort in raycast)]
 
 
-def base_effort(most_samples: int) -> Effort:
+def base_effort(max_samples: int) -> Effort:
     """Return the effort of which one setting at a time is changed."""
-    return Effort(samples=min(BASE_SAMPLES, most_samples))
+    return Effort(samples=min(BASE_SAMPLES, max_samples))
 
 
-def _efforts(most_samples: int, several_lights: bool) -> Iterator[Effort]:
-    base = base_effort(most_samples)
-    for samples in _samples(most_samples):
+def _efforts(max_samples: int, several_lights: bool) -> Iterator[Effort]:
+    base = base_effort(max_samples)
+    for samples in _samples(max_samples):
         for denoiser in DENOISERS:
             yield Effort(samples=samples, denoiser=denoiser)
-    for noise in ADAPTIVE if most_samples > LOOKS_EVERY else ():
-        yield Effort(samples=most_samples, adaptive=noise)
+    for noise in ADAPTIVE if max_samples > LOOKS_EVERY else ():
+        yield Effort(samples=max_samples, adaptive=noise)
     for bounces in BOUNCES:
         yield replace(base, bounces=bounces)
     for clamp in CLAMPS:

@@ -20,7 +20,7 @@ def measure(
     count: int = 3,
     variant: str = NOMINAL,
     seeds: int = 3,
-    most_samples: int = 64,
+    max_samples: int = 64,
     reference_share: float = 0.1,
     reference_samples: int = 4096,
     workers: int = 1,
@@ -39,7 +39,7 @@ def measure(
         count: measure so many of them, 1 to 100, small to large.
         variant: the name of the variant to measure.
         seeds: renders of each setting, 2 to 64.
-        most_samples: light samples per pixel of a setting, at the most.
+        max_samples: light samples per pixel of a setting, at the most.
         reference_share: of the smallest error squared, the most that the reference's may be.
         reference_samples: the most that the reference may take.
         workers: processes that share the cores; 1 for truest times.
@@ -56,7 +56,7 @@ def measure(
         count=count,
         variant=variant,
         seeds=seeds,
-        most_samples=most_samples,
+        max_samples=max_samples,
         reference_share=reference_share,
         reference_samples=reference_samples,
     )

@@ -24,7 +24,7 @@ def measure(
     count: Annotated[int, typer.Option(metavar="N", help="Measure so many of them, 1 to 100, small to large.")] = 3,
     variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
     seeds: Annotated[int, typer.Option(metavar="N", help="Renders of each setting, 2 to 64.")] = 3,
-    most_samples: Annotated[int, typer.Option(metavar="N", help="Light samples per pixel of a setting.")] = 64,
+    max_samples: Annotated[int, typer.Option(metavar="N", help="Light samples per pixel of a setting.")] = 64,
     reference_share: Annotated[
         float, typer.Option(metavar="X", help="Of the smallest error squared, the most that the reference's may be.")
     ] = 0.1,
@@ -50,7 +50,7 @@ def measure(
             count=count,
             variant=variant,
             seeds=seeds,
-            most_samples=most_samples,
+            max_samples=max_samples,
             reference_share=reference_share,
             reference_samples=reference_samples,
             workers=workers,

@@ -7,7 +7,7 @@ from spin_usd.scene.effort import Effort
 
 
 def walk(most=64, several_lights=False, **rest):
-    return settings_to_measure(most_samples=most, several_lights=several_lights, **rest)
+    return settings_to_measure(max_samples=most, several_lights=several_lights, **rest)
 
 
 @pytest.mark.parametrize("most", [1, 2, 16, 64, 100, 256])

@@ -16,7 +16,7 @@ from benchmarks.command import asked
 
 ROOT = Path(__file__).resolve().parents[2]
 WORK = Path(tempfile.gettempdir()) / "spin_usd-stages"
-PASSED_ON = ("count", "seeds", "most_samples", "reference_share", "reference_samples", "workers")
+PASSED_ON = ("count", "seeds", "max_samples", "reference_share", "reference_samples", "workers")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def measure(options: argparse.Namespace) -> dict[str, Any]:
     if options.quick:
-        options.stages, options.count, options.seeds, options.most_samples = ["matt"], "1", "2", "1"
+        options.stages, options.count, options.seeds, options.max_samples = ["matt"], "1", "2", "1"
         options.reference_samples, options.frames = "16", "3:4"
     return {"stages": {name: of_stage(name, options) for name in options.stages}}
 

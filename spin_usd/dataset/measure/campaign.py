@@ -30,7 +30,7 @@ class MeasureRequest:
     """A user's request to `measure`.
 
     frames: a slice of the stage's pictures; count: so many of them are measured · seeds: renders of each setting ·
-    most_samples: of a setting · reference_share: of the smallest mean square error compared, the most that the
+    max_samples: of a setting · reference_share: of the smallest mean square error compared, the most that the
     reference's own may be; reference_samples: the most that it may take for that, a pixel.
     """
 
@@ -39,22 +39,22 @@ class MeasureRequest:
     count: int = 3
     variant: str = NOMINAL
     seeds: int = 3
-    most_samples: int = 64
+    max_samples: int = 64
     reference_share: float = 0.1
     reference_samples: int = 4096
 
     @property
     def hang_s(self) -> float:
-        """Seconds that a process may render without a word: a render's samples are several times `most_samples`."""
-        return HANG_S + SAMPLE_S * max(STEP, PART) * self.most_samples
+        """Seconds that a process may render without a word: a render's samples are several times `max_samples`."""
+        return HANG_S + SAMPLE_S * max(STEP, PART) * self.max_samples
 
     def __post_init__(self) -> None:
         few = f"measure 1 to {MAX_PICTURES}: they stand for the others"
         _refuse_unless(1 <= self.count <= MAX_PICTURES, f"{self.count} pictures are asked for", few)
         spread = f"take 2 to {MAX_SEEDS}: their spread is measured"
         _refuse_unless(2 <= self.seeds <= MAX_SEEDS, f"{self.seeds} seeds are asked for", spread)
-        well = 1 <= self.most_samples <= self.reference_samples <= MAX_SAMPLES
-        found = f"settings of {self.most_samples} samples and a reference of {self.reference_samples} are asked for"
+        well = 1 <= self.max_samples <= self.reference_samples <= MAX_SAMPLES
+        found = f"settings of {self.max_samples} samples and a reference of {self.reference_samples} are asked for"
         _refuse_unless(well, found, f"let them be at least 1, the reference's not fewer, and at most {MAX_SAMPLES}")
         share = f"a reference with a share of {self.reference_share:g} of the error is asked for"
         _refuse_unless(0 < self.reference_share <= 1, share, "make it above 0 and at most 1")

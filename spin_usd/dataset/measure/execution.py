@@ -31,7 +31,7 @@ class ExecutionTask:
     def __init__(self, campaign: Campaign, pictures: Sequence[PlannedPicture]) -> None:
         self._campaign = campaign
         effort, seeds = (
-            base_effort(campaign.request.most_samples),
+            base_effort(campaign.request.max_samples),
             campaign.seeds("setting", range(campaign.request.seeds)),
         )
         ordered = sorted(pictures, key=lambda each: -each.region_pixels)  # the long ones first: none is waited for

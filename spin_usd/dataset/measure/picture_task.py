@@ -27,12 +27,12 @@ class PictureTask:
         self._campaign, self._picture = campaign, picture
         request = campaign.request
         settings = settings_to_measure(
-            most_samples=request.most_samples,
+            max_samples=request.max_samples,
             several_lights=picture.light_groups > 1,
             others=tuple(QUALITIES.values()),
         )
         self._settings = {setting: self._series(setting) for setting in settings}
-        samples = max(min(PART * request.most_samples, request.reference_samples // FIRST_PARTS), 1)
+        samples = max(min(PART * request.max_samples, request.reference_samples // FIRST_PARTS), 1)
         self._part = Effort(samples=samples, bounces=REFERENCE_BOUNCES)
         self._most_parts = max(request.reference_samples // samples, FIRST_PARTS)
         self._savings = SavingsTask(campaign, picture) if savings else None

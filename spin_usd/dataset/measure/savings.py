@@ -18,7 +18,7 @@ class SavingsTask:
 
     def __init__(self, campaign: Campaign, picture: PlannedPicture) -> None:
         self._campaign, self._picture = campaign, picture
-        self._effort = base_effort(campaign.request.most_samples)
+        self._effort = base_effort(campaign.request.max_samples)
         self._seeds = campaign.seeds("setting", range(campaign.request.seeds))
         self._runs: dict[str, dict[str, list[str]]] = {}
         self.failures: list[Failure] = []

@@ -31,7 +31,7 @@ from tests.conftest import REPOSITORY, speedplus_camera
 RAYCAST = ProcessKind(renderer="raycast")
 MARK_S = 4321.0  # seconds that no render of this test takes
 PATIENCE_S = 120.0  # for twelve small renders
-OPTIONS = ("--frames", "0:1", "--most-samples", 4, "--seeds", 2)
+OPTIONS = ("--frames", "0:1", "--max-samples", 4, "--seeds", 2)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed) -> 
 
 @pytest.mark.slow
 def test_all_settings_are_measured_on_the_picture(measured) -> None:
-    walked = settings_to_measure(most_samples=4, several_lights=False, others=tuple(QUALITIES.values()))
+    walked = settings_to_measure(max_samples=4, several_lights=False, others=tuple(QUALITIES.values()))
     assert [each.setting for each in measured.figures] == walked
     assert measured.failures == ()
     assert [frame.name for frame in measured.frames] == ["img000001"]
@@ -287,7 +287,7 @@ def test_work_is_told_of_once() -> None:
         {"count": 101},
         {"seeds": 1},
         {"seeds": 65},
-        {"most_samples": 0},
+        {"max_samples": 0},
         {"reference_samples": 63},
         {"reference_share": 0.0},
         {"reference_share": float("nan")},
@@ -385,7 +385,7 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
 
 
 def test_the_patience_grows_with_the_samples(tmp_path) -> None:
-    few, many = (MeasureRequest(stage=tmp_path, most_samples=samples).hang_s for samples in (1, 1024))
+    few, many = (MeasureRequest(stage=tmp_path, max_samples=samples).hang_s for samples in (1, 1024))
     assert few > HANG_S
     assert many - few > 1023 * STEP  # seconds, a sample of its longest render
 
