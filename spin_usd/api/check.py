@@ -6,7 +6,7 @@ from spin_usd.dataset.check import check as checking
 from spin_usd.progress import Progress, ignore
 
 
-def check(path: str | Path, *, on_progress: Progress = ignore) -> checking.Checked:
+def check(path: str | Path, *, on_progress: Progress = ignore) -> checking.CheckReport:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency.
 
     Args:

@@ -22,25 +22,29 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checked:
-    """kind: "stage" or "dataset" · findings on it · views: what a stage's own pictures show, where they can be read."""
+class CheckReport:
+    """The findings of a check.
+
+    kind: "stage" or "dataset" · findings: what is wrong with it · views: what a stage's own pictures show, where they
+    can be read.
+    """
 
     kind: str
     findings: list[Finding]
     views: Views | None = None
 
 
-def check(path: Path, *, progress: Progress) -> Checked:
+def check(path: Path, *, progress: Progress) -> CheckReport:
     """Check the stage or dataset at `path`. Raises InputError when it is neither."""
     if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
-        return Checked(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
+        return CheckReport(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
     if (root := root_layer(path)).is_file():
         return check_stage(root, progress=progress)
     do = "give a .usda file, or a folder with dataset.json"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
 
 
-def check_stage(root: Path, *, progress: Progress) -> Checked:
+def check_stage(root: Path, *, progress: Progress) -> CheckReport:
     """Check the stage whose root layer is `root`."""
     try:
         with Child(memory=stage_memory()) as child:
@@ -52,9 +56,9 @@ def check_stage(root: Path, *, progress: Progress) -> Checked:
             )
     except ChildDiedError as died:
         unreadable = Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")
-        return Checked(kind="stage", findings=[unreadable])
+        return CheckReport(kind="stage", findings=[unreadable])
     views = Views.from_json(found["views"]) if found["views"] else None
-    return Checked(kind="stage", findings=[Finding(**finding) for finding in found["findings"]], views=views)
+    return CheckReport(kind="stage", findings=[Finding(**finding) for finding in found["findings"]], views=views)
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
