@@ -41,7 +41,7 @@ def standard_error(sigma, count):
     return sigma**2 * np.sqrt(2 / count)
 
 
-def test_variance_and_bias_are_told_apart() -> None:
+def test_variance_and_bias_are_reported_apart() -> None:
     value, sigma, bias = truth(), 0.2, 0.1
     found = linear_error(noisy((1 + bias) * value, sigma / (1 + bias), SEEDS, 2), known_reference(value))
     chance = CHANCE * standard_error(sigma, 3 * PIXELS)

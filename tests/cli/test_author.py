@@ -1,4 +1,4 @@
-"""`spin-usd author`: what its help tells, and the stage of one page."""
+"""`spin-usd author`: what its help says, and the stage of one page."""
 
 import json
 import re
@@ -26,7 +26,7 @@ def test_the_help_names_all_that_travels_along(spin_usd) -> None:
         assert set(bundled_names(kind)) <= said
 
 
-def test_lights_and_environments_are_told_apart_as_usd_reads_them() -> None:
+def test_lights_and_environments_are_reported_apart_as_usd_reads_them() -> None:
     for kind, prim in (("lights", "Lights"), ("environment", "Environment")):
         assert {open_layer(bundled(kind, name)).defaultPrim for name in bundled_names(kind)} == {prim}
     files = {file.stem for file in (REPOSITORY / "stages" / "environments").glob("*.usda")}

@@ -130,13 +130,13 @@ SPECK = """
 """
 
 
-@pytest.mark.parametrize(("away", "told"), [(-150.0, 0), (-200.0, 1), (-1e5, 1), (500.0, 0)])
-def test_targets_smaller_than_a_few_pixels_are_told(away, told, tmp_path) -> None:
+@pytest.mark.parametrize(("away", "count"), [(-150.0, 0), (-200.0, 1), (-1e5, 1), (500.0, 0)])
+def test_targets_smaller_than_a_few_pixels_are_reported(away, count, tmp_path) -> None:
     from tests.extremes.stages import STAGE
 
     lens = (64, 48, 500.0, 500.0, 32.0, 24.0)  # a cube of 1 m is 1.73 m from corner to corner
     path = tmp_path / "stage.usda"
     path.write_text(STAGE.format(unit=1.0, lens=lens, world="", camera="", target=SPECK.format(away=away), size=1))
     found = [finding for finding in check_stage(path) if finding.code == "target-small"]
-    assert [(finding.where, finding.severity) for finding in found] == [("/World/Target", "warning")] * told
+    assert [(finding.where, finding.severity) for finding in found] == [("/World/Target", "warning")] * count
     assert all("labels, which are of pixel centres, may show nothing of it" in finding.message for finding in found)

@@ -86,7 +86,7 @@ def test_bad_cameras_are_refused_in_one_sentence_that_names_the_file(tmp_path: P
     assert "\n" not in str(caught.value)
 
 
-def test_four_coefficients_are_told(tmp_path: Path) -> None:
+def test_four_coefficients_are_reported(tmp_path: Path) -> None:
     four = read_camera_file(write(tmp_path, SPEEDPLUS | {"distCoeffs": [[-0.2, 0.1, 0, 0]]}))
     assert four.notes == ("camera.json has four 'distCoeffs', k1, k2, p1 and p2: k3 is taken for 0",)
     assert read_camera_file(write(tmp_path, SPEEDPLUS)).notes == ()

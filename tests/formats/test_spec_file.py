@@ -57,7 +57,7 @@ def test_a_count_numbers_the_names(tmp_path) -> None:
     assert [a.name for a in read(tmp_path, GOOD).augmentations] == ["a"]
 
 
-def test_words_unit_and_per_are_told_apart(tmp_path) -> None:
+def test_words_unit_and_per_are_reported_apart(tmp_path) -> None:
     text = '[augmentation.sample]\n"sun.factor" = { distribution = "uniform", low = 1, high = 2, per = "frame" }'
     ((entry,),) = (a.sample for a in read(tmp_path, GOOD + text).augmentations)
     assert (entry.parameter, entry.per_frame, entry.unit) == ("sun.factor", True, None)

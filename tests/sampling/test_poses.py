@@ -1,4 +1,4 @@
-"""Poses drawn one by one: where they put the target, and that all of it is in the picture where that is asked for."""
+"""Poses sampled one by one: where they put the target, and that all of it is in the picture where that is asked for."""
 
 from dataclasses import replace
 
@@ -23,13 +23,13 @@ PLACE = PositionLaw(
 SURE = 1e-3  # of a test of the right distribution, the seed being what it is
 
 
-def drawn(law, count=400, hull=HULL):
+def sampled(law, count=400, hull=HULL):
     found = [law.sample(stream(5, "pose", str(i)), CAMERA, hull) for i in range(count)]
     return tuple(np.array(each) for each in zip(*found, strict=True))
 
 
 def test_range_and_offsets_are_as_their_laws_say() -> None:
-    _, t = drawn(PoseLaw(place=PLACE, attitude=Attitudes()), count=2000)
+    _, t = sampled(PoseLaw(place=PLACE, attitude=Attitudes()), count=2000)
     u, v = (CAMERA.project(t) - (CAMERA.cx, CAMERA.cy)).T
     assert kstest(np.linalg.norm(t, axis=1), uniform(2, 8).cdf).pvalue > SURE
     assert kstest(u, truncnorm(-200 / 90, 200 / 90, scale=90).cdf).pvalue > SURE
@@ -38,9 +38,9 @@ def test_range_and_offsets_are_as_their_laws_say() -> None:
 
 def test_all_of_the_target_is_in_the_picture_where_that_is_asked_for() -> None:
     whole = PoseLaw(place=PLACE, attitude=Attitudes(), whole=True)
-    for q, t in zip(*drawn(whole), strict=True):
+    for q, t in zip(*sampled(whole), strict=True):
         assert in_frame(CAMERA, HULL, q[None], t[None])
-    anywhere = drawn(PoseLaw(place=PLACE, attitude=Attitudes()))
+    anywhere = sampled(PoseLaw(place=PLACE, attitude=Attitudes()))
     assert not all(in_frame(CAMERA, HULL, q[None], t[None]) for q, t in zip(*anywhere, strict=True))
 
 

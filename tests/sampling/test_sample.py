@@ -14,7 +14,7 @@ LEAST_P = 1e-3  # seeds are fixed: a test that passes once passes always
 FRAMES = [f"img{i:06d}" for i in range(N)]
 
 
-def drawn(words, factor=1.0, name="a"):
+def sampled(words, factor=1.0, name="a"):
     sample = Sample(parameter="p", distribution=distribution_of(words, factor), per_frame=True)
     return np.array(sample_all([sample], seed=3, name=name, frames=FRAMES).per_frame["p"])
 
@@ -29,16 +29,16 @@ def drawn(words, factor=1.0, name="a"):
     ],
 )
 def test_numbers_are_distributed_as_scipys(words, law) -> None:
-    assert stats.kstest(drawn(words), law.cdf).pvalue > LEAST_P
+    assert stats.kstest(sampled(words), law.cdf).pvalue > LEAST_P
 
 
 def test_units_scale_the_distribution_as_a_whole() -> None:
     words = {"distribution": "normal", "mean": 2, "sigma": 0.5, "low": 1}
-    np.testing.assert_allclose(drawn(words, factor=1000), 1000 * drawn(words), rtol=1e-8)
+    np.testing.assert_allclose(sampled(words, factor=1000), 1000 * sampled(words), rtol=1e-8)
 
 
 def test_directions_are_alike_in_solid_angle() -> None:
-    d = drawn({"distribution": "directions", "axis": [1, 2, -2], "least": 20, "most": 120})
+    d = sampled({"distribution": "directions", "axis": [1, 2, -2], "least": 20, "most": 120})
     cosines = d @ np.array([1, 2, -2]) / 3
     low, high = np.cos(np.radians(120)), np.cos(np.radians(20))
     assert stats.kstest(cosines, stats.uniform(low, high - low).cdf).pvalue > LEAST_P
@@ -46,14 +46,14 @@ def test_directions_are_alike_in_solid_angle() -> None:
 
 
 def test_attitudes_have_scipys_angles() -> None:
-    q = drawn({"distribution": "attitudes"})
+    q = sampled({"distribution": "attitudes"})
     angles = 2 * np.arccos(np.clip(q[:, 0], -1, 1))  # density (1 - cos) / pi of uniform rotations
     assert stats.kstest(angles, lambda a: (a - np.sin(a)) / np.pi).pvalue > LEAST_P
     assert (q[:, 0] >= 0).all()
 
 
 def test_choices_have_their_weights() -> None:
-    found = drawn({"distribution": "choice", "values": [True, False], "weights": [1, 3]})
+    found = sampled({"distribution": "choice", "values": [True, False], "weights": [1, 3]})
     assert stats.binomtest(int(found.sum()), N, 0.25).pvalue > LEAST_P
 
 

@@ -1,4 +1,4 @@
-"""A mesh refuses what no renderer may see, and knows its own extent."""
+"""A mesh refuses what no renderer may see, and has its own extent."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A scene knows where in the picture its target is."""
+"""A scene says where in the picture its target is."""
 
 from tests.cases.scenes import box, scene, target
 

@@ -1,4 +1,4 @@
-"""Chance against SciPy's distributions, and the streams it is drawn from."""
+"""Chance against SciPy's distributions, and the streams it is sampled from."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,13 @@ DRAWS = 400_000
 SIGMAS = 5.0  # standard errors that a sample's moment may be off
 
 
-def drawn(mean, count=DRAWS, seed=3):
+def sampled(mean, count=DRAWS, seed=3):
     return counted(np.full(count, mean, np.float32), stream(seed, SHOT)).astype(np.float64)
 
 
 @pytest.mark.parametrize("mean", [0.02, 0.7, 5, FEW - 0.01, FEW, 20, 100, 3000, 2e5])
 def test_electrons_have_poissons_moments(mean) -> None:
-    found = drawn(mean)
+    found = sampled(mean)
     expected = [float(moment) for moment in stats.poisson.stats(mean, moments="mvs")]
     fourth = mean * (1 + 3 * mean)  # the central moment
     errors = np.array([np.sqrt(mean), np.sqrt(fourth - mean**2), np.sqrt(6 + 30 / mean)]) / np.sqrt(DRAWS)
@@ -28,7 +28,7 @@ def test_electrons_have_poissons_moments(mean) -> None:
 @pytest.mark.parametrize("mean", [0.3, 4, FEW, 15, 40])
 def test_electrons_have_poissons_distribution(mean) -> None:
     """By a chi-square test of every count that is likely enough."""
-    found = drawn(mean, 100_000).astype(int)
+    found = sampled(mean, 100_000).astype(int)
     counts = np.arange(found.max() + 1)
     likely = stats.poisson.pmf(counts, mean) * len(found) > 20
     observed = np.append(np.bincount(found)[likely], np.isin(found, counts[likely], invert=True).sum())

@@ -1,4 +1,4 @@
-"""What is told of progress where standard error is no terminal."""
+"""Reports of progress where standard error is not a terminal."""
 
 import pytest
 

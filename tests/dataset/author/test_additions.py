@@ -107,12 +107,14 @@ def test_surfaces_of_one_part_are_one_part_and_all_others_keep_their_own(
     assert check_stage(made.root) == ()
 
 
-@pytest.mark.parametrize(("scale", "told"), [(1, 0), (1000, 1)])
-def test_keypoints_of_another_unit_are_told(inputs: dict[str, Any], tmp_path: Path, scale: float, told: int) -> None:
+@pytest.mark.parametrize(("scale", "count"), [(1, 0), (1000, 1)])
+def test_keypoints_of_another_unit_are_reported(
+    inputs: dict[str, Any], tmp_path: Path, scale: float, count: int
+) -> None:
     given = {name: [scale * x for x in point] for name, point in KEYPOINTS.items()}
     (tmp_path / "keypoints.json").write_text(json.dumps(given))
     notes = author_stage(**inputs, additions={"keypoints": tmp_path / "keypoints.json"}).notes
-    assert sum("keypoints far off the target: 2 of 2" in note for note in notes) == told
+    assert sum("keypoints far off the target: 2 of 2" in note for note in notes) == count
 
 
 def test_a_link_where_the_stage_shall_be_is_told(inputs: dict[str, Any], tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ ROUNDED = 1e-6  # degrees; sampled values have nine digits
 EARTH_RADIUS = 6378137.0
 
 
-def drawn(name, count=None, seed=0, step=1):
+def sampled(name, count=None, seed=0, step=1):
     example = open_example(name)
     camera = lens_of(open_camera_layer(bundled("camera", example.camera)))
     corners = box_corners(describe(bundled("target", example.target), example.target))
@@ -141,7 +141,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path) -> No
 
 @pytest.mark.parametrize("name", ["speedplus", "cubesat_cdt"])
 def test_a_picture_does_not_depend_on_how_many_there_are(name) -> None:
-    (_, few, less), (_, many, more) = drawn(name, 4), drawn(name, 13)
+    (_, few, less), (_, many, more) = sampled(name, 4), sampled(name, 13)
     where = {shot.name: i for i, shot in enumerate(many)}
     for i, shot in enumerate(few):
         assert (less.t_cam_body[i] == more.t_cam_body[where[shot.name]]).all()
@@ -150,7 +150,7 @@ def test_a_picture_does_not_depend_on_how_many_there_are(name) -> None:
 
 @pytest.mark.parametrize("name", ["speedplus", "urso", "cubesat_cdt"])
 def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) -> None:
-    """Not even where it was drawn again for a constraint."""
+    """Not even where it was sampled again for a constraint."""
     found = []
     for count in (4, 12):
         report = author_example(example=name, out=tmp_path / str(count), count=count)
@@ -184,7 +184,7 @@ def test_names_are_unique_and_counts_are_the_published_ones(name) -> None:
 
 @pytest.mark.parametrize("name", sorted(RANGES))
 def test_ranges_are_the_published_ones(name) -> None:
-    _, _, poses = drawn(name, 500)
+    _, _, poses = sampled(name, 500)
     away = np.linalg.norm(poses.t_cam_body, axis=1)
     low, high = RANGES[name]
     assert low <= away.min() < away.max() <= high
@@ -192,7 +192,7 @@ def test_ranges_are_the_published_ones(name) -> None:
 
 def test_speedplus_has_the_distributions_of_the_published_poses(shared) -> None:
     real = read_pose_list(shared / "data" / "speedplus" / "synthetic_validation.json")
-    camera, _, made = drawn("speedplus", 2000)
+    camera, _, made = sampled("speedplus", 2000)
     pairs = [(np.linalg.norm(p.t_cam_body, axis=1), *offsets(camera, p.t_cam_body).T) for p in (real, made)]
     for a, b in zip(*pairs, strict=True):
         assert ks_2samp(a, b).pvalue > SURE
@@ -210,7 +210,7 @@ def test_speedplus_has_the_earth_behind_its_second_half(tmp_path) -> None:
 def test_roe1_is_like_the_published_trajectory(shared) -> None:
     """In range, in way and turn from picture to picture, in attitudes and in where it is in the picture."""
     real = read_pose_list(shared / "data" / "shirt" / "roe1.json")
-    _, chosen, made = drawn("shirt")
+    _, chosen, made = sampled("shirt")
     mine = np.array([shot.part.name == "roe1" for shot in chosen])
     t, q = made.t_cam_body[mine], made.q_cam_body[mine]
     assert len(t) == len(real) == 2371
@@ -226,7 +226,7 @@ def test_roe1_is_like_the_published_trajectory(shared) -> None:
 
 
 def test_roe2_comes_as_near_as_the_published_approach() -> None:
-    _, chosen, made = drawn("shirt")
+    _, chosen, made = sampled("shirt")
     t = made.t_cam_body[[shot.part.name == "roe2" for shot in chosen]]
     away = np.linalg.norm(t, axis=1)
     assert (away[0], away.min()) == (pytest.approx(7.88, abs=0.1), pytest.approx(2.89, abs=0.1))
@@ -236,7 +236,7 @@ def test_roe2_comes_as_near_as_the_published_approach() -> None:
 
 @pytest.mark.parametrize("name", ["spark", "swisscube", "cubesat_cdt"])
 def test_sequences_move_and_turn_steadily(name) -> None:
-    _, chosen, made = drawn(name, 300)
+    _, chosen, made = sampled(name, 300)
     turned = Rotation.from_quat(made.q_cam_body, scalar_first=True)
     for sequence in {shot.sequence_name for shot in chosen}:
         rows = [i for i, shot in enumerate(chosen) if shot.sequence_name == sequence]

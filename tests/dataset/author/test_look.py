@@ -1,4 +1,4 @@
-"""author tells of targets that no picture shows, and of light that vanishes beside the Sun's."""
+"""author reports targets that no picture shows, and light that vanishes beside the Sun's."""
 
 import json
 import re

@@ -316,7 +316,7 @@ def test_a_prim_of_a_file_without_prims_is_told(authored: Any, tmp_path: Path) -
         authored(tmp_path / "box.stl", prim="/Box", units_per_metre=1)
 
 
-def test_lights_of_the_targets_own_file_are_told(authored: Any) -> None:
+def test_lights_of_the_targets_own_file_are_reported(authored: Any) -> None:
     body = 'def Xform "W"\n{\n def Cube "C"\n {\n }\n def SphereLight "Lamp"\n {\n }\n}\n'
     assert "1 light of the target's own file shines in every picture (/W/Lamp)" in authored(layer(body)).notes
 

@@ -60,7 +60,7 @@ def findings(report: AuthorReport) -> list[Finding]:
     return [finding for finding in check_stage(report.root) if finding.code.startswith(("target", "camera"))]
 
 
-def test_size_and_distance_are_told(craft: Path) -> None:
+def test_size_and_distance_are_reported(craft: Path) -> None:
     report = author(craft, (0, 0, 5), (0, 0, 8))
     assert report.views is not None
     assert report.views.size == pytest.approx((1.1, 0.8, 0.3))
@@ -80,7 +80,7 @@ def test_size_and_distance_are_told(craft: Path) -> None:
         ((0.2, 0.1, 0.05), "camera-inside", "the camera is inside the target's bounding box"),
     ],
 )
-def test_pictures_that_a_user_may_not_have_meant_are_told(
+def test_pictures_that_a_user_may_not_have_meant_are_reported(
     craft: Path, place: tuple[float, float, float], code: str, said: str
 ) -> None:
     report = author(craft, (0, 0, 5), place, (0, 0, 6))
@@ -98,7 +98,7 @@ def test_no_picture_of_the_target_is_an_error(craft: Path) -> None:
     ]
 
 
-def test_pictures_of_the_dark_side_are_told(craft: Path, tmp_path: Path) -> None:
+def test_pictures_of_the_dark_side_are_reported(craft: Path, tmp_path: Path) -> None:
     report = author(craft, (0, 0, 5), additions={"sun_direction": [0, 0, 1]})
     assert [note for note in report.notes if "turned away from the Sun (p0)" in note]
     assert [finding.code for finding in findings(report)] == ["target-unlit"]

@@ -1,4 +1,4 @@
-"""Coincident faces are told where they are seen, by their prims and their share of the area."""
+"""Coincident faces are reported where they are seen, by their prims and their share of the area."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ BOX = box()
 AREA = 6.0  # of the box of side 1
 
 
-def told(*meshes):
+def reported(*meshes):
     """The findings on the meshes (points, faces) together, each a part of its own."""
     first = np.cumsum([0, *(len(points) for points, _ in meshes)])
     faces = np.concatenate([faces + n for (_, faces), n in zip(meshes, first, strict=False)])
@@ -28,33 +28,33 @@ def patch(z, half=0.2, winding=1):
 @pytest.mark.parametrize("gap", [0.0, 0.5 * GAP])
 def test_a_patch_in_a_wall_is_told(gap, winding) -> None:
     """Only the patch's middles lie in the wall's faces; the wall's lie beside the patch, or it would count too."""
-    (finding,) = told(BOX, patch(0.5 + gap, 0.1, winding))
+    (finding,) = reported(BOX, patch(0.5 + gap, 0.1, winding))
     assert (finding.code, finding.severity, finding.where) == ("faces-coincident", "warning", "/T")
     assert "/T/p1 with /T/p2" in finding.message
     assert f"faces that hold {100 * 0.04 / (AREA + 0.04):.3g} % of its area overlap others" in finding.message
 
 
 def test_a_patch_before_a_wall_is_fine() -> None:
-    assert told(BOX, patch(0.5 + 3 * GAP)) == []
+    assert reported(BOX, patch(0.5 + 3 * GAP)) == []
 
 
 def test_what_touches_within_is_nobodys_to_see() -> None:
     """Two boxes side by side share a wall; a plate within a closed box lies in another."""
     aside = BOX[0] + np.array([1.0, 0, 0]), BOX[1]
-    assert told(BOX, aside) == []
-    assert told(BOX, patch(0.1), patch(0.1)) == []
+    assert reported(BOX, aside) == []
+    assert reported(BOX, patch(0.1), patch(0.1)) == []
 
 
 def test_a_part_with_itself() -> None:
     points, faces = BOX
-    (finding,) = told((points, np.concatenate([faces, faces])))
+    (finding,) = reported((points, np.concatenate([faces, faces])))
     assert "faces that hold 100 % of its area overlap others (/T/p1 with itself)" in finding.message
 
 
 def test_little_is_not_worth_a_word() -> None:
     half = 0.5 * np.sqrt(0.9 * MIN_SHARE * AREA)
-    assert told(BOX, patch(0.5, half)) == []
-    assert told(BOX, patch(0.5, half * 1.1))
+    assert reported(BOX, patch(0.5, half)) == []
+    assert reported(BOX, patch(0.5, half * 1.1))
 
 
 @pytest.mark.slow

@@ -411,7 +411,7 @@ def test_several_processes_share_the_jobs(opened) -> None:
 
 
 def test_what_a_measurement_will_not_serve_for_is_told_before_anything_is_rendered(tmp_path, small_stage) -> None:
-    """The stage's detector has no noise; the run is ended where it is told so."""
+    """The stage's detector has no noise; the run is ended where that is said."""
 
     class ToldError(Exception):
         pass

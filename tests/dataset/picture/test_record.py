@@ -26,7 +26,7 @@ def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_
     assert (image["dtype"], image["channels"], image["encoding"]) == ("uint8", {"Y": "grey"}, "srgb")
 
 
-def test_names_that_change_nothing_else_are_told_without_making_anything_again(small_stage, tmp_path, spin_usd) -> None:
+def test_names_that_change_nothing_else_are_reported_and_nothing_is_made_again(small_stage, tmp_path, spin_usd) -> None:
     stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"
     shutil.copytree(small_stage.parent, stage.parent)
     before = render(spin_usd, stage, out, "--labels-only")

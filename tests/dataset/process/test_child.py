@@ -67,7 +67,7 @@ def test_what_libraries_print_does_not_reach_the_answers() -> None:
         assert "blender" in child.call("try_renderer", name="blender")
 
 
-def test_answers_that_arrive_together_are_told_one_by_one() -> None:
+def test_answers_that_arrive_together_are_reported_one_by_one() -> None:
     with Child() as child:
         for _ in range(2):
             child.send("try_renderer", name="raycast")

@@ -325,7 +325,7 @@ def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path) -> Non
     assert content(dataset) == before
 
 
-def test_strays_are_told_of_the_datasets_own_places_alone(dataset) -> None:
+def test_strays_are_reported_of_the_datasets_own_places_alone(dataset) -> None:
     for name in ("notes/a/b.txt", "image.old/nominal/c.png", "image/nominal/sub/d.png", "cache/mine/e.txt"):
         (dataset / name).parent.mkdir(parents=True, exist_ok=True)
         (dataset / name).write_text("mine")

@@ -205,7 +205,7 @@ def lambert_phase(angle):
 @pytest.mark.parametrize("size_px", [0.05, 1.0, 7.0, 30.0])
 @pytest.mark.parametrize("angle", [0.0, 70.0, 110.0])
 def test_a_planet_has_all_of_its_light_at_any_size(size_px, angle) -> None:
-    """(2/3) albedo E (R / d)^2 phase: a dot, a disc drawn ray by ray, and one drawn pixel by pixel."""
+    """(2/3) albedo E (R / d)^2 phase: a dot, a disc rendered ray by ray, and one rendered pixel by pixel."""
     radius, turn = 1e6, np.radians(angle)
     camera = replace(CAMERA, fx=37360.0, fy=37360.0, distortion=(0.0,) * 5)  # so that it is far at any size
     distance = radius * camera.fx / size_px

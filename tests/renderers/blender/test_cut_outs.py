@@ -52,8 +52,8 @@ def layers(make_scene, square, count, *, apart=0.1, **fields):
 def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count) -> None:
     """By both renderers, and by the chequer itself."""
     scene = layers(make_scene, square, count)
-    cast, drawn = RaycastRenderer().visibility(scene), blender.visibility(scene)
-    assert (cast.face != drawn.face).sum() <= SEAM_PIXELS
+    cast, rendered = RaycastRenderer().visibility(scene), blender.visibility(scene)
+    assert (cast.face != rendered.face).sum() <= SEAM_PIXELS
     assert {0, 1, 2 * count, 2 * count + 1} <= set(np.unique(cast.face))
     seen = visible_surface(scene, cast)
     front = seen.face < 2
@@ -69,8 +69,8 @@ def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count)
 
 def test_holes_in_layers_that_almost_touch(blender, make_scene, square) -> None:
     scene = layers(make_scene, square, 6, apart=2e-5)
-    cast, drawn = RaycastRenderer().visibility(scene).face, blender.visibility(scene).face
-    assert (cast != drawn).sum() <= SEAM_PIXELS
+    cast, rendered = RaycastRenderer().visibility(scene).face, blender.visibility(scene).face
+    assert (cast != rendered).sum() <= SEAM_PIXELS
 
 
 @pytest.mark.parametrize(("opacity", "there"), [(0.49, False), (0.5, True), (0.51, True)])

@@ -119,7 +119,7 @@ def test_rays_aimed_at_edges_do_not_slip_between_the_triangles() -> None:
 
 
 def test_the_same_faces_whatever_the_region() -> None:
-    """A pixel's face does not depend on which other pixels are drawn with it."""
+    """A pixel's face does not depend on which other pixels are rendered with it."""
     points, faces, parts = soup(2)
     s = scene(target(points, faces, parts=parts))
     whole = RENDERER.visibility(s)

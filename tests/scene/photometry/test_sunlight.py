@@ -1,4 +1,4 @@
-"""The Sun that a record tells of."""
+"""The Sun that a record holds."""
 
 import numpy as np
 import pytest

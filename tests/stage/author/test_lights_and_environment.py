@@ -22,7 +22,7 @@ def scene(root):
     return reader.scene(reader.frames[0])
 
 
-def test_those_that_travel_along_are_told_apart_by_their_kind() -> None:
+def test_those_that_travel_along_are_reported_apart_by_their_kind() -> None:
     assert bundled_names("lights") == ("lightbox", "sun", "sunlamp")
     assert bundled_names("environment") == ("back_plate", "deep_space", "earth", "earth_full", "stars")
 

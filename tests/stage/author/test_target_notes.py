@@ -85,7 +85,7 @@ def test_a_group_has_a_stand_in_only_where_it_says_so(make_stage) -> None:
 
 
 @pytest.mark.parametrize(("scheme", "told"), [("", True), ('uniform token subdivisionScheme = "catmullClark"', False)])
-def test_normals_that_the_default_scheme_ignores_are_told(make_stage, scheme, told) -> None:
+def test_normals_that_the_default_scheme_ignores_are_reported(make_stage, scheme, told) -> None:
     mesh = f"""def Mesh "Fin"
     {{
         int[] faceVertexCounts = [4]

@@ -441,7 +441,7 @@ def test_samples_between_the_pictures_show_the_motion(make_stage: Callable[..., 
     assert not [finding for finding in check_stage(path) if finding.code in ("pose-blended", "scene")]
 
 
-def test_all_of_a_stages_errors_are_told_at_once(copied: Path) -> None:
+def test_all_of_a_stages_errors_are_reported_at_once(copied: Path) -> None:
     """One for each reader: of the camera, the target, its gprims, what lies outside, the lights."""
 
     def spoil(stage: Usd.Stage) -> None:

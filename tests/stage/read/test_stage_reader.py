@@ -152,7 +152,7 @@ def test_the_variant_is_the_one_asked_for_whatever_the_stage_selects(make_stage,
     assert reader.variant_selections == ({} if variant == "nominal" else {"augmentation": "tele"})
 
 
-def test_the_selections_of_every_prim_are_told(make_stage) -> None:
+def test_the_selections_of_every_prim_are_reported(make_stage) -> None:
     """By the set's name for the default prim, by path and set for what lies below it, instances too; none where nothing
     is selected."""
     path = make_stage()
