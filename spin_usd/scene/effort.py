@@ -38,6 +38,9 @@ class Effort:
     reduction: int = 1
 
     def __post_init__(self) -> None:
+        for field in fields(self):
+            kinds, kind = _KINDS[type(field.default)]
+            self._refuse_unless(field.name, type(getattr(self, field.name)) in kinds, kind)
         self._refuse_unless("samples", 1 <= self.samples <= MAX_SAMPLES, f"1 to {MAX_SAMPLES}")
         self._refuse_unless("adaptive", 0 <= self.adaptive < 1, "at least 0 and below 1")
         self._refuse_unless("denoiser", self.denoiser in DENOISERS, f"one of {', '.join(DENOISERS)}")
@@ -47,7 +50,7 @@ class Effort:
 
     def _refuse_unless(self, name: str, well: bool, do: str) -> None:
         if not well:
-            raise InputError(f"{name} is {getattr(self, name)}", where="effort", do=f"make it {do}")
+            raise InputError(f"{name} is {getattr(self, name)!r}", where="effort", do=f"make it {do}")
 
     @property
     def unusual(self) -> tuple[str, ...]:
@@ -60,6 +63,17 @@ class Effort:
         """The text that a person writes, such as `samples=16,denoiser=fast`: the samples, and the settings that are not
         the usual ones."""
         return ",".join(f"{k}={_text(getattr(self, k))}" for k in dict.fromkeys(("samples", *self.unusual)))
+
+
+_KINDS: Mapping[type, tuple[tuple[type, ...], str]] = MappingProxyType(
+    {
+        int: ((int,), "a whole number"),  # not a bool, though that is an int to Python
+        float: ((int, float), "a number"),
+        bool: ((bool,), "True or False"),
+        str: ((str,), "text"),
+    }
+)
+"""The types that a setting may have, and what to call them: by the type of its default."""
 
 
 QUALITIES: Mapping[str, Effort] = MappingProxyType(

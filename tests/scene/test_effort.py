@@ -1,3 +1,5 @@
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,6 +17,25 @@ efforts = st.builds(
     light_tree=st.booleans(),
     reduction=st.sampled_from(REDUCTIONS),
 )
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"samples": 1.5}, "samples is 1.5; make it a whole number"),
+        ({"samples": "4"}, "samples is '4'; make it a whole number"),
+        ({"samples": True}, "samples is True; make it a whole number"),
+        ({"adaptive": "0.1"}, "adaptive is '0.1'; make it a number"),
+        ({"denoiser": None}, "denoiser is None; make it text"),
+        ({"bounces": 2.0}, "bounces is 2.0; make it a whole number"),
+        ({"clamp": False}, "clamp is False; make it a number"),
+        ({"light_tree": 1}, "light_tree is 1; make it True or False"),
+        ({"reduction": 2.0}, "reduction is 2.0; make it a whole number"),
+    ],
+)
+def test_a_setting_of_another_type_is_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Effort(**given)
 
 
 @given(efforts)
@@ -38,7 +59,7 @@ def test_numbers_are_written_with_all_their_digits_and_no_more() -> None:
         ("samples=1.5", "samples is '1.5'"),
         ("adaptive=1", "adaptive is 1"),
         ("adaptive=nan", "adaptive is nan"),
-        ("denoiser=optix", "denoiser is optix"),
+        ("denoiser=optix", "denoiser is 'optix'"),
         ("bounces=-1", "bounces is -1"),
         ("clamp=inf", "clamp is inf"),
         ("light_tree=yes", "light_tree is 'yes'"),
