@@ -11,6 +11,7 @@ import spin_usd
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.errors import FINDINGS
 
 
@@ -30,7 +31,8 @@ def measure(
     ] = 0.1,
     reference_samples: Annotated[int, typer.Option(metavar="N", help="The most that the reference may take.")] = 4096,
     workers: Annotated[
-        int, typer.Option(metavar="N", min=1, max=1024, help="Processes that share the cores; 1 for truest times.")
+        int,
+        typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Processes that share the cores; 1 for truest times."),
     ] = 1,
     as_json: Json = False,
 ) -> None:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
+from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.dataset.store.stage_path import root_layer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
@@ -57,5 +58,5 @@ Verify = Annotated[
 ]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
-    int | None, typer.Option(metavar="N", min=1, max=1024, help="Worker processes; as many as fit if not given.")
+    int | None, typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Worker processes; as many as fit if not given.")
 ]

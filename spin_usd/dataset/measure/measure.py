@@ -23,7 +23,7 @@ from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.open_renderer import require_renderer
-from spin_usd.dataset.process.processors import share_of, usable_cpus
+from spin_usd.dataset.process.processors import refuse_workers, share_of, usable_cpus
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
@@ -58,6 +58,7 @@ def measure(
     anything is rendered, with what the measurement will not serve for. Raises InputError, also where the folder holds a
     measurement of another stage or variant, OutputError, and RenderError where no picture could be measured.
     """
+    refuse_workers(workers)
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     require_renderer("blender")

@@ -4,12 +4,22 @@ import os
 import sys
 from collections.abc import Sequence
 
+from spin_usd.errors import InputError
+
+MAX_WORKERS = 1024  # more than any machine has processors for, and a slip of the hand is caught
+
 
 def usable_cpus() -> list[int]:
     """Return the processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return sorted(os.sched_getaffinity(0))
     return list(range(os.cpu_count() or 1))
+
+
+def refuse_workers(count: int) -> None:
+    """Raise InputError unless so many workers can be started: 1 to MAX_WORKERS."""
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_WORKERS:
+        raise InputError(f"workers is {count!r}", do=f"make it a whole number, 1 to {MAX_WORKERS}")
 
 
 def share_of(number: int, count: int) -> list[int]:

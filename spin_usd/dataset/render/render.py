@@ -13,7 +13,7 @@ from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.open_renderer import require_renderer
-from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.process.processors import refuse_workers, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.dataset_json import describe
 from spin_usd.dataset.render.report import RenderReport, RunListener
@@ -50,6 +50,8 @@ def render(
     whatever part of this one is wanted. With `verify` pictures whose files are not as their records say are made again.
     """
     began = time.monotonic()
+    if workers is not None:
+        refuse_workers(workers)
     store = Store(root=out.absolute())
     if not request.stage.exists():
         raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
