@@ -183,10 +183,11 @@ FAULTS = {
         DIFFUSE + ROUGH + "int inputs:useSpecularWorkflow = 1\ncolor3f inputs:specularColor = (0.9, 0.5, 0.2)\n", ""),
     # It leaves what is not authored at Blender's own default, a diffuse colour of 0.8; USD's node registry says 0.18.
     "no diffuse colour": (ROUGH, ""),
-    # It lets wrapS decide for both axes. OpenCV: tests/scene/test_lookup.py.
+    # It lets wrapS decide for both axes. OpenCV: tests/scene/derived/test_lookup.py.
     "wraps by axis": (ROUGH + connect("diffuseColor", "Map"), texture("Map", "color.png", wrap=("clamp", "repeat"))),
     # Blender interpolates sRGB's code values, where USD and graphics cards interpolate light: 6 % between texels of
-    # great contrast, nothing on them. IEC 61966-2-1 and OpenCV: the tests of stage.images and scene.lookup.
+    # great contrast, nothing on them. IEC 61966-2-1 and OpenCV: tests/stage/composition/test_images.py,
+    # tests/scene/derived/test_lookup.py.
     "sRGB of great contrast": (ROUGH + connect("diffuseColor", "Map"), texture("Map", "color.png", space="sRGB")),
 }  # fmt: skip
 

@@ -4,7 +4,7 @@ They hold neither a target nor (but for the animated cube) a camera. The composi
 target of ours, as `spin-usd author` does; the configuration stages, whose point is the root layer's metadata, are root
 layers themselves, in a copy that is given a target and a camera.
 
-Run `python tests/stage/test_foundation.py FOLDER` for the table as markdown.
+Run `python -m tests.stage.read.test_foundation FOLDER` for the table as markdown.
 """
 
 import os

@@ -1,7 +1,7 @@
 """Lights with a place as Blender lights, exactly as bright: no falloff is softened, no power guessed.
 
 With `normalize` off, Blender's energy is pi times the radiance of a sphere, disk or rectangle, and pi times the radiant
-intensity of a point (measured against the formulas: tests/renderers/test_lights.py).
+intensity of a point (measured against the formulas: tests/renderers/blender/lights/test_lights.py).
 """
 
 import math

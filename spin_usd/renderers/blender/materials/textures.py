@@ -1,4 +1,4 @@
-"""Textures and primvars as nodes, exactly as scene.lookup reads them; images live in Blender.
+"""Textures and primvars as nodes, exactly as scene.derived.lookup reads them; images live in Blender.
 
 Blender repeats an image. What lies outside it in the other ways is found before the look-up: a mirrored or clamped
 coordinate keeps half a texel from the edge, where bilinear look-up is the edge texel alone; a black border is a factor,

@@ -1,4 +1,5 @@
-"""What Cycles makes of a material: textures against scene.lookup, light against what can be worked out by hand."""
+"""What Cycles makes of a material: textures against scene.derived.lookup, light against what can be
+worked out by hand."""
 
 import itertools
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """Lights by UsdLux's own rules: how bright, how large, where in camera axes, linked to what; and what is refused.
 
-What their radiometry means for a surface, tests/renderers/test_lights.py shows.
+What their radiometry means for a surface, tests/renderers/blender/lights/test_lights.py shows.
 """
 
 import numpy as np
