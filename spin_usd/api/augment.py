@@ -3,14 +3,16 @@
 from pathlib import Path
 from typing import Any
 
+from spin_usd.api.checked import checked
 from spin_usd.dataset.author.reports import AugmentReport
 from spin_usd.dataset.process.child import Child, stage_memory
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.progress import Progress, ignore
 
 
+@checked
 def augment(
-    stage: str | Path, *, spec: str | Path, out: str | Path | None = None, on_progress: Progress = ignore
+    stage: str | Path, *, spec: str | Path, out: str | Path | None = None, on_progress: Progress | None = None
 ) -> AugmentReport:
     """Write a specification's augmentations over a stage, one variant each. Run again, it replaces its own.
 
@@ -25,7 +27,7 @@ def augment(
     with Child(memory=stage_memory()) as child:
         report = child.call(
             "augment",
-            progress=on_progress,
+            progress=ignore if on_progress is None else on_progress,
             stage=str(root_layer(Path(stage))),
             spec=str(spec),
             out=None if out is None else str(out),

@@ -4,11 +4,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from spin_usd.api.checked import checked
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.process.child import Child
 from spin_usd.errors import InputError
 
 
+@checked
 def author(
     *,
     out: str | Path,
@@ -28,8 +30,8 @@ def author(
     keypoints: str | Path | None = None,
     parts: str | Path | None = None,
     channels: str | None = None,
-    sun_direction: Sequence[float] | None = None,
-    sun_from_target: Sequence[float] | None = None,
+    sun_direction: str | Sequence[float] | None = None,
+    sun_from_target: str | Sequence[float] | None = None,
     any_size: bool = False,
 ) -> AuthorReport:
     """Make the layered stage `out`/dataset.usda, in a new folder.
@@ -52,7 +54,8 @@ def author(
         keypoints: a file of named points, JSON, CSV or TOML; metres, body axes.
         parts: a file of patterns of material and prim names, with part and class; JSON, CSV or TOML.
         channels: "rgb" or "mono", instead of the camera's own.
-        sun_direction: x, y, z of a vector to the Sun in camera axes (x right, y down, z forward); -z is behind.
+        sun_direction: x, y, z of a vector to the Sun in camera axes (x right, y down, z forward); -z is behind;
+            numbers, or text with commas between.
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
         any_size: take a model of any size, even one with the camera inside it.
 
@@ -63,7 +66,7 @@ def author(
         "target": _text(target),
         "camera": _text(camera),
         "out": str(out),
-        "units_per_metre": units_per_metre,
+        "units_per_metre": None if units_per_metre is None else float(units_per_metre),
         "prim": prim,
         "frames": frames,
         "seed": seed,
@@ -75,8 +78,8 @@ def author(
             "keypoints": _text(keypoints),
             "parts": _text(parts),
             "channels": channels,
-            "sun_direction": _numbers(sun_direction),
-            "sun_from_target": _numbers(sun_from_target),
+            "sun_direction": _numbers("sun_direction", sun_direction),
+            "sun_from_target": _numbers("sun_from_target", sun_from_target),
         },
         "any_size": any_size,
     }
@@ -108,5 +111,11 @@ def _text(given: str | Path | None) -> str | None:
     return None if given is None else str(given)
 
 
-def _numbers(given: Sequence[float] | None) -> list[float] | None:
-    return None if given is None else [float(number) for number in given]
+def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:
+    """Return the numbers, also those of "X,Y,Z". Raises InputError that names the argument."""
+    if given is None:
+        return None
+    try:
+        return [float(each) for each in (given.split(",") if isinstance(given, str) else given)]
+    except ValueError:
+        raise InputError(f"{name} {given!r} is not X,Y,Z", do="write for example 0.5,-0.7,-0.5") from None

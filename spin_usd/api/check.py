@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+from spin_usd.api.checked import checked
 from spin_usd.dataset.check import check as checking
 from spin_usd.progress import Progress, ignore
 
 
-def check(path: str | Path, *, on_progress: Progress = ignore) -> checking.CheckReport:
+@checked
+def check(path: str | Path, *, on_progress: Progress | None = None) -> checking.CheckReport:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency.
 
     Args:
@@ -15,4 +17,4 @@ def check(path: str | Path, *, on_progress: Progress = ignore) -> checking.Check
 
     Raises InputError where `path` is neither a stage nor a dataset.
     """
-    return checking.check(Path(path), progress=on_progress)
+    return checking.check(Path(path), progress=ignore if on_progress is None else on_progress)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from spin_usd.accuracy.measurement import Measurement
+from spin_usd.api.checked import checked
 from spin_usd.dataset.measure import measure as measuring
 from spin_usd.dataset.measure.campaign import MeasureRequest
 from spin_usd.dataset.store.measurement_file import folder_of
@@ -12,6 +13,7 @@ from spin_usd.progress import Progress, ignore
 from spin_usd.scene.model import NOMINAL
 
 
+@checked
 def measure(
     stage: str | Path,
     *,
@@ -24,8 +26,8 @@ def measure(
     reference_share: float = 0.1,
     reference_samples: int = 4096,
     workers: int = 1,
-    on_progress: Progress = ignore,
-    on_note: Callable[[str], None] = lambda note: None,
+    on_progress: Progress | None = None,
+    on_note: Callable[[str], None] | None = None,
 ) -> Measurement:
     """Measure what settings of a render cost and how far they are off, on a few pictures of a stage; needs Blender.
 
@@ -61,4 +63,6 @@ def measure(
         reference_samples=reference_samples,
     )
     folder = folder_of(root) if out is None else Path(out)
-    return measuring.measure(request, folder, workers=workers, progress=on_progress, on_note=on_note)
+    return measuring.measure(
+        request, folder, workers=workers, progress=ignore if on_progress is None else on_progress, on_note=on_note
+    )

@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from spin_usd.api.checked import checked
 from spin_usd.api.plan_report import PlanReport, report_of
 from spin_usd.api.request import render_request
 from spin_usd.dataset.render import request as rendering
 from spin_usd.progress import Progress, ignore
 
 
+@checked
 def plan(
     stage: str | Path,
     *,
@@ -27,7 +29,7 @@ def plan(
     radiance: bool = False,
     image_format: str = "png",
     explain: bool = False,
-    on_progress: Progress = ignore,
+    on_progress: Progress | None = None,
 ) -> PlanReport:
     """Say what a render would make and cost: pictures, label passes, renders and images that each variant adds.
 
@@ -53,5 +55,5 @@ def plan(
         radiance=radiance,
         image_format=image_format,
     )
-    found = rendering.plan(request, progress=on_progress, explain=explain)
+    found = rendering.plan(request, progress=ignore if on_progress is None else on_progress, explain=explain)
     return report_of(request, found, None if out is None else Path(out).absolute(), explained=explain)

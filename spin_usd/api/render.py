@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from spin_usd.api.checked import checked
 from spin_usd.api.request import render_request
 from spin_usd.dataset.render import render as rendering
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.progress import Progress, ignore
 
 
+@checked
 def render(
     stage: str | Path,
     *,
@@ -31,7 +33,7 @@ def render(
     prune: bool = False,
     replace: bool = False,
     verify: bool = False,
-    on_progress: Progress = ignore,
+    on_progress: Progress | None = None,
 ) -> RenderReport:
     """Render and label a stage into a dataset. Run again, it makes what is missing.
 
@@ -86,5 +88,5 @@ def render(
         prune=prune,
         replace=replace,
         verify=verify,
-        progress=on_progress,
+        progress=ignore if on_progress is None else on_progress,
     )

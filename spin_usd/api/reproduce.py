@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+from spin_usd.api.checked import checked
 from spin_usd.dataset.reproduce import reproduce as reproducing
 from spin_usd.scene.model import NOMINAL
 
 
+@checked
 def reproduce(dataset: str | Path, frame: str, *, variant: str = NOMINAL) -> reproducing.Reproduction:
     """Make one picture again from its provenance and compare it with the one there.
 

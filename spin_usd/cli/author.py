@@ -111,8 +111,8 @@ def author(
         keypoints=keypoints,
         parts=parts,
         channels=channels,
-        sun_direction=_numbers(sun_direction, "--sun-direction"),
-        sun_from_target=_numbers(sun_from_target, "--sun-from-target"),
+        sun_direction=sun_direction,
+        sun_from_target=sun_from_target,
         any_size=any_size,
     )
     if as_json:
@@ -122,16 +122,6 @@ def author(
     print(f"{report.root}   ({report.frames} pictures)")
     if report.views:
         print(summary(report.views))
-
-
-def _numbers(text: str | None, option: str) -> list[float] | None:
-    """Read the numbers of "X,Y,Z". Raises InputError that names the `option`."""
-    if text is None:
-        return None
-    try:
-        return [float(each) for each in text.split(",")]
-    except ValueError:
-        raise InputError(f"{option} {text!r} is not X,Y,Z", do="write for example 0.5,-0.7,-0.5") from None
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:

@@ -114,11 +114,11 @@ def test_what_cannot_be_done_is_a_spin_error(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("workers", [-2, 0, 1025, 1.5, "a", True])
+@pytest.mark.parametrize("workers", [-2, 0, 1025])
 @pytest.mark.parametrize("function", [spin_usd.render, spin_usd.measure])
 def test_a_number_of_workers_that_cannot_be_started_is_refused(
-    function: Callable[..., object], workers: object, folder: Path, tmp_path: Path
+    function: Callable[..., object], workers: int, folder: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(spin_usd.SpinError, match=f"workers is {workers!r}; make it a whole number, 1 to 1024"):
+    with pytest.raises(spin_usd.SpinError, match=f"workers is {workers}; make it 1 to 1024"):
         function(folder / "stage", out=tmp_path / "out", workers=workers)
     assert not list(tmp_path.iterdir())

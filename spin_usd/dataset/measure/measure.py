@@ -50,7 +50,7 @@ def measure(
     *,
     workers: int = 1,
     progress: Progress,
-    on_note: Callable[[str], None] = lambda note: None,
+    on_note: Callable[[str], None] | None = None,
 ) -> Measurement:
     """Measure into the folder `out`, or what is missing there, and write measure.json, measure.md and measure.svg.
 
@@ -70,7 +70,7 @@ def measure(
         _refuse_another(runs, subject, folder)
         plan = _plan(request, lease.work / "stage", progress)
         pictures = _chosen(plan, request)
-        if not all(NOISE in picture.features for picture in pictures):
+        if on_note is not None and not all(NOISE in picture.features for picture in pictures):
             on_note(WITHOUT_NOISE)
         runs.write_result(SUBJECT, subject)
         starter = partial(_started, plan, runs, lease)

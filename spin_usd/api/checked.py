@@ -1,0 +1,72 @@
+"""Check the types of the arguments that a function of the package is called with."""
+
+from collections.abc import Callable, Collection, Sequence
+from functools import wraps
+from inspect import signature
+from numbers import Real
+from pathlib import Path
+from types import UnionType
+from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+from spin_usd.errors import InputError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_NAMES = {
+    str: "text",
+    Path: "a path",
+    int: "a whole number",
+    float: "a number",
+    bool: "True or False",
+    type(None): "None",
+}
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the `function` such that it raises an InputError for an argument that its annotations do not allow, before
+    anything is started or written. The error names the argument."""
+    hints = get_type_hints(function)
+    names = tuple(signature(function).parameters)
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name, value in [*zip(names, args, strict=False), *kwargs.items()]:
+            if name in hints:
+                _refuse_unless_allowed(name, value, hints[name])
+        return function(*args, **kwargs)
+
+    return call
+
+
+def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
+    choices = _choices(hint)
+    if not any(_is_of(value, choice) for choice in choices):
+        raise InputError(f"{name} is {value!r}", do=f"make it {' or '.join(map(_name, choices))}")
+
+
+def _choices(hint: Any) -> tuple[Any, ...]:
+    """Return the types that a union has; any other type is alone."""
+    return get_args(hint) if isinstance(hint, UnionType) else (hint,)
+
+
+def _is_of(value: object, kind: Any) -> bool:
+    """Return whether the value is of that type, a plain one, a sequence or a function. True is not a number."""
+    if isinstance(value, bool):
+        return kind is bool
+    if kind is float:
+        return isinstance(value, Real)
+    if isinstance(kind, type):
+        return isinstance(value, kind)
+    if get_origin(kind) is not Sequence:
+        return callable(value)
+    if isinstance(value, str | bytes) or not isinstance(value, Collection):
+        return False
+    return all(_is_of(each, get_args(kind)[0]) for each in value)
+
+
+def _name(kind: Any) -> str:
+    """Return what to call the type in a sentence."""
+    if get_origin(kind) is Sequence:
+        return f"a list, each {_NAMES[get_args(kind)[0]]}"
+    return _NAMES.get(kind, "a function")
