@@ -13,6 +13,8 @@ from jsonschema.validators import extend
 from spin_usd import resources
 from spin_usd.errors import InputError
 
+REMEDY = "restore it, or make it again"
+
 
 def read_json(path: Path, schema: str) -> dict[str, Any]:
     """Read the JSON object in `path`, valid by the schema named (such as "record-1"), its numbers finite; InputError
@@ -21,13 +23,13 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         value = _parsed(path.read_text(encoding="utf-8"))
         error = best_match(_validator(schema).iter_errors(value))
     except OSError as e:
-        raise InputError(f"cannot be read ({e.strerror})", where=path) from e
+        raise InputError(f"cannot be read ({e.strerror})", where=path, do=REMEDY) from e
     except ValueError as e:
-        raise InputError(f"is not JSON ({e})", where=path) from e
+        raise InputError(f"is not JSON ({e})", where=path, do=REMEDY) from e
     except RecursionError:
-        raise InputError("is nested too deeply", where=path) from None
+        raise InputError("is nested too deeply", where=path, do=REMEDY) from None
     if error is not None:
-        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path)
+        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path, do=REMEDY)
     result: dict[str, Any] = value
     return result
 

@@ -65,14 +65,15 @@ def file_at(root: Path, name: str) -> Path:
     over a link."""
     pure, path = PurePosixPath(name), root / name
     if pure.is_absolute() or ".." in pure.parts:
-        raise InputError("lies outside the folder", where=path)
+        raise InputError("lies outside the folder", where=path, do="run spin-usd check on the dataset")
     if (
         all(type_of(folder) is NodeType.FOLDER for folder in _folders(root, name)[:-1])
         and type_of(path) is NodeType.FILE
     ):
         return path
-    found = "is missing" if type_of(path) is None else "is not a file, or is reached over a link"
-    raise InputError(found, where=path)
+    if type_of(path) is None:
+        raise InputError("is missing", where=path, do="restore it, or run spin-usd render again with --verify")
+    raise InputError("is not a file, or is reached over a link", where=path, do="put the file itself there")
 
 
 def remove_file(root: Path, name: str) -> None:
