@@ -30,9 +30,9 @@ class Dataset(Sequence[Picture]):
 
     def __init__(self, path: str | Path) -> None:
         """Open the dataset in the folder `path`. Raises InputError where there is none."""
-        self.root = Path(path).absolute()
-        self._description = read_description(self.root)
-        self._names = _names(self.root)
+        self._root = Path(path).absolute()
+        self._description = read_description(self._root)
+        self._names = _names(self._root)
 
     def __len__(self) -> int:
         return len(self._names)
@@ -47,10 +47,16 @@ class Dataset(Sequence[Picture]):
         return self._read(self._names[index(place)])
 
     def __repr__(self) -> str:
-        return f"Dataset({str(self.root)!r}, {len(self)} pictures, variants {', '.join(self.variants)})"
+        count = f"{len(self)} picture{'s' * (len(self) != 1)}"
+        return f"Dataset({str(self.root)!r}, {count}, variants: {', '.join(self.variants) or 'none'})"
 
     @property
-    def names(self) -> Sequence[tuple[str, str]]:
+    def root(self) -> Path:
+        """The dataset's folder, an absolute path."""
+        return self._root
+
+    @property
+    def names(self) -> tuple[tuple[str, str], ...]:
         """(frame, variant) of each picture, in order."""
         return self._names
 
@@ -84,7 +90,7 @@ class Dataset(Sequence[Picture]):
 
     def of_variant(self, variant: str) -> "Dataset":
         """Return the pictures of one variant. Raises InputError where there are none."""
-        names = [name for name in self._names if name[1] == variant]
+        names = tuple(name for name in self._names if name[1] == variant)
         if not names:
             raise InputError(f"has no picture of variant {variant!r}", where=self.root, do=self._examples(variant))
         return self._of(names)
@@ -93,10 +99,10 @@ class Dataset(Sequence[Picture]):
         frame, variant = name
         return read_picture(self.root, self.root / RECORDS / variant / f"{frame}.json", self._description)
 
-    def _of(self, names: list[tuple[str, str]]) -> "Dataset":
+    def _of(self, names: tuple[tuple[str, str], ...]) -> "Dataset":
         """Return the same dataset with these pictures alone."""
         part = Dataset.__new__(Dataset)
-        part.root, part._description, part._names = self.root, self._description, names
+        part._root, part._description, part._names = self._root, self._description, names
         return part
 
     @cached_property
@@ -111,11 +117,11 @@ class Dataset(Sequence[Picture]):
         return f"choose among the variants {', '.join(self.variants)}" if self._names else "render it first"
 
 
-def _names(root: Path) -> list[tuple[str, str]]:
+def _names(root: Path) -> tuple[tuple[str, str], ...]:
     """List (frame, variant) of each picture in the folder `root`, from the names of the records' files alone."""
     found = []
     for name in files(root, RECORDS):
         if name.count("/") == 2 and name.endswith(".json"):
             _, variant, file = name.split("/")
             found.append((file.removesuffix(".json"), variant))
-    return found
+    return tuple(found)

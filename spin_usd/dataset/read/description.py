@@ -28,6 +28,8 @@ class Description:
 def read_description(root: Path) -> Description:
     """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
     one."""
+    if root.is_file():
+        raise InputError("is a file", where=root, do="give its folder")
     if type_of(root / DESCRIPTION) is None:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,23 +20,29 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.target import Part
 
+SCHEMA = "record-1"
 CHECK = "run spin-usd check on the dataset"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PictureFile:
-    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it."""
+    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it ·
+    channels: how many it has."""
 
     path: str
     dtype: str
+    channels: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
     """One frame of one variant: its image, its labels, and what its record says.
 
-    The image and the labels are read when they are first asked for. Their arrays are the caller's own, to be changed
-    at will; they lie in memory as long as the picture does.
+    The image and the labels are read when they are first asked for, and kept as long as the picture is; `label` reads
+    its file at each call. Arrays of files are the caller's own, to be changed at will. Arrays of geometry (pose, camera
+    and keypoints) are read-only. Pickling leaves out the arrays that were read: the other process reads its own.
+
+    Two pictures are equal when they have the same dataset's folder, variant and frame.
 
     Every pixel coordinate has (0, 0) at the corner of the image, so the first pixel's centre is (0.5, 0.5) and the
     pixel in row r and column c has its centre at (c + 0.5, r + 0.5). OpenCV's functions that look up pixels, such as
@@ -54,6 +60,7 @@ class Picture:
         record: all that the dataset's record says of it, by schemas/record-1.schema.json.
         camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
+        description: what all pictures of the dataset share: the target's name, parts and keypoints.
     """
 
     root: Path
@@ -66,10 +73,27 @@ class Picture:
     T_cam_body: Float
     description: Description
 
+    def __repr__(self) -> str:
+        return f"Picture({self.frame!r} of {self.variant!r}, in {str(self.root)!r})"
+
+    def __eq__(self, other: object) -> bool:
+        return self._identity == other._identity if isinstance(other, Picture) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = {field.name for field in fields(self)}
+        return {name: value for name, value in self.__dict__.items() if name in names}
+
+    @property
+    def _identity(self) -> tuple[Path, str, str]:
+        return self.root, self.variant, self.frame
+
     @property
     def camera_matrix(self) -> Float:
         """The camera's matrix K (3, 3) float64, pixels; (0, 0) is the corner of the image."""
-        return self.camera.matrix
+        return frozen(self.camera.matrix)
 
     @property
     def distortion(self) -> Float:
@@ -101,7 +125,7 @@ class Picture:
         """The keypoints in the picture, (N, 2) float64 pixels x and y, hidden ones too; NaN where the lens sees
         none."""
         points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
-        return self.camera.project(points)
+        return frozen(self.camera.project(points))
 
     @cached_property
     def image(self) -> NDArray[Any]:
@@ -142,10 +166,16 @@ class Picture:
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         path = file_at(self.root, self.files[kind].path)
         array, _ = read_image(path)
-        if array.dtype.name != self.files[kind].dtype or array.shape[:2] != (self.camera.height, self.camera.width):
+        if (array.dtype.name, array.shape) != (self.files[kind].dtype, self._shape(kind)):
             found = f"holds {array.dtype} numbers in {array.shape}, which is not what its record says"
             raise InputError(found, where=path, do=CHECK)
         return array
+
+    def _shape(self, kind: str) -> tuple[int, ...]:
+        """Return (H, W), or (H, W, C) of a file of several channels."""
+        channels = self.files[kind].channels
+        size = (self.camera.height, self.camera.width)
+        return size if channels == 1 else (*size, channels)
 
 
 def read_picture(root: Path, path: Path, description: Description) -> Picture:
@@ -155,22 +185,33 @@ def read_picture(root: Path, path: Path, description: Description) -> Picture:
     """
     try:
         record = json.loads(path.read_bytes())
+        if record["schema"] != SCHEMA:
+            found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
+            raise InputError(found, where=path, do="read it with the spin_usd that made it")
         pose, camera = record["pose"], record["camera"]
         return Picture(
             root=root,
             frame=record["frame"],
             variant=record["variant"],
             index=record["index"],
-            files={kind: PictureFile(path=file["path"], dtype=file["dtype"]) for kind, file in record["files"].items()},
+            files={kind: _file(entry) for kind, entry in record["files"].items()},
             record=record,
             camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
             T_cam_body=_pose_matrix(pose["q_cam_body"], pose["t_cam_body"]),
             description=description,
         )
+    except InputError:
+        raise
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror})", where=path, do=CHECK) from e
-    except (AttributeError, KeyError, TypeError, ValueError) as e:
+    except KeyError as e:
+        raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
+    except (AttributeError, TypeError, ValueError) as e:
         raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
+
+
+def _file(entry: dict[str, Any]) -> PictureFile:
+    return PictureFile(path=entry["path"], dtype=entry["dtype"], channels=len(entry["channels"]))
 
 
 def _pose_matrix(q_cam_body: list[float], t_cam_body: list[float]) -> Float:

@@ -43,7 +43,7 @@ def test_pictures_are_found_by_place_by_name_and_in_a_loop(rendered) -> None:
 def test_no_record_is_opened_before_its_picture_is_asked_for(many) -> None:
     dataset = Dataset(str(many))
     assert len(dataset) == 200
-    assert dataset.names[:2] == [("img000", "noisy"), ("img001", "noisy")]
+    assert dataset.names[:2] == (("img000", "noisy"), ("img001", "noisy"))
     assert dataset.variants == ("noisy", "nominal")
     with pytest.raises(InputError, match=r"noisy/img000.json: is not a record"):
         dataset[0]
@@ -77,6 +77,32 @@ def test_what_is_no_dataset_is_refused_with_what_to_do(rendered, tmp_path) -> No
         Dataset(tmp_path)
     with pytest.raises(InputError, match="no picture 'none' in variant 'nominal'; pictures are named like img000001"):
         Dataset(rendered).picture("none")
+
+
+def test_the_file_in_place_of_its_folder_is_refused(rendered) -> None:
+    with pytest.raises(InputError, match=r"dataset.json: is a file; give its folder"):
+        Dataset(rendered / "dataset.json")
+
+
+def test_a_picture_is_found_in_its_dataset(rendered) -> None:
+    dataset = Dataset(rendered)
+    assert dataset[1] == dataset[1] != dataset[0]
+    assert dataset.index(dataset[1]) == 1
+    assert dataset[0] not in dataset[1:]
+    assert len({dataset[0], dataset[0]}) == 1
+
+
+def test_its_text_is_one_line(rendered) -> None:
+    assert repr(Dataset(rendered)[:1]).endswith("1 picture, variants: nominal)")
+    assert repr(Dataset(rendered)[0]) == f"Picture('img000001' of 'nominal', in '{rendered}')"
+
+
+def test_arrays_that_were_read_are_not_pickled(rendered) -> None:
+    picture = Dataset(rendered)[0]
+    before = len(pickle.dumps(picture))
+    segmentation = picture.segmentation
+    assert len(pickle.dumps(picture)) == before
+    assert np.array_equal(pickle.loads(pickle.dumps(picture)).segmentation, segmentation)
 
 
 def test_a_relative_path_outlives_a_change_of_folder(rendered, monkeypatch) -> None:

@@ -108,6 +108,7 @@ def test_a_label_that_is_not_there_is_refused_with_those_that_are(dataset) -> No
         {"camera": {"width": 240}},
         {"files": []},
         {"files": {"depth": {}}},
+        {"files": {"depth": {"path": "depth/nominal/img000001.exr", "dtype": "float32"}}},
         {"camera": None},
     ],
     ids=lambda changes: json.dumps(changes)[:40],
@@ -118,6 +119,26 @@ def test_a_broken_record_is_refused_by_name(copy, changes) -> None:
         copy[0]
 
 
+def test_a_record_of_another_schema_is_told_so(copy) -> None:
+    change(copy, schema="record-2")
+    with pytest.raises(InputError, match=r"is of schema 'record-2', and this version reads record-1; read it with"):
+        copy[0]
+
+
+def test_a_file_of_other_channels_is_refused(copy) -> None:
+    files = copy[0].files
+    shutil.copy(copy.root / files["depth"].path, copy.root / files["dense_pose"].path)
+    with pytest.raises(InputError, match=r"dense_pose/nominal/img000001.exr: .* not what its record says; run spin"):
+        copy[0].dense_pose  # noqa: B018
+
+
+def test_geometry_is_read_only(dataset) -> None:
+    picture = dataset[0]
+    for name in ("camera_matrix", "distortion", "T_cam_body", "q_cam_body", "t_cam_body", "keypoint_pixels"):
+        assert not getattr(picture, name).flags.writeable, name
+    assert not picture.keypoints.points.flags.writeable
+
+
 def test_a_file_that_is_gone_or_another_is_refused_by_name(copy) -> None:
     depth = copy.root / copy[0].files["depth"].path
     shutil.copy(copy.root / copy[0].files["dense_pose"].path, depth)
@@ -125,13 +146,13 @@ def test_a_file_that_is_gone_or_another_is_refused_by_name(copy) -> None:
     with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: .* not what its record says"):
         copy[0].depth  # noqa: B018
     depth.unlink()
-    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: is missing"):
+    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: is missing; restore it"):
         copy[0].depth  # noqa: B018
 
 
 def test_files_outside_the_dataset_are_not_read(copy, tmp_path) -> None:
     shutil.copy(copy.root / copy[0].files["depth"].path, tmp_path / "outside.exr")
-    files = {"depth": {"path": "../outside.exr", "dtype": "float32"}}
+    files = {"depth": {"path": "../outside.exr", "dtype": "float32", "channels": {"Y": "z"}}}
     change(copy, files=files)
-    with pytest.raises(InputError, match="lies outside the folder"):
+    with pytest.raises(InputError, match="lies outside the folder; run spin-usd check"):
         copy[0].depth  # noqa: B018
