@@ -93,17 +93,17 @@ def _source(
 ) -> tuple[str, dict[str, Any]]:
     """Return the child's call, and its arguments that say where the pictures come from. Raises InputError."""
     if poses is None and example is None:
-        do = "give a pose list with --poses, or let the sampler make poses with --example"
-        raise InputError("neither --poses nor --example is given", do=do)
+        do = "give a pose list as poses, or let the sampler make poses from an example"
+        raise InputError("neither poses nor example is given", do=do)
     if poses is not None and example is not None:
-        raise InputError("--poses and --example are given together", do="give one of them")
+        raise InputError("poses and example are given together", do="give one of them")
     if example is not None:
         return "author_example", {"example": example, "count": count}
     if count is not None:
-        raise InputError("--count is given without --example", do="choose poses with --frames")
+        raise InputError("count is given without example", do="choose poses with frames")
     for name in ("target", "camera"):
         if choices[name] is None:
-            raise InputError(f"--poses is given without --{name}", do=f"give --{name} too")
+            raise InputError(f"poses is given without {name}", do=f"give {name} too")
     return "author", {"poses": poses}
 
 

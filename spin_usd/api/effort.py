@@ -23,12 +23,12 @@ def setting_of(
 ) -> tuple[Configuration, Chosen | None]:
     """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
     do not go together."""
-    ways = {"--samples": samples, "--effort": effort, "--quality": quality, "--error": error}
+    ways = {"samples": samples, "effort": effort, "quality": quality, "error": error}
     given = [name for name, value in ways.items() if value is not None]
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} are given together", do="give one of them")
     if measured is not None and error is None:
-        raise InputError("--measured is given without --error", do="give --error too")
+        raise InputError("measured is given without error", do="give error too")
     renderer = renderer or DEFAULT_RENDERER
     if error is not None:
         return effort_choice.by_error(error, measurement_file(stage, measured), renderer=renderer)
@@ -44,11 +44,11 @@ def setting_of(
 
 def _said(effort: str) -> str:
     if not effort.strip():
-        raise InputError("--effort is empty", do="write name=value,..., such as samples=16,denoiser=fast")
+        raise InputError("effort is empty", do="write name=value,..., such as samples=16,denoiser=fast")
     return effort
 
 
 def _refuse_unheeded(quality: str, effort: Effort, renderer: str) -> None:
     if unused := set(effort.unusual) - renderer_entry(renderer).effort:
-        found = f"--quality {quality} needs {DEFAULT_RENDERER}: {renderer} has no {' and no '.join(sorted(unused))}"
-        raise InputError(found, do=f"drop --renderer {renderer}, or give --samples N")
+        found = f"quality {quality!r} needs {DEFAULT_RENDERER}: {renderer} has no {' and no '.join(sorted(unused))}"
+        raise InputError(found, do=f"choose another renderer than {renderer}, or give samples instead")

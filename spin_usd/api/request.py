@@ -62,16 +62,16 @@ def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def _refuse_unlit(quality: str | None, error: str | float | None) -> None:
-    for name, value in {"--quality": quality, "--error": error}.items():
+    for name, value in {"quality": quality, "error": error}.items():
         if value is not None:
-            raise InputError(f"{name} is given with --labels-only, which renders no light", do="drop one of them")
+            raise InputError(f"{name} is given with labels_only, which renders no light", do="drop one of them")
 
 
 def _measured_path(given: str | Path | None) -> Path | None:
     if given is None:
         return None
     if not str(given):
-        raise InputError("--measured is empty", do="give a folder or its measure.json")
+        raise InputError("measured is empty", do="give a folder or its measure.json")
     return Path(given)
 
 

@@ -90,12 +90,12 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: spin_usd.author(out="x"), "neither --poses nor --example is given"),
+        (lambda: spin_usd.author(out="x"), "neither poses nor example is given"),
         (lambda: spin_usd.author(out="x", poses="gone.json", target="tango", camera="speedplus"), "gone.json"),
         (lambda: spin_usd.render("gone.usda", out="x"), "gone.usda: does not exist; make a stage with"),
         (
             lambda: spin_usd.render("gone.usda", out="x", samples=1, error=0.1),
-            "--samples and --error are given together",
+            "samples and error are given together",
         ),
         (lambda: spin_usd.plan("gone.usda", labels=["flow"]), "there is no label 'flow'"),
         (lambda: spin_usd.check("gone"), "is neither a stage nor a dataset"),

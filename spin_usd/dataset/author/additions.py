@@ -85,7 +85,7 @@ def read_additions(
         raise InputError(f"there are no channels {channels!r}", do=f"choose {' or '.join(CHANNELS)}")
     if sun_direction is not None and sun_from_target is not None:
         do = "give one: camera axes, or body axes"
-        raise InputError("--sun-direction and --sun-from-target are given together", do=do)
+        raise InputError("sun_direction and sun_from_target are given together", do=do)
     given = {"keypoints": keypoints, "parts": parts}
     return Additions(
         files={what: Path(path) for what, path in given.items() if path is not None},

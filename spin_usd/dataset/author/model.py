@@ -34,7 +34,7 @@ def write_model(
         asset = copy_usd_target(file, place, name, units_per_metre, prim)
         return asset, asset.notes
     if prim is not None:
-        raise InputError("--prim is given, and only USD files have prims", where=file, do="leave --prim out")
+        raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
     model = read_mesh_file(file, units_per_metre)
     return describe(write_mesh_target(model, place, name), name), model.notes
 

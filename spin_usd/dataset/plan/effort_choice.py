@@ -136,4 +136,4 @@ def _number(asked: str) -> float:
     with suppress(ValueError):
         if "_" not in asked:  # which Python allows between digits
             return float(asked)
-    raise InputError(f"--error is {asked!r}", do="make it a number above 0, such as 0.05 for 5 %, or auto")
+    raise InputError(f"error is {asked!r}", do="make it a number above 0, such as 0.05 for 5 %, or auto")

@@ -45,7 +45,7 @@ def open_plan(
     reader = StageReader(root)
     chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
     if not chosen:
-        raise InputError(f"--frames {frames} selects none of the {len(reader.frames)} pictures", where=stage)
+        raise InputError(f"frames {frames!r} selects none of the {len(reader.frames)} pictures", where=stage)
     return {
         "root": str(root),
         "seed": reader.seed if seed is None else seed,

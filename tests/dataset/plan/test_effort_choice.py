@@ -157,15 +157,15 @@ def test_another_measurement_can_be_named(tmp_path, name) -> None:
 @pytest.mark.parametrize(
     ("ways", "names"),
     [
-        ({"samples": 4, "quality": "draft"}, "--samples and --quality are given together; give one of them"),
-        ({"effort": "samples=1", "error": "auto"}, "--effort and --error are given together; give one of them"),
-        ({"samples": 1, "measured": Path("x")}, "--measured is given without --error; give --error too"),
+        ({"samples": 4, "quality": "draft"}, "samples and quality are given together; give one of them"),
+        ({"effort": "samples=1", "error": "auto"}, "effort and error are given together; give one of them"),
+        ({"samples": 1, "measured": Path("x")}, "measured is given without error; give error too"),
         ({"quality": "best"}, "there is no quality 'best'; choose among preview, draft, standard, reference"),
-        ({"error": "5%"}, "--error is '5%'; make it a number above 0, such as 0.05 for 5 %, or auto"),
-        ({"error": ""}, "--error is ''; make it a number above 0"),
-        ({"error": "1_0"}, "--error is '1_0'; make it a number above 0"),
-        ({"effort": ""}, "^--effort is empty; write name=value"),
-        ({"quality": "preview", "renderer": "raycast"}, "--quality preview needs blender: raycast has no denoiser"),
+        ({"error": "5%"}, "error is '5%'; make it a number above 0, such as 0.05 for 5 %, or auto"),
+        ({"error": ""}, "error is ''; make it a number above 0"),
+        ({"error": "1_0"}, "error is '1_0'; make it a number above 0"),
+        ({"effort": ""}, "^effort is empty; write name=value"),
+        ({"quality": "preview", "renderer": "raycast"}, "quality 'preview' needs blender: raycast has no denoiser"),
         ({"error": "-1"}, "an error of -1 is not a bound"),
         ({"error": "0.0001"}, "no setting measured has an error of at most 0.01 %"),
         ({"error": "auto", "measured": Path("nowhere")}, "nowhere: cannot be read"),
@@ -234,9 +234,9 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (("--samples", "2", "--error", "auto"), "--samples and --error are given together; give one of them"),
-        (("--error", "auto", "--measured", ""), "--measured is empty; give a folder or its measure.json"),
-        (("--labels-only", "--quality", "draft"), "--quality is given with --labels-only, which renders no light; drop one of them"),  # noqa: E501
+        (("--samples", "2", "--error", "auto"), "samples and error are given together; give one of them"),
+        (("--error", "auto", "--measured", ""), "measured is empty; give a folder or its measure.json"),
+        (("--labels-only", "--quality", "draft"), "quality is given with labels_only, which renders no light; drop one of them"),  # noqa: E501
     ],
 )  # fmt: skip
 def test_ways_that_do_not_go_together_are_wrong_usage(spin_usd, given, said) -> None:

@@ -62,7 +62,7 @@ def _pairs(
     """Pair the pictures of both by name; count those, the ones that only one has, and 0 for each key."""
     chosen = first.frames[slice_of(frames)] if frames else first.frames
     if not chosen:
-        raise InputError(f"--frames {frames} selects none of the {len(first.frames)} pictures")
+        raise InputError(f"frames {frames!r} selects none of the {len(first.frames)} pictures")
     others = {frame.name: frame for frame in second.frames}
     pairs = [(frame, others[frame.name]) for frame in chosen if frame.name in others]
     only_after = 0 if frames else len(others.keys() - {frame.name for frame in first.frames})
