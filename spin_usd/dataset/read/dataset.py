@@ -82,11 +82,15 @@ class Dataset(Sequence[Picture]):
 
     def picture(self, frame: str, variant: str = "nominal") -> Picture:
         """Return the picture of that frame and variant. Raises InputError where there is none."""
+        self.require(frame, variant)
+        return self._read((frame, variant))
+
+    def require(self, frame: str, variant: str = "nominal") -> None:
+        """Raise InputError, with names that there are, unless the picture of that frame and variant is there."""
         if (frame, variant) not in self._known:
             raise InputError(
                 f"has no picture {frame!r} in variant {variant!r}", where=self.root, do=self._examples(variant)
             )
-        return self._read((frame, variant))
 
     def of_variant(self, variant: str) -> "Dataset":
         """Return the pictures of one variant. Raises InputError where there are none."""

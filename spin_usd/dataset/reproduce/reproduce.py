@@ -8,9 +8,9 @@ from typing import Any
 
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.open_renderer import require_renderer
+from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.errors import InputError
 from spin_usd.scene.model import NOMINAL
 
 
@@ -51,12 +51,8 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduct
     """Make the picture again in a child process. Raises InputError where the dataset has no such picture."""
     store = Store(root=dataset.absolute())
     store.refuse_strange()
-    path = store.record(variant, frame)
-    if path not in (records := list(store.records())):
-        known = [each.stem for each in records if each.parent == path.parent][:3]
-        hint = f"pictures are named like {', '.join(known)}" if known else "render it first"
-        raise InputError(f"has no picture {frame!r} in variant {variant!r}", where=dataset, do=hint)
-    record = read_json(path, "record-1")
+    Dataset(dataset).require(frame, variant)
+    record = read_json(store.record(variant, frame), "record-1")
     require_renderer(record["provenance"]["render"]["renderer"])
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder, Child(scratch=Path(folder)) as child:
         answer = child.call("reproduce", dataset=str(store.root), record=record, folder=folder)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.dataset.reproduce.reproduce import reproduce
 from spin_usd.errors import InputError
 
 
@@ -82,6 +83,13 @@ def test_what_is_no_dataset_is_refused_with_what_to_do(rendered, tmp_path) -> No
 def test_the_file_in_place_of_its_folder_is_refused(rendered) -> None:
     with pytest.raises(InputError, match=r"dataset.json: is a file; give its folder"):
         Dataset(rendered / "dataset.json")
+
+
+def test_what_cannot_be_reproduced_is_refused_as_a_look_up_is(rendered, tmp_path) -> None:
+    with pytest.raises(InputError, match=r"is not a dataset: it has no dataset.json"):
+        reproduce(tmp_path, "img000001")
+    with pytest.raises(InputError, match="no picture 'img000001' in variant 'dim'; choose among the variants nominal"):
+        reproduce(rendered, "img000001", variant="dim")
 
 
 def test_a_picture_is_found_in_its_dataset(rendered) -> None:
