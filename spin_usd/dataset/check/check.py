@@ -70,7 +70,7 @@ def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
     try:
         description = read_json(file_at(root, DESCRIPTION), "dataset-1")
     except InputError as e:
-        yield Finding(code="description", where=DESCRIPTION, message=e.found)
+        yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {e.do}")
         return
     if not any(node.type in STRANGE and node.name.startswith(f"{STAGE}/") for node in nodes):
         yield from _stage_of(store, description["stage"]["root"], present, progress)
