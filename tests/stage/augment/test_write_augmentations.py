@@ -270,7 +270,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SAMPLE + '"exposure.stops" = { distribution = "normal", mean = 0, sigma = 1, low = 60, unit = "stops" }',
-            "exposure.stops: fewer than 0.001 of all draws about 0",
+            "exposure.stops: fewer than 0.001 of all values about 0",
         ),
         (
             SAMPLE + '"background" = { distribution = "choice", values = ["mars"] }',
