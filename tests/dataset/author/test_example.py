@@ -325,8 +325,8 @@ def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, wor
     ("options", "word"),
     [
         ([], "neither poses nor example"),
-        (["--example", "shirt", "--poses", "x.json"], "--poses"),
-        (["--poses", "x.json"], "--target"),
+        (["--example", "shirt", "--poses", "x.json"], "poses"),
+        (["--poses", "x.json"], "target"),
         (["--poses", "x.json", "--target", "tango", "--camera", "speed", "--count", "2"], "count"),
         (["--example", "nasa"], "nasa"),
     ],

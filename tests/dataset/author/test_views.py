@@ -100,7 +100,7 @@ def test_no_picture_of_the_target_is_an_error(craft: Path) -> None:
 
 def test_pictures_of_the_dark_side_are_reported(craft: Path, tmp_path: Path) -> None:
     report = author(craft, (0, 0, 5), additions={"sun_direction": [0, 0, 1]})
-    assert [note for note in report.notes if "turned away from the Sun (p0)" in note]
+    assert [note for note in report.notes if "faces away from the Sun (p0)" in note]
     assert [finding.code for finding in findings(report)] == ["target-unlit"]
 
 
