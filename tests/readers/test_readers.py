@@ -22,6 +22,7 @@ SNIPPETS = re.findall(
 )
 FULL_SCALE = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 PICTURES = 10
+EXR_LABELS = [label for label in LABELS.values() if label.suffix == ".exr"]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def stage(tmp_path_factory, spin_usd):
 @pytest.fixture(scope="module")
 def dataset(stage, spin_usd):
     out = stage.parent.parent / "my_dataset"
-    spin_usd("render", stage, "--out", out, "--renderer", "raycast", "--radiance")
+    spin_usd("render", stage, "--out", out, "--renderer", "raycast", "--labels", "all", "--radiance")
     return out
 
 
@@ -61,7 +62,7 @@ def rendered(stage, dataset):
             found[f"{kind}/nominal/{frame.name}"] = array
         for path in (dataset / "image" / "nominal" / f"{frame.name}.png", dataset / "radiance" / "nominal" / f"{frame.name}.exr"):  # fmt: skip  # noqa: E501
             found[str(path.relative_to(dataset).with_suffix(""))] = read_image(path)[0]
-    assert len(found) == 5 * PICTURES
+    assert len(found) == (len(LABELS) + 2) * PICTURES
     return found
 
 
@@ -75,7 +76,7 @@ def read(python, reader, dataset, out):
 @pytest.mark.parametrize("reader", ["opencv", "openimageio", "imageio", "openexr"])
 def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path) -> None:
     found = read(readers, reader, dataset, tmp_path)
-    assert len(found) == PICTURES * (3 if reader == "openexr" else 5)
+    assert len(found) == PICTURES * (len(EXR_LABELS) + 1 if reader == "openexr" else len(LABELS) + 2)
     for path, array in found.items():
         assert array.dtype == rendered[path].dtype, path
         assert array.tobytes() == rendered[path].tobytes(), path
@@ -84,7 +85,7 @@ def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path
 def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path) -> None:
     """As R, G, B and A, a lone channel in each of the first three; of a PNG in the unit range."""
     found = read(sys.executable, "blender", dataset, tmp_path)
-    assert len(found) == PICTURES * 5
+    assert len(found) == PICTURES * (len(LABELS) + 2)
     for path, array in found.items():
         wanted = rendered[path]
         planes = np.repeat(wanted[..., None], 3, -1) if wanted.ndim == 2 else wanted

@@ -86,6 +86,11 @@ class Picture:
         names = {field.name for field in fields(self)}
         return {name: value for name, value in self.__dict__.items() if name in names}
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.T_cam_body.flags.writeable = False  # numpy forgets it on the way
+        self.keypoints.points.flags.writeable = False
+
     @property
     def _identity(self) -> tuple[Path, str, str]:
         return self.root, self.variant, self.frame

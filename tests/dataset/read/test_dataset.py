@@ -105,6 +105,12 @@ def test_its_text_is_one_line(rendered) -> None:
     assert repr(Dataset(rendered)[0]) == f"Picture('img000001' of 'nominal', in '{rendered}')"
 
 
+def test_geometry_stays_read_only_in_another_process(rendered) -> None:
+    picture = pickle.loads(pickle.dumps(Dataset(rendered)[0]))
+    assert not picture.T_cam_body.flags.writeable
+    assert not picture.keypoints.points.flags.writeable
+
+
 def test_arrays_that_were_read_are_not_pickled(rendered) -> None:
     picture = Dataset(rendered)[0]
     before = len(pickle.dumps(picture))
