@@ -6,7 +6,7 @@ from typing import Any
 from spin_usd.api.checked import checked
 from spin_usd.dataset.author.reports import AugmentReport
 from spin_usd.dataset.process.child import Child, stage_memory
-from spin_usd.dataset.store.stage_path import root_layer
+from spin_usd.dataset.store.stage_path import existing_stage
 from spin_usd.progress import Progress, ignore
 
 
@@ -28,7 +28,7 @@ def augment(
         report = child.call(
             "augment",
             progress=ignore if on_progress is None else on_progress,
-            stage=str(root_layer(Path(stage))),
+            stage=str(existing_stage(Path(stage))),
             spec=str(spec),
             out=None if out is None else str(out),
         )

@@ -13,7 +13,7 @@ from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
 
-MOST_LISTED = 10
+MAX_LISTED = 10
 
 
 def augment(
@@ -48,7 +48,7 @@ def augment(
         print(json.dumps(report.as_json()))
         return
     names = report.augmentations
-    listed = ", ".join(names if len(names) <= MOST_LISTED else [*names[: MOST_LISTED - 1], "...", names[-1]])
+    listed = ", ".join(names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]])
     print(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 

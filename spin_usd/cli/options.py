@@ -7,12 +7,12 @@ import typer
 
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
 from spin_usd.dataset.process.processors import MAX_WORKERS
-from spin_usd.dataset.store.stage_path import root_layer
+from spin_usd.dataset.store.stage_path import existing_stage
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 
 STAGE_HELP = "A stage's root layer, or the folder of its dataset.usda."
-Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=root_layer)]
+Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=existing_stage)]
 Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the frames, counted from 0 as Python slices.")
 ]
@@ -49,12 +49,13 @@ Prune = Annotated[bool, typer.Option("--prune", help="Remove the dataset's pictu
 Replace = Annotated[
     bool,
     typer.Option(
+        "--replace",
         help="Remove all pictures of another stage first: one that author made from other files or with other "
-        "options, or that has another root layer's name where author did not make it."
+        "options, or that has another root layer's name where author did not make it.",
     ),
 ]
 Verify = Annotated[
-    bool, typer.Option(help="Read what is there before it is used again, and make damaged pictures anew.")
+    bool, typer.Option("--verify", help="Read what is there before it is used again, and make damaged pictures anew.")
 ]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[

@@ -16,11 +16,11 @@ def read_text(path: Path) -> str:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
+        raise InputError(f"cannot be read ({error.strerror})", where=path, do="check the path") from None
     if data.startswith(UTF_16):
         return data.decode("utf-16", errors="replace")
     if b"\0" in data[:4096]:
-        raise InputError("is not a text file", where=path)
+        raise InputError("is not a text file", where=path, do="give one of the kinds that the option names")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

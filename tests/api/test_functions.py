@@ -92,7 +92,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
     [
         (lambda: spin_usd.author(out="x"), "neither poses nor example is given"),
         (lambda: spin_usd.author(out="x", poses="gone.json", target="tango", camera="speedplus"), "gone.json"),
-        (lambda: spin_usd.render("gone.usda", out="x"), "gone.usda: does not exist; make a stage with"),
+        (lambda: spin_usd.render("gone.usda", out="x"), "gone.usda: does not exist; check the path"),
         (
             lambda: spin_usd.render("gone.usda", out="x", samples=1, error=0.1),
             "samples and error are given together",

@@ -6,14 +6,14 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
-from tango.materials import Look, Picture, Sample
+from tango.materials import MaterialValues, Picture, Sample
 from tango.paths import MATERIALS, ROOT
 
 FLOAT, COLOUR = Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Color3f
 OUTPUT_TYPES = {"r": FLOAT, "rgb": Sdf.ValueTypeNames.Float3}
 
 
-def look(stage: Usd.Stage, materials: Mapping[str, Look]) -> None:
+def look(stage: Usd.Stage, materials: Mapping[str, MaterialValues]) -> None:
     """Author the materials into a stage for them alone."""
     UsdGeom.Scope.Define(stage, MATERIALS)
     for name, values in materials.items():
@@ -22,7 +22,7 @@ def look(stage: Usd.Stage, materials: Mapping[str, Look]) -> None:
     stage.Save()
 
 
-def _material(material: UsdShade.Material, values: Look) -> None:
+def _material(material: UsdShade.Material, values: MaterialValues) -> None:
     shader = _shader(material, "Surface", "UsdPreviewSurface")
     inputs: tuple[tuple[str, Sdf.ValueTypeName, Any], ...] = (
         ("diffuseColor", COLOUR, values.colour),

@@ -36,7 +36,7 @@ class Sample:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Look:
+class MaterialValues:
     """Inputs of one UsdPreviewSurface; `normal` is a tangent-space picture."""
 
     colour: Colour | Sample
@@ -48,11 +48,11 @@ class Look:
     normal: Picture | None = None
 
 
-def _matt(grey: float) -> Look:
-    return Look(colour=(grey, grey, grey), roughness=1.0, ior=1.0)
+def _matt(grey: float) -> MaterialValues:
+    return MaterialValues(colour=(grey, grey, grey), roughness=1.0, ior=1.0)
 
 
-MATT: dict[str, Look] = {
+MATT: dict[str, MaterialValues] = {
     "SolarCell": _matt(0.035),
     "PanelSubstrate": _matt(0.38),
     "GoldMli": _matt(0.60),
@@ -69,42 +69,42 @@ BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
 STREAKS = Picture(file="brushed_roughness.png", metres=(0.12, 0.12))
 BRUSHED = Picture(file="brushed_normal.png", metres=(0.12, 0.12))
 
-REFLECTIVE: dict[str, Look] = {
-    "SolarCell": Look(
+REFLECTIVE: dict[str, MaterialValues] = {
+    "SolarCell": MaterialValues(
         colour=Sample(picture=CELLS, output="rgb"),
         metallic=Sample(picture=BARS, output="r", scale=0.57, bias=0.43),
         roughness=Sample(picture=BARS, output="r", scale=0.25, bias=0.15),
         clearcoat=1.0,
         clearcoat_roughness=0.02,
     ),
-    "PanelSubstrate": Look(colour=(0.52, 0.50, 0.46), roughness=0.45),
-    "GoldMli": Look(
+    "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=0.45),
+    "GoldMli": MaterialValues(
         colour=(0.83, 0.60, 0.20),
         metallic=1.0,
         roughness=0.36,
         normal=Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0),
     ),
-    "KaptonTape": Look(
+    "KaptonTape": MaterialValues(
         colour=(0.62, 0.38, 0.10),
         metallic=0.6,
         roughness=0.30,
         normal=Picture(file="foil_normal.png", metres=(0.30, 0.30)),
     ),
-    "BlackMli": Look(
+    "BlackMli": MaterialValues(
         colour=(0.030, 0.030, 0.032),
         roughness=0.28,
         normal=Picture(file="foil_normal.png", metres=(0.36, 0.36), degrees=-31.0),
     ),
-    "BlackPaint": Look(colour=(0.040, 0.040, 0.043), roughness=0.42),
-    "BrushedAluminium": Look(
+    "BlackPaint": MaterialValues(colour=(0.040, 0.040, 0.043), roughness=0.42),
+    "BrushedAluminium": MaterialValues(
         colour=(0.66, 0.67, 0.68),
         metallic=1.0,
         roughness=Sample(picture=STREAKS, output="r", scale=0.30, bias=0.27),
         normal=BRUSHED,
     ),
-    "WhitePaint": Look(colour=(0.80, 0.80, 0.77), roughness=0.55),
-    "Glass": Look(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
+    "WhitePaint": MaterialValues(colour=(0.80, 0.80, 0.77), roughness=0.55),
+    "Glass": MaterialValues(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
 }
 
-LOOKS: dict[str, dict[str, Look]] = {"matt": MATT, "reflective": REFLECTIVE}
+LOOKS: dict[str, dict[str, MaterialValues]] = {"matt": MATT, "reflective": REFLECTIVE}
 DEFAULT_LOOK = "reflective"

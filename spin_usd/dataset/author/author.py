@@ -15,7 +15,7 @@ from spin_usd.dataset.author.model import model_unit, write_model
 from spin_usd.dataset.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.size import check_written
-from spin_usd.dataset.author.views import Look, look_at
+from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
@@ -131,11 +131,11 @@ def _author(
         notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
-        look, remarks = _look(folder, poses, sources, asset, choices.units_per_metre)
-        hull = look.mesh.hull if look else corners
+        composed, remarks = _composed_target(folder, poses, sources, asset, choices.units_per_metre)
+        hull = composed.mesh.hull if composed else corners
         if not choices.any_size:
             refuse_implausible(hull, unit, lens, poses)
-        camera_notes = (*sources.camera_notes, *_colour_notes(sources.camera_file, look, choices.additions))
+        camera_notes = (*sources.camera_notes, *_colour_notes(sources.camera_file, composed, choices.additions))
         notes += notes_on_far_keypoints(choices.additions.keypoints, hull)
         if choices.augment is not None:
             augment_stage(stage=folder / ROOT, spec=choices.augment)
@@ -145,7 +145,7 @@ def _author(
         target=asset.name,
         meshes=asset.gprims,
         camera=sources.camera_file.name,
-        views=look.views if look else None,
+        views=composed.views if composed else None,
         notes=(*camera_notes, *notes, *remarks),
     )
 
@@ -161,14 +161,14 @@ def _write_light(root: Path, frames: int, light: Callable[[Any], SampledValues] 
         write_sampled(root, both, frames)
 
 
-def _look(
+def _composed_target(
     folder: Path,
     poses: PoseList,
     sources: Sources,
     asset: TargetAsset,
     units_per_metre: float | None,
-) -> tuple[Look | None, tuple[str, ...]]:
-    """Return what the pictures of the stage in `folder` show, and notes on that and on the target; no look at a stage
+) -> tuple[ComposedTarget | None, tuple[str, ...]]:
+    """Return what the pictures of the stage in `folder` show, and notes on that and on the target; None for a stage
     that a render will refuse. Raises as check_written."""
     selected = sources.preset.chosen(asset.variants) if sources.preset else {}
     notes: tuple[str, ...] = ()
@@ -177,11 +177,11 @@ def _look(
         reader = StageReader(folder / ROOT)
         notes = check_written(reader, sources.target_file, asset, units_per_metre, selected)
         unknown = "what its pictures show is not known"
-        look = look_at(reader, poses)
+        composed = read_composed_target(reader, poses)
     except (StageError, UnsupportedError, GeometryError) as refused:
         reason = str(refused).replace(f"{folder}/", "")
         return None, (*notes, f"{unknown}, for it cannot be rendered: {reason}")
-    return look, (*notes, *sentences(look.views))
+    return composed, (*notes, *sentences(composed.views))
 
 
 def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
@@ -190,8 +190,8 @@ def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:
     return tuple(f"the target has no variant set '{name}', so its materials stay as they are" for name in missing)
 
 
-def _colour_notes(camera: Path, look: Look | None, additions: Additions) -> tuple[str, ...]:
+def _colour_notes(camera: Path, composed: ComposedTarget | None, additions: Additions) -> tuple[str, ...]:
     """Return a note where the target has colours and the camera's file does not say that it sees them."""
-    if look and look.grey and camera.suffix.lower() == ".json" and not additions.channels:
+    if composed and composed.grey and camera.suffix.lower() == ".json" and not additions.channels:
         return (f"{camera.name} says nothing of colour: pictures are grey; --channels rgb has colour",)
     return ()

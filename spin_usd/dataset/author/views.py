@@ -18,7 +18,7 @@ LIGHTS_READ = 1000  # pictures, of those whose light is their own, that are look
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Look:
+class ComposedTarget:
     """The target's surface as the stage composes it, and the views. grey: whether pictures are, though it is not."""
 
     mesh: Mesh
@@ -26,9 +26,9 @@ class Look:
     grey: bool
 
 
-def look_at(reader: StageReader, poses: PoseList) -> Look:
-    """Look at the stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError as a render
-    would."""
+def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget:
+    """Read the target of the stage of the `reader`, which was made of the `poses`. Raises StageError, UnsupportedError
+    as a render would."""
     scene = reader.scene(reader.frames[0])
     if reader.light_is_still:
         suns = dict.fromkeys(range(len(poses)), suns_of(scene))
@@ -38,7 +38,7 @@ def look_at(reader: StageReader, poses: PoseList) -> Look:
     rotations = matrices_from_quaternions(poses.q_cam_body)
     mesh = scene.target.mesh
     found = views_of(mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
-    return Look(mesh=mesh, views=found, grey=scene.target.coloured and scene.sensor.channels == "mono")
+    return ComposedTarget(mesh=mesh, views=found, grey=scene.target.coloured and scene.sensor.channels == "mono")
 
 
 def look_notes(reader: StageReader) -> tuple[str, ...]:

@@ -103,7 +103,8 @@ def _stage_of(store: Store, root: str, present: Set[str], progress: Progress) ->
     try:
         yield from check_stage(store.root / root, progress=progress).findings
     except SpinError as e:
-        yield Finding(code="stage", where=str(e.where or root), message=e.found)
+        message = f"{e.found}; {e.do}" if e.do else e.found
+        yield Finding(code="stage", where=str(e.where or root), message=message)
 
 
 def _strays(inventory: Inventory) -> Iterator[Finding]:

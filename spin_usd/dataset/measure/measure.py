@@ -59,8 +59,6 @@ def measure(
     measurement of another stage or variant, OutputError, and RenderError where no picture could be measured.
     """
     refuse_workers(workers)
-    if not request.stage.exists():
-        raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     require_renderer("blender")
     folder = out.absolute()
     _prepare(folder)

@@ -45,7 +45,8 @@ def open_plan(
     reader = StageReader(root)
     chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
     if not chosen:
-        raise InputError(f"frames {frames!r} selects none of the {len(reader.frames)} pictures", where=stage)
+        found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
+        raise InputError(found, where=stage, do="count from 0; 0:10 are the first ten")
     return {
         "root": str(root),
         "seed": reader.seed if seed is None else seed,

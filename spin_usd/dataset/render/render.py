@@ -27,7 +27,7 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import OutputError
 from spin_usd.progress import Progress
 
 
@@ -53,8 +53,6 @@ def render(
     if workers is not None:
         refuse_workers(workers)
     store = Store(root=out.absolute())
-    if not request.stage.exists():
-        raise InputError("does not exist", where=request.stage, do="make a stage with spin-usd author")
     require_renderer(request.renderer)
     store.prepare()
     with store.locked() as lease:

@@ -23,7 +23,6 @@ from spin_usd.stage.read.lights.lights import find_lights
 from spin_usd.stage.usd.conversion import quatd
 from spin_usd.stage.usd.transforms import placement
 
-STRENGTHS = ("sun.irradiance", "sun.factor", "fill.factor", "lights.factor")
 SAMPLED = ":sampled"
 """Suffix of the transform operations that are written here, so that they never collide with the stage's own."""
 DIGITS = 9

@@ -12,7 +12,6 @@ from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, 
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.shader_inputs import Output, read_input
 
-SCALARS = ("roughness", "metallic", "clearcoat", "clearcoatRoughness", "opacity", "ior")
 COLORS = ("diffuseColor", "specularColor", "emissiveColor")
 FALLBACKS: dict[str, tuple[float, ...]] = {
     "roughness": (0.5,),

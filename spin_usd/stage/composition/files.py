@@ -60,7 +60,7 @@ def files_of(path: str | Path) -> Files:
     if root.suffix.lower() not in EXTENSIONS:
         raise StageError("is not a USD stage", where=path, do=f"give a file that ends in {', '.join(EXTENSIONS)}")
     if not root.exists():
-        raise StageError("there is no such stage", where=path, do="check the path")
+        raise StageError("does not exist", where=path, do="check the path, or make a stage with spin-usd author")
     found: dict[Path, None] = {}
     missing: list[Missing] = []
     queue = [root]

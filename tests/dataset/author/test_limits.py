@@ -14,7 +14,7 @@ from spin_usd.stage.augment.sampled_values import open_base
 from spin_usd.stage.composition.open_stage import open_stage
 
 FRAMES = [f"img{i:06d}" for i in range(2000)]
-LEAST_P = 1e-3  # seeds are fixed: a test that passes once passes always
+MIN_P = 1e-3  # seeds are fixed: a test that passes once passes always
 
 
 def entries(name, **words):
@@ -65,7 +65,7 @@ def test_a_range_up_to_the_limits_is_not(name, words) -> None:
 def test_a_normal_distribution_is_cut_at_the_limits() -> None:
     (sample,) = samples_for(entries("optics.glare", distribution="normal", mean=0.5, sigma=1, high=0.9, per="frame"))
     values = np.array(sample_all([sample], seed=0, name="a", frames=FRAMES).per_frame["optics.glare"])
-    assert stats.kstest(values, stats.truncnorm(-0.5, 0.4, 0.5, 1).cdf).pvalue > LEAST_P
+    assert stats.kstest(values, stats.truncnorm(-0.5, 0.4, 0.5, 1).cdf).pvalue > MIN_P
 
 
 def test_a_normal_distribution_is_cut_above_an_open_limit() -> None:

@@ -159,7 +159,7 @@ def test_what_is_told_names_property_values_origin_and_cost(stage, spin_usd) -> 
         (("colour=red", "dim"), "has no variant set 'colour' on its default prim; choose one of "),
         (("tint=cold", "dim"), "has no variant 'cold' in its set 'tint'; choose one of warm"),
         (("dim", "dim,late"), "'dim,late' cannot be understood as a variant"),
-        (("dim", "late", "--frames", "9:"), "frames '9:' selects none of the 8 pictures"),
+        (("dim", "late", "--frames", "9:"), "frames '9:' selects none of the 8 frames"),
     ],
 )
 def test_bad_input_is_one_sentence(stage, spin_usd, arguments, saying) -> None:

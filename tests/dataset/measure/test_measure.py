@@ -302,7 +302,6 @@ def test_a_request_that_makes_no_sense_is_refused(tmp_path, asked) -> None:
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"stage": REPOSITORY / "nothing.usda"}, "does not exist"),
         ({"variant": "nothing"}, "nominal"),
         ({"frames": "90:"}, "selects none"),
     ],

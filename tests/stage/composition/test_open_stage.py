@@ -237,7 +237,7 @@ def test_nesting_that_would_overflow_usds_parser(tmp_path, brackets) -> None:
 
 
 def test_files_that_are_no_stage(tmp_path) -> None:
-    with pytest.raises(StageError, match="there is no such stage"):
+    with pytest.raises(StageError, match="does not exist"):
         open_stage(tmp_path / "none.usda")
     (tmp_path / "model.obj").write_text("")
     with pytest.raises(StageError, match="is not a USD stage"):

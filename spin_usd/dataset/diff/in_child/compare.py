@@ -62,7 +62,8 @@ def _pairs(
     """Pair the pictures of both by name; count those, the ones that only one has, and 0 for each key."""
     chosen = first.frames[slice_of(frames)] if frames else first.frames
     if not chosen:
-        raise InputError(f"frames {frames!r} selects none of the {len(first.frames)} pictures")
+        found = f"frames {frames!r} selects none of the {len(first.frames)} frames"
+        raise InputError(found, do="count from 0; 0:10 are the first ten")
     others = {frame.name: frame for frame in second.frames}
     pairs = [(frame, others[frame.name]) for frame in chosen if frame.name in others]
     only_after = 0 if frames else len(others.keys() - {frame.name for frame in first.frames})
