@@ -6,7 +6,6 @@ pixels, K1 = 0.01, K2 = 0.03.
 """
 
 import numpy as np
-from scipy import ndimage
 
 from spin_usd.arrays import Float
 
@@ -30,4 +29,6 @@ def ssim(a: Float, b: Float, *, top: float) -> Float:
 
 def _windowed(image: Float) -> Float:
     """Return the weighted mean around each pixel."""
+    from scipy import ndimage  # not above: scipy is slow to load, and few need it
+
     return np.asarray(ndimage.gaussian_filter(image, SIGMA_PX, radius=RADIUS_PX, axes=(0, 1)), np.float64)

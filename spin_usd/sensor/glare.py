@@ -9,7 +9,6 @@ the plain sum of equal steps converges exponentially.
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import gammainccinv, gammaincinv
 
 from spin_usd.scene.sensor import Optics
 from spin_usd.sensor.spread import Image, Scale, spread
@@ -32,6 +31,8 @@ def scatter(light: Image, optics: Optics) -> Image:
 def halo_scales(core: float, falloff: float, widest: float) -> tuple[Scale, ...]:
     """Return the Gaussians that the halo is made of; those with a standard deviation above `widest` pixels are
     skipped."""
+    from scipy.special import gammainccinv, gammaincinv  # not above: scipy is slow to load, and few need it
+
     shape = falloff / 2 - 1
     first, last = gammaincinv(shape, WIDEST), gammainccinv(shape, NARROWEST)
     s = np.exp(np.arange(np.log(first), np.log(last) + STEP, STEP))

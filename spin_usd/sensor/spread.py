@@ -13,7 +13,6 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 Image = NDArray[np.float32]
 """(H, W), or (H, W, 3)."""
@@ -63,6 +62,8 @@ def gaussian(variance: float) -> Image:
     )
     exponent = 1 / (2 * variance)
     if variance < EXACT:
+        from scipy.optimize import brentq  # not above: scipy is slow to load, and few need it
+
         exponent = brentq(lambda e: _variance(n, e) - variance, exponent / 100, exponent, xtol=1e-15)
     samples = np.exp(-exponent * n**2)
     samples = samples[samples > NEGLIGIBLE]

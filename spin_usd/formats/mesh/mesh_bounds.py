@@ -1,13 +1,16 @@
 """The box of a mesh file's faces, read by trimesh: an authority apart from our own readers."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from spin_usd.arrays import Float
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.scene.source.source_bounds import SourceBounds
+
+if TYPE_CHECKING:
+    import trimesh
 
 GLTF = (".gltf", ".glb")
 
@@ -36,8 +39,10 @@ def _has_normalised_points(document: Document) -> bool:
     return any(accessor.get("normalized", False) for accessor in points)
 
 
-def _loaded(path: Path) -> trimesh.Scene:
+def _loaded(path: Path) -> "trimesh.Scene":
     """Return the file's geometry alone: nothing that it names is read, but for the buffers of a .gltf."""
+    import trimesh  # not above: trimesh is slow to load, and few models need it
+
     if path.suffix.lower() == ".gltf":
         return trimesh.load_scene(path, process=False, skip_materials=True)
     with path.open("rb") as opened:
@@ -45,8 +50,10 @@ def _loaded(path: Path) -> trimesh.Scene:
         return trimesh.load_scene(opened, file_type=kind, process=False, skip_materials=True)
 
 
-def _corners(scene: trimesh.Scene, node: str) -> Float:
+def _corners(scene: "trimesh.Scene", node: str) -> Float:
     """Return (N, 3) corners of the triangles with an area that `node` places, in the file's axes."""
+    import trimesh  # not above: trimesh is slow to load, and few models need it
+
     transform, name = scene.graph[node]
     mesh = scene.geometry[name]
     if not isinstance(mesh, trimesh.Trimesh):

@@ -1,12 +1,15 @@
 """STL, parsed by trimesh: the file's points, faces and normals. Nothing is merged, smoothed or computed."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from spin_usd.errors import InputError
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
+
+if TYPE_CHECKING:
+    import trimesh
 
 
 def read_stl(path: Path) -> MeshAsset:
@@ -17,8 +20,10 @@ def read_stl(path: Path) -> MeshAsset:
     return MeshAsset(name=path.stem, parts=parts)
 
 
-def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
+def _meshes(path: Path) -> list[tuple[str, "trimesh.Trimesh"]]:
     """Return (name, mesh) of each: an STL of text may hold several solids."""
+    import trimesh  # not above: trimesh is slow to load, and few models need it
+
     try:
         scene = trimesh.load_scene(path, process=False)
     # A parser of damaged files raises whatever it stumbles over.
@@ -28,7 +33,7 @@ def _meshes(path: Path) -> list[tuple[str, trimesh.Trimesh]]:
     return [(name, mesh) for name, mesh in meshes if len(mesh.faces)]
 
 
-def _part(name: str, mesh: trimesh.Trimesh) -> MeshPart:
+def _part(name: str, mesh: "trimesh.Trimesh") -> MeshPart:
     corners = np.asarray(mesh.faces, np.int64).ravel()
     normals = None
     if "vertex_normals" in mesh._cache.cache:  # trimesh keeps the file's own there; else it would compute some

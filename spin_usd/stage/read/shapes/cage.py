@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from spin_usd.arrays import Float
 from spin_usd.stage.read.shapes.triangles import Int, unit
@@ -106,6 +104,9 @@ def corner_normals(c: Cage, points: Float) -> Float:
 
 def _smooth_fans(c: Cage) -> Int:
     """Number the corners (4 F,), equally where corners of one point are joined by edges that are not sharp."""
+    from scipy.sparse import coo_array  # not above: scipy is slow to load, and few need it
+    from scipy.sparse.csgraph import connected_components
+
     following = next_corner(c.counts)
     corner = np.flatnonzero(c.edge_sharpness[c.face_edges] == 0)
     pairs = corner[np.argsort(c.face_edges[corner], kind="stable")].reshape(-1, 2)  # such edges have two faces

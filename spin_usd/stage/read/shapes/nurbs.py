@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
-from scipy.interpolate import BSpline
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
@@ -53,6 +52,8 @@ class Axis:
 
     def bases(self, steps: int) -> tuple[Float, Float]:
         """Evaluate each control point's weight (N, count) at `steps` samples between two knots, and its derivative."""
+        from scipy.interpolate import BSpline  # not above: scipy is slow to load, and few need it
+
         inner = self.knots[(self.knots > self.range[0]) & (self.knots < self.range[1])]
         ends = np.unique([self.range[0], *inner, self.range[1]])
         at = np.unique(np.concatenate([np.linspace(*pair, steps + 1) for pair in pairwise(ends)]))

@@ -5,9 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from spin_usd.arrays import Float
 from spin_usd.errors import UnsupportedError
@@ -30,6 +27,10 @@ PATTERNS = (
 
 def welded(triangles: Triangles) -> Triangles:
     """Merge points that differ only by rounding into the first of them."""
+    from scipy.sparse import coo_array  # not above: scipy is slow to load, and few need it
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     points, place = np.unique(triangles.points + 0.0, axis=0, return_inverse=True)
     close = cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
     links = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(len(points),) * 2)
