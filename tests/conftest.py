@@ -1,13 +1,17 @@
 """What several test files need: the command line as a user has it, real inputs, and a small authored stage."""
 
 import json
-import os
+import signal
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import hypothesis
 import pytest
+
+from spin_usd.cli.main import run as run_console_script
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True)
@@ -27,11 +31,24 @@ def shared():
 
 @pytest.fixture(scope="session")
 def spin_usd():
-    """Run `spin-usd ARGUMENTS...` in a process of its own; returns the finished process."""
+    """Run `spin-usd ARGUMENTS...` as the console script does; returns what a process would: returncode, stdout, stderr.
+
+    It runs in this process, whose imports are made already: half of what a process of its own takes. Its children are
+    processes as ever. Tests of signals, and of what a terminal or an environment changes, start processes themselves.
+    """
 
     def run(*arguments, code=0, cwd=None):
-        command = [sys.executable, "-m", "spin_usd.cli.main", *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, env={**os.environ, "COLUMNS": "120"})
+        with pytest.MonkeyPatch.context() as patch, StringIO() as out, StringIO() as err:
+            patch.setattr(sys, "argv", ["spin-usd", *map(str, arguments)])
+            patch.setenv("COLUMNS", "120")
+            patch.chdir(cwd or Path.cwd())
+            before = signal.getsignal(signal.SIGTERM)
+            try:
+                with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as ended:
+                    run_console_script()
+            finally:
+                signal.signal(signal.SIGTERM, before)
+            done = subprocess.CompletedProcess(sys.argv, ended.value.code, out.getvalue(), err.getvalue())
         assert done.returncode == code, f"exit {done.returncode}, expected {code}\n{done.stdout}\n{done.stderr}"
         return done
 

@@ -21,8 +21,8 @@ def setting_of(
     quality: str | None,
     error: str | None,
 ) -> tuple[Configuration, Chosen | None]:
-    """Renderer, blender where none is given, and effort; and why where it was chosen. Raises InputError for ways that
-    do not go together."""
+    """Return the renderer, blender where none is given, and its effort; and why where it was chosen. Raises InputError
+    for ways that do not go together."""
     ways = {"samples": samples, "effort": effort, "quality": quality, "error": error}
     given = [name for name, value in ways.items() if value is not None]
     if len(given) > 1:

@@ -8,7 +8,7 @@ from spin_usd.api.checked import checked
 from spin_usd.dataset.measure import measure as measuring
 from spin_usd.dataset.measure.campaign import MeasureRequest
 from spin_usd.dataset.store.measurement_file import folder_of
-from spin_usd.dataset.store.stage_path import existing_stage
+from spin_usd.dataset.store.stage_path import existing_stage, root_layer
 from spin_usd.progress import Progress, ignore
 from spin_usd.scene.model import NOMINAL
 
@@ -51,7 +51,7 @@ def measure(
     Raises InputError, OutputError, UnsupportedError where Blender is not installed, and RenderError where no picture
     could be measured.
     """
-    root = existing_stage(Path(stage))
+    root = root_layer(Path(stage))
     request = MeasureRequest(
         stage=root,
         frames=frames,
@@ -62,6 +62,7 @@ def measure(
         reference_share=reference_share,
         reference_samples=reference_samples,
     )
+    existing_stage(Path(stage))
     folder = folder_of(root) if out is None else Path(out)
     return measuring.measure(
         request, folder, workers=workers, progress=ignore if on_progress is None else on_progress, on_note=on_note

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.effort import setting_of
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.store.stage_path import existing_stage
+from spin_usd.dataset.store.stage_path import existing_stage, root_layer
 from spin_usd.errors import InputError
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
 
@@ -28,7 +28,7 @@ def render_request(
     image_format: str,
 ) -> RenderRequest:
     """Make the request for pictures of `stage`. Raises InputError for what does not go together or is not there."""
-    root = existing_stage(Path(stage))
+    root = root_layer(Path(stage))
     if labels_only and not radiance:
         _refuse_unlit(quality, error)
     setting, chosen = setting_of(
@@ -40,7 +40,7 @@ def render_request(
         quality=quality,
         error=None if error is None else str(error),
     )
-    return RenderRequest(
+    request = RenderRequest(
         stage=root,
         frames=frames,
         variants=_names(variants),
@@ -53,6 +53,8 @@ def render_request(
         radiance=radiance,
         image_suffix=f".{image_format}",
     )
+    existing_stage(Path(stage))
+    return request
 
 
 def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:

@@ -33,9 +33,10 @@ def diff(
     The exit code is 0 whether or not they differ: variants are there to differ, and check finds those that do not.
     """
     from spin_usd.dataset.diff.diff import diff as compare
+    from spin_usd.dataset.store.stage_path import existing_stage
 
     with shown(context.obj["quiet"]) as progress:
-        answer = compare(stage, variant_a, variant_b, frames=frames, progress=progress)
+        answer = compare(existing_stage(stage), variant_a, variant_b, frames=frames, progress=progress)
     if as_json:
         print(json.dumps(answer))
         return

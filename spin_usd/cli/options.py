@@ -7,12 +7,12 @@ import typer
 
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
 from spin_usd.dataset.process.processors import MAX_WORKERS
-from spin_usd.dataset.store.stage_path import existing_stage
+from spin_usd.dataset.store.stage_path import root_layer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 
 STAGE_HELP = "A stage's root layer, or the folder of its dataset.usda."
-Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=existing_stage)]
+Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=root_layer)]
 Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the frames, counted from 0 as Python slices.")
 ]

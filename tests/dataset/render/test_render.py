@@ -55,10 +55,17 @@ def blender_dataset(small_stage, tmp_path_factory):
     return out
 
 
+@pytest.fixture(scope="module")
+def rendered(small_stage, tmp_path_factory):
+    out = tmp_path_factory.mktemp("rendered") / "dataset"
+    make(small_stage, out, frames="0:4")
+    return out
+
+
 @pytest.fixture
-def dataset(small_stage, tmp_path):
-    make(small_stage, tmp_path / "dataset", frames="0:4")
-    return tmp_path / "dataset"
+def dataset(rendered, tmp_path):
+    """A dataset of four pictures, the test's own."""
+    return shutil.copytree(rendered, tmp_path / "dataset", symlinks=True)
 
 
 def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None:
@@ -260,6 +267,7 @@ def assert_whole(out, expected) -> None:
     assert not list(out.rglob(".*"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("supervisor", [False, True])
 def test_a_kill_loses_nothing(small_stage, tmp_path, supervisor) -> None:
     make(small_stage, tmp_path / "whole")
@@ -358,6 +366,7 @@ def cached_labels(dataset):
     return len(list((dataset / "cache" / "depth").rglob("*.exr")))
 
 
+@pytest.mark.slow
 def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_stage, shorter, dataset, spin_usd) -> None:
     make(small_stage, dataset)
     (dataset / "image" / "nominal" / "notes.txt").write_text("mine")

@@ -176,6 +176,7 @@ def test_every_variant_of_blender_alone_is_the_picture_among_others(stage, tmp_p
         assert_alone_is_the_same(stage, whole, tmp_path, variant, i % 3, "blender")
 
 
+@pytest.mark.slow
 def test_blenders_picture_from_another_variants_render_is_its_own(stage, tmp_path) -> None:
     both = tmp_path / "both"
     made = make(stage, both, renderer="blender", frames="1:2", variants=("nominal", "starry"))
@@ -194,6 +195,7 @@ def test_two_workers_make_no_pass_of_a_single_frame_twice(stage, tmp_path) -> No
     assert passes(make(stage, tmp_path / "two", workers=2, frames="0:1")) == (6, 2, 4, 3, 3)
 
 
+@pytest.mark.slow
 def test_a_variant_added_later_costs_its_difference(stage, whole, tmp_path) -> None:
     out = tmp_path / "dataset"
     assert passes(make(stage, out, variants=("nominal", "matt"))) == (6, 3, 3, 6, 0)
@@ -227,6 +229,7 @@ def test_a_finished_dataset_can_be_rid_of_its_cache(stage, dataset) -> None:
     assert digests(dataset) == before
 
 
+@pytest.mark.slow
 def test_a_cache_deleted_by_hand_is_only_lost_time(stage, dataset, spin_usd) -> None:
     before = digests(dataset)
     shutil.rmtree(dataset / "cache")
@@ -361,6 +364,7 @@ def test_a_picture_from_a_shared_render_is_reproduced(whole, spin_usd) -> None:
     assert all(file["same"] for file in made["files"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [1, 8])
 def test_a_killed_run_resumes_to_the_same(stage, whole, tmp_path, after, spin_usd) -> None:
     out = tmp_path / "dataset"

@@ -218,6 +218,7 @@ def killed_while_rendering(stage, out) -> None:
     assert process.wait() == -signal.SIGKILL
 
 
+@pytest.mark.slow
 def test_look_alikes_of_all_our_names_stay(authored, dataset, outside, tmp_path) -> None:
     """After a resumed run, a failing one, one that prunes, one without a cache, a killed one and the one after it, and
     author, which beside them leave nothing but a dataset."""
@@ -306,6 +307,7 @@ def test_a_renamed_file_makes_no_other_stage(authored, dataset, tmp_path) -> Non
     assert make(author(authored.parent.parent, tmp_path / "same", poses=poses), dataset).reused == 2
 
 
+@pytest.mark.slow
 def test_two_stages_pictures_are_never_mixed(authored, dataset, tmp_path) -> None:
     """Replaced in part: what was the other stage's is gone, and what the user put beside it is not."""
     (dataset / "image" / "nominal" / "mine.txt").write_text("mine")

@@ -13,7 +13,10 @@ def test_a_folder_means_the_root_layer_that_author_writes_into_it(tmp_path, smal
     assert by_folder.stdout.splitlines()[:2] == by_file.stdout.splitlines()[:2]
 
 
-@pytest.mark.parametrize("command", ["plan", "render", "measure"])
+MORE = {"render": ["--out", "out"], "diff": ["nominal", "noisy_1"]}
+
+
+@pytest.mark.parametrize("command", ["plan", "render", "measure", "diff"])
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
@@ -26,7 +29,7 @@ def test_what_is_not_a_stage_is_refused_by_every_command_alike(tmp_path, spin_us
     for folder in ("dataset", "folder"):
         (tmp_path / folder).mkdir()
     (tmp_path / "dataset" / "dataset.json").write_text("{}")
-    refused = spin_usd(command, name, *(["--out", "out"] if command == "render" else []), cwd=tmp_path, code=2)
+    refused = spin_usd(command, name, *MORE.get(command, []), cwd=tmp_path, code=2)
     assert refused.stderr.strip() == f"spin-usd: {sentence}"
     assert not (tmp_path / "out").exists()
 

@@ -191,6 +191,7 @@ def test_duplicate_and_reversed_faces_keep_their_numbers(blender, make_scene, sq
     assert (seen >= 0).any()
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow(blender, make_scene, needles) -> None:
     camera = Camera(width=64, height=40, fx=100.0, fy=100.0, cx=32.0, cy=20.0, distortion=(-0.1, 0, 0, 0, 0))
     scenes = [make_scene(*needles, camera=camera, t=(0, 0, z)) for z in (4, 40, 5, 50)]  # near and far, four meshes
