@@ -54,7 +54,9 @@ def test_a_step_is_the_one_that_trimesh_takes(name) -> None:
     np.testing.assert_allclose(mine[order[1]], theirs[order[0]], atol=ROUNDING)
 
 
-@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name == "torus" else name for name in CLOSED]
+)
 def test_the_limit_is_where_the_steps_lead(name) -> None:
     c = of(CLOSED[name])
     at_once, after_some = loop.limit(c), refined(c, 7).points[: len(c.points)]
