@@ -1,8 +1,8 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
-The commands as functions: `author`, `augment`, `plan`, `render`, `check`, `measure` and `reproduce`. They take what the
-commands take, by the same names, return what was done, and raise a `SpinError` where a command would end with one
-sentence. `Dataset` reads what was rendered, a `Picture` at a time.
+The commands as functions: `author`, `augment`, `plan`, `render`, `check`, `measure`, `reproduce` and `export`. They
+take what the commands take, by the same names, return what was done, and raise a `SpinError` where a command would end
+with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
 
 Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
 Blender is ever loaded into the caller's.
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from spin_usd.api.augment import augment
     from spin_usd.api.author import author
     from spin_usd.api.check import check
+    from spin_usd.api.export import export
     from spin_usd.api.measure import measure
     from spin_usd.api.plan import plan
     from spin_usd.api.render import render
@@ -33,6 +34,7 @@ __all__ = [
     "augment",
     "author",
     "check",
+    "export",
     "measure",
     "plan",
     "render",
@@ -46,6 +48,7 @@ _MODULES = {
     "augment": "spin_usd.api.augment",
     "author": "spin_usd.api.author",
     "check": "spin_usd.api.check",
+    "export": "spin_usd.api.export",
     "measure": "spin_usd.api.measure",
     "plan": "spin_usd.api.plan",
     "render": "spin_usd.api.render",

@@ -43,7 +43,7 @@ def render_request(
     request = RenderRequest(
         stage=root,
         frames=frames,
-        variants=_names(variants),
+        variants=names_in(variants),
         effort=setting.effort,
         chosen=chosen,
         seed=seed,
@@ -60,7 +60,7 @@ def render_request(
 def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:
     """Return the labels that are named; "default", "all" and "none" may stand among the names."""
     groups = {"default": DEFAULT_LABELS, "all": tuple(LABELS), "none": ()}
-    return tuple(label for name in _names(given) for label in groups.get(name, (name,)))
+    return tuple(label for name in names_in(given) for label in groups.get(name, (name,)))
 
 
 def _refuse_unlit(quality: str | None, error: str | float | None) -> None:
@@ -77,7 +77,7 @@ def _measured_path(given: str | Path | None) -> Path | None:
     return Path(given)
 
 
-def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+def names_in(given: str | Sequence[str]) -> tuple[str, ...]:
     """Names, from a list of them or from text with commas between."""
     names = given.split(",") if isinstance(given, str) else given
     return tuple(name.strip() for name in names if name.strip())

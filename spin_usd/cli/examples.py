@@ -25,6 +25,10 @@ EXAMPLES = {
         "spin-usd check my_stage",
         "spin-usd check my_dataset",
     ),
+    "export": (
+        "spin-usd export my_dataset --to speedplus --out my_speedplus --split train=0.8,validation=0.2",
+        "spin-usd export --list",
+    ),
     "diff": ("spin-usd diff my_stage nominal noisy_1",),
     "measure": (
         "spin-usd measure my_stage",

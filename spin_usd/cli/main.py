@@ -16,6 +16,7 @@ from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor
 from spin_usd.cli.examples import examples_of
+from spin_usd.cli.export import export
 from spin_usd.cli.measure import measure
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
@@ -55,7 +56,7 @@ def common(
     context.obj = {"quiet": quiet}
 
 
-COMMANDS = (demo, author, augment, plan, measure, render, check, diff, reproduce, doctor)
+COMMANDS = (demo, author, augment, plan, measure, render, check, export, diff, reproduce, doctor)
 for command in COMMANDS:
     app.command(cls=Command, epilog=examples_of(command.__name__))(command)
 
@@ -72,7 +73,9 @@ def run() -> NoReturn:
     except SystemExit as e:
         code = e.code
         if code == INTERRUPTED:
-            print("interrupted; a render or a measurement run again takes up where it stopped", file=sys.stderr)
+            print(
+                "interrupted; a render, an export or a measurement run again takes up where it stopped", file=sys.stderr
+            )
     except SpinError as e:
         code = _report(e, str(e), e.exit_code, debug)
     except Exception as e:

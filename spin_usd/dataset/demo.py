@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd import resources
-from spin_usd.dataset.contact_sheet import write_contact_sheet
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.read.contact_sheet import write_contact_sheet
+from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.render.request import RenderRequest
@@ -39,5 +40,5 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
             child.call("author", poses=poses, target="tango", camera="speedplus", out=str(stage.parent.absolute()))
     dataset, request = out / "dataset", RenderRequest(stage=stage, effort=Effort(samples=SAMPLES))
     report = render(request, dataset, workers=workers, progress=progress)
-    sheet = write_contact_sheet(dataset, out / "contact_sheet.png")
+    sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")
     return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)

@@ -1,4 +1,4 @@
-"""Camera files of SPEED, SPEED+, SHIRT and SPEED-UE-Cube: JSON in, Camera out.
+"""Camera files of SPEED, SPEED+, SHIRT and SPEED-UE-Cube: JSON in, Camera out, and back.
 
 `cameraMatrix` and `distCoeffs` (k1, k2, p1, p2, k3) are the calibration. `fx`, `fy` there are the nominal focal length
 in metres, `ppx`, `ppy` the pixel pitch in metres; they decide only where a file has no cameraMatrix (SPEED).
@@ -47,6 +47,25 @@ def read_camera_file(path: str | Path) -> CameraFile:
         raise InputError(error.found, where=path, do=error.do) from None
     notes = tuple(f"{path.name} {note}" for note in _notes(document, camera))
     return CameraFile(camera=camera, pixel_pitch=pitch, source=str(path), notes=notes)
+
+
+def camera_document(camera: Camera, *, pitch: float = DEFAULT_PITCH) -> dict[str, Any]:
+    """Return the JSON of a camera file, in all digits; `pitch` is the width and height of a pixel, metres.
+
+    Here fx and fy, in metres, agree with cameraMatrix; SPEED+'s own are the nominal 17.6 mm.
+    """
+    return {
+        "Nu": camera.width,
+        "Nv": camera.height,
+        "ppx": pitch,
+        "ppy": pitch,
+        "fx": camera.fx * pitch,
+        "fy": camera.fy * pitch,
+        "ccx": camera.cx,
+        "ccy": camera.cy,
+        "cameraMatrix": camera.matrix.tolist(),
+        "distCoeffs": list(camera.distortion),
+    }
 
 
 def _notes(document: dict[str, Any], camera: Camera) -> Iterator[str]:

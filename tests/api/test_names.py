@@ -11,8 +11,9 @@ import spin_usd
 from spin_usd.cli.main import app
 
 CALLBACKS = {"on_progress", "on_note"}
-ON_THE_COMMAND_LINE_ALONE = {"as_json", "list_parameters", "minimal"}
-FUNCTIONS = ("author", "augment", "plan", "render", "check", "measure", "reproduce")
+ON_THE_COMMAND_LINE_ALONE = {"as_json", "list_formats", "list_parameters", "minimal"}
+LISTS = {"variants", "option"}  # whose default is an empty one, of either type
+FUNCTIONS = ("author", "augment", "plan", "render", "check", "measure", "reproduce", "export")
 
 
 def loaded(code: str) -> set[str]:
@@ -57,7 +58,7 @@ def test_a_function_has_the_defaults_of_its_command(name: str) -> None:
     parameters = inspect.signature(getattr(spin_usd, name)).parameters
     defaults = {name: each.default for name, each in parameters.items() if each.default is not each.empty}
     for option in command.params:
-        if option.name in defaults and option.name != "variants":
+        if option.name in defaults and option.name not in LISTS:
             assert defaults[option.name] == option.default, option.name
 
 

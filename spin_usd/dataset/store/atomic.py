@@ -38,15 +38,14 @@ def write_atomically(
     return digest
 
 
-def link_atomically(path: Path, source: Path, *, work: Path) -> None:
-    """Make `path` another name of the file `source`, or a copy of it where the file system has no links (or no more
-    of that file). To replace either later leaves the other as it is. Raises OutputError, leaving nothing."""
+def link_atomically(path: Path, source: Path, *, work: Path, copy: bool = False) -> None:
+    """Make `path` another name of the file `source`, or a copy of it where that is asked for, or the file system has no
+    links (or no more of that file). To replace either later leaves the other as it is. Raises OutputError, leaving
+    nothing."""
     temporary = _temporary(work, path)
     try:
         work.mkdir(parents=True, exist_ok=True)
-        try:
-            temporary.hardlink_to(source)
-        except OSError:
+        if copy or not _linked(temporary, source):
             shutil.copyfile(source, temporary)
             _synced(temporary)
         _put(temporary, path)
@@ -69,6 +68,15 @@ def write_text(path: Path, text: str, *, work: Path) -> str:
 
 def _temporary(work: Path, path: Path) -> Path:
     return work / f"{secrets.token_hex(8)}{path.suffix}"
+
+
+def _linked(path: Path, source: Path) -> bool:
+    """Make `path` a hard link of `source`, and return whether that could be done."""
+    try:
+        path.hardlink_to(source)
+    except OSError:
+        return False
+    return True
 
 
 def _put(temporary: Path, path: Path) -> None:

@@ -1,0 +1,87 @@
+"""`spin-usd export`: writes a dataset in a format of others, or lists the formats."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.cli import options
+from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.progress import shown
+from spin_usd.errors import InputError
+
+if TYPE_CHECKING:
+    from spin_usd.dataset.export.report import ExportReport
+
+
+def export(
+    context: typer.Context,
+    dataset: Annotated[Path | None, typer.Argument(help="A dataset's folder.")] = None,
+    to: Annotated[str | None, typer.Option(metavar="NAME", help="The format; --list names all.")] = None,
+    out: Annotated[Path | None, typer.Option(help="The export's folder. Run again, it makes what is missing.")] = None,
+    split: Annotated[
+        str | None, typer.Option(metavar="NAME=SHARE,...", help="Such as train=0.8,validation=0.2; all is train.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", help="Decides which poses go into which split.")] = 0,
+    frames: options.Frames = None,
+    variants: options.Variants = "",
+    target: Annotated[
+        str | None, typer.Option(metavar="NAME", help="The target, for formats that hold one; the first.")
+    ] = None,
+    option: Annotated[
+        list[str], typer.Option(metavar="NAME=VALUE", help="An option of the format; may be given several times.")
+    ] = [],  # noqa: B006 - typer's way to say a list
+    copy: Annotated[bool, typer.Option("--copy", help="Copy files that need no change, instead of links.")] = False,
+    list_formats: Annotated[
+        bool, typer.Option("--list", help="List the formats with their options and conventions, and end.")
+    ] = False,
+    as_json: options.Json = False,
+) -> None:
+    """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
+    if list_formats:
+        print(_formats())
+        return
+    if dataset is None or to is None or out is None:
+        raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.export(
+            dataset,
+            to=to,
+            out=out,
+            split=split,
+            seed=seed,
+            frames=frames,
+            variants=variants,
+            target=target,
+            option=option,
+            copy=copy,
+            on_progress=progress,
+        )
+    print(json.dumps(asdict(report)) if as_json else _sentence(report))
+
+
+def _sentence(report: "ExportReport") -> str:
+    """Say in one line what was written."""
+    splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
+    left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
+    files = f"{counted(report.linked, 'file')} linked, {report.made} made, {report.kept} already there"
+    return (
+        f"{report.out}   ({counted(report.pictures, 'picture')} as {report.format}: {splits}{left_out}; {files}; "
+        f"in {report.seconds:.1f} s)"
+    )
+
+
+def _formats() -> str:
+    """Return a few lines for each format: its name, what it is, its options."""
+    from spin_usd.api.export import export_formats
+
+    lines = []
+    for each in export_formats():
+        lines.append(f"{each.name}: {each.holds}")
+        for choice in each.options:
+            values = f" ({', '.join(choice.choices)})" if choice.choices else ""
+            lines.append(f"    --option {choice.name}={choice.default}: {choice.meaning}{values}")
+    return "\n".join(lines)

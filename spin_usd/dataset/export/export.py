@@ -1,0 +1,69 @@
+"""Export a dataset: plan, refuse, then write a picture at a time."""
+
+import time
+from collections import Counter
+from pathlib import Path
+
+from spin_usd.dataset.export.card import card_files
+from spin_usd.dataset.export.export_folder import describe, refuse_dataset, refuse_other
+from spin_usd.dataset.export.layout.exported_dataset import Entry
+from spin_usd.dataset.export.layout.index_file import csv_table
+from spin_usd.dataset.export.layout.output import IndexRow
+from spin_usd.dataset.export.plan import ExportPlan, plan_export
+from spin_usd.dataset.export.report import ExportReport
+from spin_usd.dataset.export.request import ExportRequest
+from spin_usd.dataset.export.writer import Counts, Writer
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.progress import Progress
+
+LIST = "pictures.csv"
+"""Lists the pictures of every export: what they are called there, and which they are of the dataset."""
+
+
+def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
+    """Export as the request says. Run again, it makes what is missing.
+
+    Raises InputError and UnsupportedError for what cannot be exported, before anything is written, and OutputError.
+    """
+    began = time.monotonic()
+    refuse_dataset(request.out, request.dataset)
+    plan = plan_export(request, progress=progress)
+    refuse_other(request.out, plan.described)
+    with Store(root=request.out).locked() as lease:
+        describe(request.out, plan.described, complete=False, work=lease.work)
+        counts = _write(plan, request, lease.work, progress)
+        describe(request.out, plan.described, complete=True, work=lease.work)
+    held = Counter(entry.split for entry in plan.exported.entries)
+    return ExportReport(
+        out=str(request.out),
+        format=plan.format.name,
+        pictures=len(plan.exported),
+        splits={split: held[split] for split in plan.exported.splits},
+        left_out=plan.left_out,
+        linked=counts.linked,
+        made=counts.made,
+        kept=counts.kept,
+        seconds=time.monotonic() - began,
+    )
+
+
+def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progress) -> Counts:
+    """Write all files, and return how many there are of each kind."""
+    exported, layout = plan.exported, plan.layout
+    indexes = {LIST: csv_table(Entry._fields), **layout.indexes(exported)}
+    writer = Writer(out=request.out, work=work, indexes=indexes, copy=request.copy)
+    try:
+        for output in layout.shared(exported):
+            writer.write(output)
+        for done, picture in enumerate(exported):
+            progress("exporting picture", done, len(exported))
+            writer.write(IndexRow(path=LIST, value=exported.entries[done]))
+            for output in layout.files(exported, picture):
+                writer.write(output)
+        progress("exporting picture", len(exported), len(exported))
+        writer.finish()
+        for file in card_files(plan):
+            writer.write(file)
+    finally:
+        writer.close()
+    return writer.counts

@@ -1,0 +1,85 @@
+"""One picture on its way into an export."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.dataset.export.layout.target_view import TargetView, targets_in
+from spin_usd.dataset.read.picture import Picture
+from spin_usd.dataset.store.tree import file_at
+from spin_usd.geometry.camera import Camera
+from spin_usd.scene.target import Part
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExportedPicture:
+    """A picture of the dataset, and its place in the export.
+
+    picture: as the dataset has it · name: unlike that of any other picture of the export, and safe as a file's stem ·
+    number: its place in the export, from 0 · split: what the format calls its split · target_name: the target that
+    formats of one target hold.
+
+    Formats take camera, image and labels from here, and not from `picture`: these are what is exported.
+    """
+
+    picture: Picture
+    name: str
+    number: int
+    split: str
+    target_name: str
+
+    @property
+    def variant(self) -> str:
+        """The picture's variant."""
+        return self.picture.variant
+
+    @property
+    def camera(self) -> Camera:
+        """Size in pixels and lens; (0, 0) is the corner of the image."""
+        return self.picture.camera
+
+    @property
+    def parts(self) -> Mapping[int, Part]:
+        """The parts by their ids, which are the numbers in the segmentation."""
+        return self.picture.parts
+
+    @cached_property
+    def targets(self) -> tuple[TargetView, ...]:
+        """All targets in order of their ids."""
+        return targets_in(self.picture)
+
+    @property
+    def target(self) -> TargetView:
+        """The target that formats of one target hold."""
+        return next(target for target in self.targets if target.name == self.target_name)
+
+    @property
+    def image(self) -> NDArray[Any]:
+        """The image, (H, W) or (H, W, 3), 8 or 16 bits."""
+        return self.picture.image
+
+    def label(self, kind: str) -> NDArray[Any]:
+        """Return the label of that name, such as "depth". Raises InputError where the picture has none."""
+        return self.picture.label(kind)
+
+    def has(self, kind: str) -> bool:
+        """Return whether the picture has a file of that kind."""
+        return kind in self.picture.files
+
+    def file(self, kind: str) -> Path:
+        """Return the dataset's file of that kind. Raises InputError where it is missing, or reached over a link."""
+        return file_at(self.picture.root, self.picture.files[kind].path)
+
+    def linkable(self, kind: str, suffix: str) -> bool:
+        """Return whether the dataset's file of that kind is one with the ending `suffix`."""
+        return self.picture.files[kind].path.endswith(suffix)
+
+    def mask(self) -> NDArray[np.bool_]:
+        """Return (H, W): the pixels in which `target` is visible."""
+        visible: NDArray[np.bool_] = self.picture.segmentation > 0
+        return visible

@@ -1,0 +1,60 @@
+"""Limits of formats: what they cannot hold, refused before anything is written."""
+
+from spin_usd.dataset.export.layout.layout import Limit
+from spin_usd.dataset.export.layout.survey import Survey
+from spin_usd.errors import UnsupportedError
+
+UINT16_MAX = 2**16 - 1
+
+
+def no_distortion(survey: Survey) -> None:
+    """Raise UnsupportedError where a camera has lens distortion: the format has no field for it."""
+    for camera, picture in survey.cameras.items():
+        if camera.distorted:
+            raise UnsupportedError(
+                f"has lens distortion, for which {survey.format} has no field",
+                where=picture,
+                do="export to speedplus, or render with a camera without distortion",
+            )
+
+
+def one_camera(survey: Survey) -> None:
+    """Raise UnsupportedError where pictures have different cameras: the format has one for all."""
+    if len(survey.cameras) > 1:
+        first, second = list(survey.cameras.values())[:2]
+        found = f"has another camera than {first}, and {survey.format} has one for all pictures"
+        raise UnsupportedError(found, where=second, do="choose variants of one camera with --variants")
+
+
+def one_variant(survey: Survey) -> None:
+    """Raise UnsupportedError where there are several variants: the format holds one series of pictures."""
+    variants = sorted({variant for _, variant in survey.tally})
+    if len(variants) > 1:
+        found = f"has {len(variants)} variants, and {survey.format} holds one trajectory"
+        raise UnsupportedError(f"the dataset {found}", do=f"choose one of them, such as --variants {variants[0]}")
+
+
+def parts_at_most(count: int, bits: int) -> Limit:
+    """Return the limit to `count` part ids, which is what `bits` bits hold."""
+
+    def limit(survey: Survey) -> None:
+        if survey.parts > count:
+            raise UnsupportedError(
+                f"the target has {survey.parts} parts, and {survey.format} has {bits} bits for them, {count} at most",
+                do="merge parts with author --parts, or export without part ids",
+            )
+
+    return limit
+
+
+def depth_at_most(millimetres: float, remedy: str) -> Limit:
+    """Return the limit of depth in 16 bits whose unit is `millimetres`; `remedy` is what to do about it."""
+    metres = UINT16_MAX * millimetres / 1000
+
+    def limit(survey: Survey) -> None:
+        far, picture = survey.farthest
+        if far > metres:
+            found = f"has its target {far:g} m away, and 16 bits of {millimetres:g} mm end at {metres:g} m"
+            raise UnsupportedError(found, where=picture, do=remedy)
+
+    return limit

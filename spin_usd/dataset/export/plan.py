@@ -1,0 +1,144 @@
+"""The plan of an export: which pictures go where, after a look at every one of them. Nothing is written."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from spin_usd import __version__
+from spin_usd.arrays import digest
+from spin_usd.dataset.export.formats.table import format_named
+from spin_usd.dataset.export.layout.exported_dataset import Entry, ExportedDataset
+from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
+from spin_usd.dataset.export.layout.survey import Survey
+from spin_usd.dataset.export.request import ExportRequest
+from spin_usd.dataset.export.selection import poses_of, selected
+from spin_usd.dataset.export.splits import named_splits, read_split, split_of_each
+from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.progress import Progress
+from spin_usd.scene.target import MAX_PARTS
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportPlan:
+    """What an export writes.
+
+    format, layout: how · exported: what · survey: what its pictures are like · left_out: how many pictures show nothing
+    of the target, where the format cannot hold those · described: what export.json says.
+    """
+
+    format: ExportFormat
+    layout: Layout
+    exported: ExportedDataset
+    survey: Survey
+    left_out: int
+    described: Mapping[str, Any]
+
+
+def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
+    """Choose the pictures, read all of their records, and refuse what the format cannot hold.
+
+    Raises InputError and UnsupportedError.
+    """
+    to = format_named(request.to)
+    options = to.values(request.options)
+    layout = to.layout(options)
+    shares = named_splits(read_split(request.split), layout.splits, format_name=to.name)
+    dataset = Dataset(request.dataset)
+    _refuse_parts(dataset)
+    chosen = ExportedDataset(
+        dataset=dataset,
+        entries=_entries(dataset, request, shares, progress),
+        splits=tuple(shares),
+        target=_target(dataset, request.target),
+        options=options,
+    )
+    survey = Survey(format=to.name, parts=len(dataset.parts))
+    kept, identity = _look(chosen, layout, survey, progress)
+    for limit in layout.limits:
+        limit(survey)
+    described = {
+        "format": to.name,
+        "options": dict(options),
+        "dataset": identity,
+        "target": chosen.target,
+        "splits": dict(shares),
+        "seed": request.seed,
+        "pictures": len(kept),
+        "spin_usd": __version__,
+    }
+    return ExportPlan(
+        format=to,
+        layout=layout,
+        exported=replace(chosen, entries=kept, cameras=tuple(survey.cameras)),
+        survey=survey,
+        left_out=len(chosen) - len(kept),
+        described=described,
+    )
+
+
+def _entries(
+    dataset: Dataset, request: ExportRequest, shares: Mapping[str, float], progress: Progress
+) -> tuple[Entry, ...]:
+    """Return the pictures chosen, each with its split: all variants of a pose are in one."""
+    pictures = selected(dataset, frames=request.frames, variants=request.variants, progress=progress)
+    pose = poses_of(pictures)
+    split = split_of_each(list(pose.values()), shares, seed=request.seed)
+    return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)
+
+
+def _look(chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Progress) -> tuple[tuple[Entry, ...], str]:
+    """Return the pictures that the format holds, and a digest of all that was read of them. Raises InputError."""
+    identity = hashlib.sha256(_shared(chosen.dataset).encode())
+    kept: list[Entry] = []
+    for done, (entry, picture) in enumerate(zip(chosen.entries, chosen, strict=True)):
+        progress("checking picture", done, len(chosen))
+        _refuse_lack(picture, layout, survey.format)
+        identity.update(json.dumps(picture.picture.record, sort_keys=True).encode())
+        if layout.visible_only and not _shows(picture, layout):
+            continue
+        survey.add(picture)
+        kept.append(entry)
+    progress("checking picture", len(chosen), len(chosen))
+    if not any(_shows(picture, layout) for picture in chosen):
+        do = "check the poses and the camera: spin-usd check"
+        raise InputError("shows no pixel of its target in any picture", where=chosen.dataset.root, do=do)
+    return tuple(kept), identity.hexdigest()
+
+
+def _shared(dataset: Dataset) -> str:
+    """Return a digest of what all pictures share."""
+    parts = [asdict(part) for part in dataset.parts.values()]
+    return digest(dataset.target, parts, list(dataset.keypoints.names), dataset.keypoints.points)
+
+
+def _shows(picture: ExportedPicture, layout: Layout) -> bool:
+    """Return whether a target that the format holds is visible, or may be: without a segmentation nobody knows."""
+    targets = picture.targets if layout.several else (picture.target,)
+    return any(target.pixels_visible is None or target.pixels_visible > 0 for target in targets)
+
+
+def _refuse_lack(picture: ExportedPicture, layout: Layout, format_name: str) -> None:
+    """Raise InputError where the picture lacks a kind of file that the format needs."""
+    for kind in layout.needs:
+        if not picture.has(kind):
+            do = "render it without --labels-only" if kind == "image" else f"render it with --labels default,{kind}"
+            raise InputError(f"has no {kind}, which {format_name} needs", where=picture.name, do=do)
+
+
+def _refuse_parts(dataset: Dataset) -> None:
+    """Raise UnsupportedError for more parts than a segmentation can tell apart."""
+    if len(dataset.parts) > MAX_PARTS:
+        found = f"lists {len(dataset.parts)} parts, and 16 bits of a segmentation hold {MAX_PARTS}"
+        raise UnsupportedError(found, where=dataset.root, do="merge parts with author --parts, and render again")
+
+
+def _target(dataset: Dataset, name: str | None) -> str:
+    """Return the name of the target that is exported where a format holds one. Raises InputError."""
+    names = [dataset.target]
+    if name is not None and name not in names:
+        raise InputError(f"has no target {name!r}", where=dataset.root, do=f"choose among {', '.join(names)}")
+    return name or names[0]

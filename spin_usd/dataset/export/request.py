@@ -1,0 +1,27 @@
+"""The request that a user makes to `export`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportRequest:
+    """The request that a user makes to `export`.
+
+    dataset, out: folders · to: the format's name · split: such as "train=0.8,validation=0.2"; all is "train" where it
+    is None · seed: which poses go into which split · frames: "A:B:STEP" · variants: names or patterns, all where there
+    are none · target: the name of the one that formats of one target hold, the first where it is None · options: the
+    format's, as text by name · copy: files are copied, not linked.
+    """
+
+    dataset: Path
+    to: str
+    out: Path
+    split: str | None = None
+    seed: int = 0
+    frames: str | None = None
+    variants: tuple[str, ...] = ()
+    target: str | None = None
+    options: Mapping[str, str] = field(default_factory=dict)
+    copy: bool = False

@@ -1,0 +1,110 @@
+"""The files of an export as they are written: linked, copied, made, or streamed a row at a time."""
+
+import os
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path, PurePosixPath
+from shutil import copyfileobj
+from typing import TextIO
+
+from spin_usd.dataset.export.layout.index_file import IndexFile
+from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output
+from spin_usd.dataset.store.atomic import link_atomically, write_atomically
+from spin_usd.errors import OutputError, UnsupportedError
+
+
+@dataclass(kw_only=True)
+class Counts:
+    """Files that were linked or copied, made, and there already."""
+
+    linked: int = 0
+    made: int = 0
+    kept: int = 0
+
+
+@dataclass(kw_only=True)
+class _Spool:
+    """The rows of one section so far, in a file of the work folder."""
+
+    file: TextIO
+    rows: int = 0
+
+
+@dataclass(kw_only=True)
+class Writer:
+    """Writes outputs into the folder `out`; `work` is for what is not yet whole.
+
+    Files that are there are kept: each was put there whole, by an export of the same. Indexes come last and from their
+    first row, for a run that goes on gives the same rows again.
+    """
+
+    out: Path
+    work: Path
+    indexes: Mapping[str, IndexFile]
+    copy: bool
+    counts: Counts = field(default_factory=Counts)
+    _spools: dict[tuple[str, str], _Spool] = field(default_factory=dict)
+    _open: ExitStack = field(default_factory=ExitStack)
+
+    def __post_init__(self) -> None:
+        for number, (path, index) in enumerate(self.indexes.items()):
+            for place, section in enumerate(index.sections):
+                spool = (self.work / f"{number}-{place}").open("w+", encoding="utf-8")
+                self._spools[path, section] = _Spool(file=self._open.enter_context(spool))
+
+    def close(self) -> None:
+        """Let go of all files."""
+        self._open.close()
+
+    def write(self, output: Output) -> None:
+        """Write one output. Raises OutputError, and what a file's own `write` raises."""
+        if isinstance(output, IndexRow):
+            self._add(output)
+            return
+        path = self._place(output.path)
+        if os.path.lexists(path):
+            self.counts.kept += 1
+        elif isinstance(output, LinkedFile):
+            link_atomically(path, output.source, work=self.work, copy=self.copy)
+            self.counts.linked += 1
+        else:
+            write_atomically(path, output.write, work=self.work)
+            self.counts.made += 1
+
+    def finish(self) -> None:
+        """Put the indexes into place."""
+        for path, index in self.indexes.items():
+            self.write(MadeFile(path=path, write=partial(self._assemble, path, index)))
+
+    def _place(self, name: str) -> Path:
+        """Return where the file lies. Raises UnsupportedError for a name that leads out of the export."""
+        pure = PurePosixPath(name)
+        if pure.is_absolute() or ".." in pure.parts or "\0" in name:
+            raise UnsupportedError(
+                f"cannot name the file {name!r}", where=self.out, do="rename what it is called after"
+            )
+        return self.out / pure
+
+    def _add(self, row: IndexRow) -> None:
+        index, spool = self.indexes[row.path], self._spools[row.path, row.section]
+        text = index.text(row.value)
+        try:
+            spool.file.write(index.sections[row.section].between + text if spool.rows else text)
+        except OSError as e:
+            raise OutputError(
+                f"cannot be written ({e.strerror})", where=self.out / row.path, do="free some space"
+            ) from e
+        spool.rows += 1
+
+    def _assemble(self, path: str, index: IndexFile, to: Path) -> None:
+        """Write the sections, one after the other, into the file `to`."""
+        with to.open("w", encoding="utf-8") as file:
+            for name, section in index.sections.items():
+                spool = self._spools[path, name].file
+                spool.flush()
+                spool.seek(0)
+                file.write(section.before)
+                copyfileobj(spool, file)
+                file.write(section.after)
