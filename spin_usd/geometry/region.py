@@ -1,6 +1,6 @@
 """Boxes of whole pixels."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 BAND_PIXELS = 16384  # worked on at once: the dozen temporaries of a formula fit a core's cache
@@ -57,3 +57,16 @@ class Region:
         rows = max(BAND_PIXELS // max(self.width, 1), 1)
         for y0 in range(self.y0, self.y1, rows):
             yield Region(x0=self.x0, y0=y0, x1=self.x1, y1=min(y0 + rows, self.y1))
+
+
+def union(regions: Iterable[Region]) -> Region:
+    """Return the smallest box that holds all `regions`; an empty one where all are empty."""
+    held = [region for region in regions if not region.empty]
+    if not held:
+        return Region(x0=0, y0=0, x1=0, y1=0)
+    return Region(
+        x0=min(each.x0 for each in held),
+        y0=min(each.y0 for each in held),
+        x1=max(each.x1 for each in held),
+        y1=max(each.y1 for each in held),
+    )

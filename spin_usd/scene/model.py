@@ -1,12 +1,13 @@
 """One composed scene: both renderers render it, and all labels describe it.
 
-Frozen and numpy only. `Scene.target` is the static part (the same object from frame to frame while the target
+Frozen and numpy only. The bodies' `target` is the static part (the same object from frame to frame while the body
 does not change shape); everything else is of one frame.
 """
 
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -15,8 +16,9 @@ from spin_usd.errors import GeometryError
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, offset_blur_radius
 from spin_usd.geometry.bounds import outline_of, polygon_area, region_around, region_of_interest
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.region import Region
+from spin_usd.geometry.region import Region, union
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import Body
 from spin_usd.scene.environment import Environment
 from spin_usd.scene.light import Light
 from spin_usd.scene.sensor import Optics, Sensor
@@ -81,7 +83,11 @@ class Shutter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, target and its pose, lights, what lies behind, optics and sensor at one time code."""
+    """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code.
+
+    `target` and `T_cam_body` are the first target's, whose id is 1; `others` are the other bodies: targets in order of
+    their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`.
+    """
 
     frame: FrameId
     camera: Camera
@@ -93,30 +99,63 @@ class Scene:
     optics: Optics = field(default_factory=Optics)
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
+    others: tuple[Body, ...] = ()
 
     def __post_init__(self) -> None:
         if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():
             raise GeometryError("the scene's pose is not that of the shutter's middle")
+        if self.shutter and any(len(other.poses) != len(self.shutter.poses) for other in self.others):
+            raise GeometryError("the scene's other bodies have not as many poses as its shutter")
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """All bodies, the first target before the others."""
+        poses = self.shutter.poses if self.shutter else ()
+        first = Body(id=1, target=self.target, T_cam_body=self.T_cam_body, poses=poses)
+        return first, *(self.others if self.shutter else (other.still for other in self.others))
+
+    @property
+    def targets(self) -> tuple[Body, ...]:
+        """The bodies that are targets, in order of their ids."""
+        return tuple(body for body in self.bodies if body.is_target)
+
+    @cached_property
+    def parts_before(self) -> tuple[int, ...]:
+        """How many parts the bodies before each of `bodies` have: so much higher are its part ids in labels."""
+        counts = (len(body.target.parts) for body in self.bodies)
+        return tuple(accumulate(counts, initial=0))[:-1]
+
+    @cached_property
+    def apart(self) -> "tuple[Scene, ...]":
+        """The same scene with each of `bodies` alone, as its target; this scene itself where there is but one."""
+        return tuple(self._alone(body) for body in self.bodies) if self.others else (self,)
 
     @cached_property
     def region(self) -> Region:
-        """The pixels that the target can cover in the labels."""
+        """The pixels that a body can cover in the labels."""
+        if self.others:
+            return union(one.region for one in self.apart)
         if not self.blurred:
             return self.picture_region
         return region_of_interest(self.camera, self.T_cam_body.points(self.target.mesh.hull))
 
     @cached_property
     def picture_region(self) -> Region:
-        """The pixels that the target can cover in the picture: those of `region`, and those to which it is blurred."""
+        """The pixels that a body can cover in the picture: those of `region`, and those to which it is blurred."""
+        if self.others:
+            return union(one.picture_region for one in self.apart)
         outline = self._picture_outline
         return self.camera.frame if outline is None else region_around(self.camera, outline)
 
     @cached_property
     def outline_pixels(self) -> float:
-        """The area, pixels, of the outline of the target's convex hull in the picture: at least what it covers."""
-        region, outline = self.picture_region, self._picture_outline
-        box = region.width * region.height
-        return float(box) if outline is None else min(polygon_area(outline), float(box))
+        """The area, pixels, of the outlines of the bodies' convex hulls in the picture: at least what they cover."""
+        region = self.picture_region
+        box = float(region.width * region.height)
+        if self.others:
+            return min(sum(one.outline_pixels for one in self.apart), box)
+        outline = self._picture_outline
+        return box if outline is None else min(polygon_area(outline), box)
 
     @cached_property
     def _picture_outline(self) -> Float | None:
@@ -138,19 +177,23 @@ class Scene:
         object.__setattr__(other, "picture_region", self.picture_region)
         return other
 
+    def _alone(self, body: Body) -> "Scene":
+        shutter = self.shutter and replace(self.shutter, poses=body.poses)
+        return replace(self, target=body.target, T_cam_body=body.T_cam_body, shutter=shutter, others=())
+
     @property
     def blurred(self) -> bool:
-        """True where lens or motion blur the target."""
+        """True where lens or motion blur the bodies."""
         return bool(self.thin_lens or self.shutter)
 
     @property
     def poses(self) -> tuple[Transform, ...]:
-        """The target's poses while the shutter is open; its one pose where there is no motion."""
+        """The first target's poses while the shutter is open; its one pose where there is no motion."""
         return self.shutter.poses if self.shutter else (self.T_cam_body,)
 
     def blur_radius(self, points_cam: Float) -> Float:
-        """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the target's
-        points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
+        """Return the radii (N,), in undistorted normalised coordinates, by which lens and motion blur the first
+        target's points (N, 3), camera frame, in its `poses`, beyond the straight lines from pose to pose."""
         radius = offset_blur_radius(points_cam, self._arc_height)
         if self.thin_lens:
             radius += circle_of_confusion(points_cam[:, 2], radius=self.thin_lens.radius, focus=self.thin_lens.focus)

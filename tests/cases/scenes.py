@@ -51,7 +51,7 @@ def pose(q=(1, 0, 0, 0), t=(0, 0, 4)):
     return Transform.from_quaternion(to="cam", of="body", q=np.array(q) / np.linalg.norm(q), t=t)
 
 
-def scene(target, *, camera=SMALL, T_cam_body=None, lights=(), sensor=None, name="frame"):
+def scene(target, *, camera=SMALL, T_cam_body=None, lights=(), sensor=None, name="frame", **fields):
     return Scene(
         frame=FrameId(index=0, name=name, time_code=0.0),
         camera=camera,
@@ -59,6 +59,7 @@ def scene(target, *, camera=SMALL, T_cam_body=None, lights=(), sensor=None, name
         target=target,
         lights=tuple(lights),
         sensor=sensor or Sensor(),
+        **fields,
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.geometry.region import Region
+from spin_usd.geometry.region import Region, union
 
 SIZE = 12
 regions = st.builds(
@@ -21,6 +21,16 @@ def pixels(region):
 @given(regions, regions)
 def test_intersection_is_that_of_the_pixels(a, b) -> None:
     np.testing.assert_array_equal(pixels(a & b), pixels(a) & pixels(b))
+
+
+@given(st.lists(regions, max_size=3))
+def test_union_is_the_smallest_box_of_the_pixels(boxes) -> None:
+    covered = np.array([pixels(each) for each in boxes] or [np.zeros((SIZE, SIZE), bool)]).any(0)
+    rows, columns = np.nonzero(covered)
+    if not len(rows):
+        assert union(boxes).empty
+    else:
+        assert union(boxes) == Region(x0=columns.min(), y0=rows.min(), x1=columns.max() + 1, y1=rows.max() + 1)
 
 
 @given(regions)

@@ -4,7 +4,7 @@
 so that several processes can share it. Pictures come as columns: there may be a million.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
+from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
@@ -182,15 +183,34 @@ def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> No
 
 
 def _description(reader: StageReader) -> dict[str, Any]:
-    """Return what dataset.json says of the target."""
+    """Return what dataset.json says of the bodies, and what a plan needs of the camera."""
     scene = reader.scene(reader.frames[0])
-    target = scene.target
     return {
-        "target": target.name,
-        "parts": {str(p.id): {"path": p.path, "class": p.class_name, "name": p.name} for p in target.parts},
-        "keypoints": {
-            name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)
-        },
+        "targets": [_target(body) for body in scene.targets],
+        "parts": dict(_parts(scene)),
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
     }
+
+
+def _target(body: Body) -> dict[str, Any]:
+    """Return what dataset.json says of a target."""
+    target = body.target
+    return {
+        "id": body.id,
+        "name": target.name,
+        "path": target.path,
+        "size": target.mesh.size.tolist(),
+        "box": target.mesh.box.tolist(),
+        "keypoints": {
+            name: point.tolist() for name, point in zip(target.keypoint_names, target.keypoints, strict=True)
+        },
+    }
+
+
+def _parts(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the parts of all bodies by their ids in labels."""
+    for body, before in zip(scene.bodies, scene.parts_before, strict=True):
+        for part in body.target.parts:
+            labels = {"class": part.class_name, "name": part.name}
+            yield str(before + part.id), {"path": part.path, **labels, "target": body.id}

@@ -6,13 +6,12 @@ from operator import index
 from pathlib import Path
 from typing import SupportsIndex, overload
 
-from spin_usd.dataset.read.description import read_description
+from spin_usd.dataset.read.description import DescribedPart, DescribedTarget, read_description
 from spin_usd.dataset.read.picture import Picture, read_picture
 from spin_usd.dataset.store.names import RECORDS
 from spin_usd.dataset.store.tree import files
 from spin_usd.errors import InputError
 from spin_usd.scene.source.keypoints import Keypoints
-from spin_usd.scene.target import Part
 
 NAMED = 3  # names that an error lists as examples
 
@@ -66,19 +65,24 @@ class Dataset(Sequence[Picture]):
         return tuple(dict.fromkeys(variant for _, variant in self._names))
 
     @property
-    def target(self) -> str:
-        """The target's name."""
-        return self._description.target
+    def targets(self) -> tuple[DescribedTarget, ...]:
+        """The targets in order of their ids, which are the numbers in the label `instance`."""
+        return self._description.targets
 
     @property
-    def parts(self) -> dict[int, Part]:
-        """The target's parts by their ids, which are the numbers in the segmentation."""
+    def target(self) -> str:
+        """The first target's name."""
+        return self._description.targets[0].name
+
+    @property
+    def parts(self) -> dict[int, DescribedPart]:
+        """The bodies' parts by their ids, which are the numbers in the segmentation."""
         return dict(self._description.parts)
 
     @property
     def keypoints(self) -> Keypoints:
-        """The target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
-        return self._description.keypoints
+        """The first target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self._description.targets[0].keypoints
 
     def picture(self, frame: str, variant: str = "nominal") -> Picture:
         """Return the picture of that frame and variant. Raises InputError where there is none."""

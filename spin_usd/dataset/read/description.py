@@ -3,26 +3,55 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from spin_usd.arrays import finite
+from spin_usd.arrays import Float, finite
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION
 from spin_usd.dataset.store.tree import file_at, type_of
 from spin_usd.errors import InputError
 from spin_usd.scene.source.keypoints import Keypoints
-from spin_usd.scene.target import Part
+
+
+@dataclass(frozen=True, kw_only=True)
+class DescribedPart:
+    """A part of a body. `id`: its number in the segmentation · `target`: the id of the target it is a part of, 0 of an
+    occluder."""
+
+    id: int
+    path: str
+    name: str
+    class_name: str
+    target: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DescribedTarget:
+    """A target of the dataset. `id`: its number in the label `instance`, from 1 · size (3,): edges of its bounding box
+    along its own axes, metres · box (2, 3): least and largest coordinates in these axes, metres · keypoints: its named
+    points in them, metres."""
+
+    id: int
+    name: str
+    path: str
+    size: Float
+    box: Float
+    keypoints: Keypoints
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for array in (self.size, self.box, self.keypoints.points):
+            array.flags.writeable = False  # numpy forgets it on the way
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Description:
-    """target: the target's name · parts: by their ids, the numbers in the segmentation · keypoints: body axes,
-    metres."""
+    """targets: in order of their ids · parts: of all bodies, by their ids, the numbers in the segmentation."""
 
-    target: str
-    parts: Mapping[int, Part]
-    keypoints: Keypoints
+    targets: tuple[DescribedTarget, ...]
+    parts: Mapping[int, DescribedPart]
 
 
 def read_description(root: Path) -> Description:
@@ -34,13 +63,23 @@ def read_description(root: Path) -> Description:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
     found = read_json(file_at(root, DESCRIPTION), "dataset-1")
-    parts = (
-        Part(id=int(number), path=part["path"], name=part["name"], class_name=part["class"])
-        for number, part in found["parts"].items()
+    parts = (_part(int(number), part) for number, part in found["parts"].items())
+    return Description(targets=tuple(map(_target, found["targets"])), parts={part.id: part for part in parts})
+
+
+def _part(number: int, found: Mapping[str, Any]) -> DescribedPart:
+    return DescribedPart(
+        id=number, path=found["path"], name=found["name"], class_name=found["class"], target=found["target"]
     )
+
+
+def _target(found: Mapping[str, Any]) -> DescribedTarget:
     names, points = tuple(found["keypoints"]), np.reshape(list(found["keypoints"].values()), (-1, 3))
-    return Description(
-        target=found["target"],
-        parts={part.id: part for part in parts},
+    return DescribedTarget(
+        id=found["id"],
+        name=found["name"],
+        path=found["path"],
+        size=finite(found["size"], (3,), "size"),
+        box=finite(found["box"], (2, 3), "box"),
         keypoints=Keypoints(names=names, points=finite(points, (len(names), 3), "keypoints")),
     )

@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
-from spin_usd.dataset.read.description import Description
+from spin_usd.dataset.read.description import DescribedPart, Description
+from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.source.keypoints import Keypoints
-from spin_usd.scene.target import Part
 
 SCHEMA = "record-1"
+INSTANCE = "instance"
 CHECK = "run spin-usd check on the dataset"
 
 
@@ -49,7 +50,8 @@ class Picture:
     `remap` and `undistort`, put (0, 0) at the first pixel's centre: subtract 0.5 from cx and cy for those.
 
     Metres, radians and pixels throughout. The camera's axes are OpenCV's: x right, y down, z forward. The body's axes
-    are those of the target's model.
+    are those of the target's model. Of several targets `targets` has each one's pose; the picture's own pose and
+    keypoints are the first one's, whose id is 1.
 
     Attributes:
         root: the dataset's folder.
@@ -60,7 +62,7 @@ class Picture:
         record: all that the dataset's record says of it, by schemas/record-1.schema.json.
         camera: size in pixels and lens; `camera.project` gives pixels of points in the camera's axes.
         T_cam_body: (4, 4) float64, from the body's axes to the camera's: p_cam = T_cam_body @ (x, y, z, 1).
-        description: what all pictures of the dataset share: the target's name, parts and keypoints.
+        description: what all pictures of the dataset share: the targets, with their keypoints, and the parts.
     """
 
     root: Path
@@ -89,7 +91,6 @@ class Picture:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.T_cam_body.flags.writeable = False  # numpy forgets it on the way
-        self.keypoints.points.flags.writeable = False
 
     @property
     def _identity(self) -> tuple[Path, str, str]:
@@ -116,14 +117,28 @@ class Picture:
         return frozen(self.record["pose"]["t_cam_body"])
 
     @property
-    def parts(self) -> Mapping[int, Part]:
-        """The target's parts by their ids, which are the numbers in `segmentation`."""
+    def parts(self) -> Mapping[int, DescribedPart]:
+        """The bodies' parts by their ids, which are the numbers in `segmentation`."""
         return self.description.parts
+
+    @cached_property
+    def targets(self) -> tuple[PicturedTarget, ...]:
+        """The targets with their poses, in order of their ids."""
+        return tuple(map(PicturedTarget.of, self.record["targets"]))
+
+    def mask(self, target_id: int) -> NDArray[np.bool_]:
+        """Return (H, W) bool: the pixels that show the target of that id. Raises InputError where there is none."""
+        if target_id not in (target.id for target in self.description.targets):
+            known = ", ".join(str(target.id) for target in self.description.targets)
+            raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
+        if INSTANCE in self.files:
+            return np.asarray(self.label(INSTANCE) == target_id)
+        return np.asarray(self.segmentation > 0)
 
     @property
     def keypoints(self) -> Keypoints:
-        """The target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
-        return self.description.keypoints
+        """The first target's named points: names, and points (N, 3) float64 in the body's axes, metres."""
+        return self.description.targets[0].keypoints
 
     @cached_property
     def keypoint_pixels(self) -> Float:

@@ -29,9 +29,8 @@ def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[
     return {
         "schema": "dataset-1",
         "stage": {"root": root, "origin": dict(plan.origin), "hashes": hashes},
-        "target": plan.description["target"],
+        "targets": plan.description["targets"],
         "parts": plan.description["parts"],
-        "keypoints": plan.description["keypoints"],
         "variants": list(hashes),
         "frames": len(plan.names),
         "files": {kind: MEANINGS[kind] for kind in KINDS if kind in kinds or (before and kind in before["files"])},

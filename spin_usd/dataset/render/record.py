@@ -8,6 +8,8 @@ import numpy as np
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
 from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
@@ -47,7 +49,6 @@ def make_record(
         "index": scene.frame.index,
         "variant": scene.frame.variant,
         **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
-        "target": {"name": scene.target.name, "range": float(np.linalg.norm(pose.translation))},
         "camera": {
             "width": camera.width,
             "height": camera.height,
@@ -57,7 +58,8 @@ def make_record(
             "cy": camera.cy,
             "distortion": list(camera.distortion),
         },
-        "pose": {"q_cam_body": pose.quaternion.tolist(), "t_cam_body": pose.translation.tolist()},
+        "pose": recorded_pose(pose),
+        "targets": [recorded_target(body) for body in scene.targets],
         **({"sun": recorded_sun(sun)} if sun else {}),
         **({"tones": picture.tones} if picture.tones else {}),
         "files": files,
@@ -80,6 +82,21 @@ def make_record(
             **picture.notes,
         },
     }
+
+
+def recorded_target(body: Body) -> dict[str, Any]:
+    """Return what the record says of a target."""
+    return {
+        "id": body.id,
+        "name": body.target.name,
+        "pose": recorded_pose(body.T_cam_body),
+        "range": float(np.linalg.norm(body.T_cam_body.translation)),
+    }
+
+
+def recorded_pose(T_cam_body: Transform) -> dict[str, Any]:
+    """Return what the record says of a pose."""
+    return {"q_cam_body": T_cam_body.quaternion.tolist(), "t_cam_body": T_cam_body.translation.tolist()}
 
 
 def recorded_sun(sun: Sunlight) -> dict[str, Any]:

@@ -122,7 +122,7 @@ def _unfinished(
         kinds_left,
         store,
         wanted=wanted,
-        target=planned.description["target"],
+        names={target["id"]: target["name"] for target in planned.description["targets"]},
         finished=lambda record: report.add(faults(record)),
         work=lease.work,
     )

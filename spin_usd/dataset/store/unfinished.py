@@ -31,7 +31,7 @@ def kinds_left(
     wanted: WantedFiles,
     stage: Mapping[str, Any],
     *,
-    target: str,
+    names: Mapping[int, str],
     finished: Callable[[Mapping[str, Any]], None],
     work: Path,
 ) -> tuple[str, ...]:
@@ -40,8 +40,8 @@ def kinds_left(
     A picture is finished when its record has the same keys, and all its files are there in the channels that they are
     written in today; then nothing is left to make, and `finished` is called with the record. A picture made again keeps
     the kinds of file it had. The record of one that was made from another state of the stage says from now on that
-    `stage` (the record's own block) makes it too, and how that calls its `target` and its source. `work` is for
-    temporary files.
+    `stage` (the record's own block) makes it too, and how that calls its targets (their `names` by id) and its source.
+    `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
@@ -51,15 +51,16 @@ def kinds_left(
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
-        write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, target), work=work)
+        write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, names), work=work)
     return ()
 
 
-def _renamed(record: Mapping[str, Any], picture: PlannedPicture, target: str) -> dict[str, Any]:
+def _renamed(record: Mapping[str, Any], picture: PlannedPicture, names: Mapping[int, str]) -> dict[str, Any]:
     """Return the record with what the stage says of the picture that decides none of its files."""
     rest = {name: value for name, value in record.items() if name != "source_file"}
     source = {"source_file": picture.source_file} if picture.source_file else {}
-    return rest | source | {"index": picture.index, "target": {**record["target"], "name": target}}
+    targets = [{**target, "name": names.get(target["id"], target["name"])} for target in record["targets"]]
+    return rest | source | {"index": picture.index, "targets": targets}
 
 
 def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> bool:
@@ -107,7 +108,7 @@ def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mappi
     decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
     try:
         keys = record["provenance"]["keys"]
-        return all(keys[key] == picture.keys[key] for key in decisive)
+        return bool(record["targets"]) and all(keys[key] == picture.keys[key] for key in decisive)
     except (KeyError, TypeError):
         return False
 

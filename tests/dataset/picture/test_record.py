@@ -18,7 +18,9 @@ def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_
     record = render(spin_usd, small_stage, tmp_path, "--labels", "none")
     q, t = record["pose"]["q_cam_body"], record["pose"]["t_cam_body"]
     assert record["source_file"] == "img000001.jpg"
-    assert record["target"] == {"name": "tango", "range": pytest.approx(np.linalg.norm(t))}
+    (target,) = record["targets"]
+    assert (target["id"], target["name"], target["pose"]) == (1, "tango", record["pose"])
+    assert target["range"] == pytest.approx(np.linalg.norm(t))
     sun, pose = record["sun"], Transform.from_quaternion(to="cam", of="body", q=q, t=t)
     assert np.linalg.norm(sun["towards_cam"]) == pytest.approx(1)
     np.testing.assert_allclose(pose.directions(np.array(sun["towards_body"])), sun["towards_cam"], atol=1e-12)
@@ -35,5 +37,5 @@ def test_names_that_change_nothing_else_are_reported_and_nothing_is_made_again(s
     image = (out / "depth" / "nominal" / "img000001.exr").stat()
     after = render(spin_usd, stage, out, "--labels-only")
     assert (out / "depth" / "nominal" / "img000001.exr").stat() == image
-    assert after["target"] == {**before["target"], "name": "mango"}
+    assert after["targets"] == [{**before["targets"][0], "name": "mango"}]
     assert (after["source_file"], after["files"]) == (before["source_file"], before["files"])

@@ -53,6 +53,27 @@ def test_opencv_projects_the_keypoints_to_theirs(dataset) -> None:
     assert np.abs(projected(picture, picture.keypoints.points) - picture.keypoint_pixels).max() < 1e-9
 
 
+def test_the_only_target_has_the_pose_of_the_picture(dataset) -> None:
+    picture, (described,) = dataset[0], dataset.targets
+    (shown,) = picture.targets
+    assert (described.id, described.name) == (shown.id, shown.name) == (1, dataset.target)
+    assert np.array_equal(shown.T_cam_body, picture.T_cam_body)
+    assert shown.range == pytest.approx(np.linalg.norm(picture.t_cam_body), rel=1e-15)
+    assert np.array_equal(picture.mask(1), picture.segmentation > 0)
+    assert {part.target for part in dataset.parts.values()} == {1}
+    with pytest.raises(InputError, match="has no target 2; choose among 1"):
+        picture.mask(2)
+
+
+def test_the_dense_pose_lies_in_the_box_of_its_target(dataset) -> None:
+    (described,), picture = dataset.targets, dataset[0]
+    points = picture.dense_pose[picture.mask(1)]
+    low, high = described.box
+    assert (points >= low - 1e-6).all()
+    assert (points <= high + 1e-6).all()
+    assert np.array_equal(described.size, high - low)
+
+
 def test_quaternion_translation_and_matrix_are_one_pose(dataset) -> None:
     picture = dataset[0]
     rotation = Rotation.from_quat(picture.q_cam_body, scalar_first=True).as_matrix()

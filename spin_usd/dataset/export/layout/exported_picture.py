@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.dataset.export.layout.target_view import TargetView, targets_in
+from spin_usd.dataset.read.description import DescribedPart
 from spin_usd.dataset.read.picture import Picture
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.geometry.camera import Camera
-from spin_usd.scene.target import Part
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +44,7 @@ class ExportedPicture:
         return self.picture.camera
 
     @property
-    def parts(self) -> Mapping[int, Part]:
+    def parts(self) -> Mapping[int, DescribedPart]:
         """The parts by their ids, which are the numbers in the segmentation."""
         return self.picture.parts
 
@@ -81,5 +81,4 @@ class ExportedPicture:
 
     def mask(self) -> NDArray[np.bool_]:
         """Return (H, W): the pixels in which `target` is visible."""
-        visible: NDArray[np.bool_] = self.picture.segmentation > 0
-        return visible
+        return self.picture.mask(self.target.id)

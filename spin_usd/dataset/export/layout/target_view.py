@@ -6,6 +6,7 @@ import numpy as np
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.read.picture import Picture
+from spin_usd.dataset.read.pictured_target import PicturedTarget
 
 SEGMENTATION = "segmentation"
 
@@ -31,20 +32,23 @@ class TargetView:
 
 def targets_in(picture: Picture) -> tuple[TargetView, ...]:
     """Return the targets of the picture in order of their ids."""
-    seen = picture.segmentation > 0 if SEGMENTATION in picture.files else None
+    return tuple(_view(picture, target) for target in picture.targets)
+
+
+def _view(picture: Picture, target: PicturedTarget) -> TargetView:
     box, pixels = np.full(4, np.nan), None
-    if seen is not None:
+    if SEGMENTATION in picture.files:
+        seen = picture.mask(target.id)
         pixels = int(seen.sum())
         rows, columns = np.flatnonzero(seen.any(1)), np.flatnonzero(seen.any(0))
         if pixels:
             box = np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], np.float64)
-    view = TargetView(
-        id=1,
-        name=picture.description.target,
-        q_cam_body=picture.q_cam_body,
-        t_cam_body=picture.t_cam_body,
+    return TargetView(
+        id=target.id,
+        name=target.name,
+        q_cam_body=target.q_cam_body,
+        t_cam_body=target.t_cam_body,
         box_visible=frozen(box),
         pixels_visible=pixels,
         visible_fraction=float("nan"),
     )
-    return (view,)

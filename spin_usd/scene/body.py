@@ -1,0 +1,39 @@
+"""A body: something that moves as one, with its shape and where it is."""
+
+from dataclasses import dataclass, replace
+
+from spin_usd.errors import GeometryError
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.target import Target
+
+OCCLUDER = 0  # the id of all geometry that is no target, and of nothing in the label `instance`
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Body:
+    """A target, or an occluder: geometry that only occludes, shades and reflects.
+
+    id: of a target, from 1 in the stage's order; 0 of an occluder · target: its shape, parts and materials; those of an
+    occluder too · T_cam_body: its pose, in the middle of the exposure · poses: T_cam_body while the shutter is open, at
+    the times of Shutter.poses; none where nothing is blurred.
+    """
+
+    id: int
+    target: Target
+    T_cam_body: Transform
+    poses: tuple[Transform, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.id < OCCLUDER:
+            raise GeometryError(f"{self.target.path} is the target {self.id}, expected 1 or more, or 0 of an occluder")
+        if self.poses and self.poses[len(self.poses) // 2].matrix.tobytes() != self.T_cam_body.matrix.tobytes():
+            raise GeometryError(f"the pose of {self.target.path} is not that of the shutter's middle")
+
+    @property
+    def is_target(self) -> bool:
+        return self.id != OCCLUDER
+
+    @property
+    def still(self) -> "Body":
+        """The same body at rest in its pose."""
+        return replace(self, poses=()) if self.poses else self
