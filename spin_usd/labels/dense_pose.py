@@ -1,4 +1,4 @@
-"""Dense pose: which point of the target each pixel shows."""
+"""Dense pose: which point of which target each pixel shows."""
 
 from collections.abc import Iterator
 
@@ -16,18 +16,19 @@ REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4
 
 
 def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:
-    """Return (H, W, 3) float32: X, Y, Z in the target's body frame, metres; 0 where there is no surface."""
+    """Return (H, W, 3) float32: X, Y, Z in the body frame of the target that is seen, metres; 0 where none is."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    frame[surface.rows, surface.columns] = surface.body
+    of = surface.target > 0 if scene.others else slice(None)
+    frame[surface.rows[of], surface.columns[of]] = surface.body[of]
     return frame
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
-    """Points are given for the segmentation's pixels alone, and each projects onto the centre of its own pixel."""
-    if picture.points_cam is None or picture.target_pixels is None:
+    """Points are given for the targets' pixels alone, and each projects onto the centre of its own pixel."""
+    if picture.points_cam is None or picture.target_pixels is None or picture.target_ids is None:
         return
     rows, columns = picture.target_pixels
-    if picture.arrays["dense_pose"][picture.arrays["segmentation"] == 0].any():
+    if picture.arrays["dense_pose"][picture.target_ids == 0].any():
         yield LabelFault(code="support", message="dense pose covers pixels outside the segmentation")
     centres = np.stack([columns + 0.5, rows + 0.5], -1)
     off = np.abs(picture.camera.project(picture.points_cam) - centres).max(initial=0)

@@ -26,6 +26,8 @@ class Label:
     preview: the label in colours for people, (H, W, 3) uint8 RGB
     faults: what `check` finds wrong with it in a picture that has it
     default: whether `render` writes it when no labels are named
+    of_several: whether `render` writes it beside any other label where a stage has several bodies: without it nobody
+    could tell which of them another label is of
 
     Channels are called Y, or R, G and B, whatever they hold: OpenCV's EXR reader reads no other names and silently
     gives zeros for them.
@@ -40,3 +42,4 @@ class Label:
     preview: Callable[[NDArray[Any]], NDArray[np.uint8]]
     faults: Callable[[LabelledPicture], Iterator[LabelFault]]
     default: bool = False
+    of_several: bool = False

@@ -23,24 +23,38 @@ class LabelFault:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LabelledPicture:
-    """The labels of one picture, and what its record says of camera, pose and parts.
+    """The labels of one picture, and what its record says of camera, poses and parts.
 
-    camera: its intrinsics · T_cam_body: the target's pose · parts: how many parts the dataset lists · arrays: each
-    label that the picture has, by name, (H, W) or (H, W, C).
+    camera: its intrinsics · poses: T_cam_body of each target, by id · target_of_part (P + 1,): the target of each part
+    that the dataset lists, 0 of occluders and of the part 0, which is nothing · arrays: each label that the picture
+    has, by name, (H, W) or (H, W, C).
     """
 
     camera: Camera
-    T_cam_body: Transform
-    parts: int
+    poses: Mapping[int, Transform]
+    target_of_part: NDArray[np.uint16]
     arrays: Mapping[str, NDArray[Any]]
+
+    @property
+    def parts(self) -> int:
+        """How many parts the dataset lists."""
+        return len(self.target_of_part) - 1
+
+    @cached_property
+    def target_ids(self) -> NDArray[np.uint16] | None:
+        """(H, W) the target that each pixel shows, 0 for none: the label `instance` where there is one, else by the
+        segmentation; None without both."""
+        parts = self.arrays.get("segmentation")
+        if "instance" in self.arrays or parts is None:
+            return self.arrays.get("instance")
+        return np.asarray(np.minimum(parts, 1), np.uint16)
 
     @cached_property
     def target_pixels(self) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-        """Rows (N,) and columns (N,) of the pixels that show a part; None without a segmentation."""
-        ids = self.arrays.get("segmentation")
-        if ids is None:
+        """Rows (N,) and columns (N,) of the pixels that show a target; None where no label says so."""
+        if self.target_ids is None:
             return None
-        rows, columns = np.nonzero(ids)
+        rows, columns = np.nonzero(self.target_ids)
         return rows, columns
 
     @cached_property
@@ -48,9 +62,12 @@ class LabelledPicture:
         """The dense pose's points (N, 3) at `target_pixels`, in the camera's axes, metres; None without one of both
         labels."""
         dense = self.arrays.get("dense_pose")
-        if dense is None or self.target_pixels is None:
+        if dense is None or self.target_pixels is None or self.target_ids is None:
             return None
-        return self.T_cam_body.points(dense[self.target_pixels])
+        ids, points = self.target_ids[self.target_pixels], dense[self.target_pixels].astype(np.float64)
+        for number, T_cam_body in self.poses.items():
+            points[ids == number] = T_cam_body.points(points[ids == number])
+        return points
 
 
 def largest_relative_difference(values: NDArray[Any], expected: Float) -> float:

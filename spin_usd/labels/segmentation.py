@@ -1,4 +1,4 @@
-"""Segmentation: which part of the target each pixel shows."""
+"""Segmentation: which part of which body each pixel shows."""
 
 from collections.abc import Iterator
 

@@ -5,6 +5,7 @@ the camera, whose rays start there. Further off its origin is the target's centr
 target, so that every float32 number has the target's own size at any range.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -36,7 +37,8 @@ GRID = 65  # points per axis on which the inverse is fitted and proved
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
     """A camera and its target. centre (3,) of the target in the camera frame `cam`, metres; radius, metres, within
-    which it stays while the shutter is open; the thin lens, if any, whose aperture the rays start on."""
+    which it stays while the shutter is open; the thin lens, if any, whose aperture the rays start on. Several bodies
+    count as one target that holds them all."""
 
     camera: Camera
     centre: Float
@@ -45,13 +47,16 @@ class View:
 
     @classmethod
     def sharp(cls, scene: Scene) -> "View":
-        """Return the view of the labels: a pinhole, and the target as it is in the middle of the shutter's time."""
+        """Return the view of the labels: a pinhole, and the first target as it is in the middle of the shutter's
+        time."""
         mesh = scene.target.mesh
         return cls(camera=scene.camera, centre=scene.T_cam_body.points(mesh.centre), radius=mesh.radius)
 
     @classmethod
     def blurred(cls, scene: Scene) -> "View":
         """Return the view of the picture: through the thin lens, for as long as the shutter is open."""
+        if scene.others:
+            return _around([cls.blurred(one) for one in scene.apart])
         still, mesh = cls.sharp(scene), scene.target.mesh
         way = max(float(np.linalg.norm(pose.points(mesh.centre) - still.centre)) for pose in scene.poses)
         return replace(still, radius=mesh.radius + way, thin_lens=scene.thin_lens)
@@ -75,10 +80,11 @@ class View:
         pinhole = not self.thin_lens and not self.camera.distorted
         return self.near and pinhole and low <= self.camera.fx / self.camera.width <= high
 
-    @property
-    def target_location(self) -> Float:
-        """(3,) where the target's centre lies in Blender's world, metres."""
-        return T_USDCAM_CAM.points(self.centre) if self.near else np.zeros(3)
+    def location(self, place_cam: Float) -> Float:
+        """Return where `place_cam` (3,), camera frame, lies in Blender's world, metres."""
+        if self.near:
+            return T_USDCAM_CAM.points(place_cam)
+        return T_USDCAM_CAM.directions(place_cam - self.centre) + 0.0  # no negative zeros
 
     @property
     def depth(self) -> float:
@@ -165,6 +171,15 @@ shader spin_camera(output point position = 0.0, output vector direction = 0.0, o
             f"{lens};\n"
             f"  position = p - (dot(p, direction) + {_number(start)}) * direction;"
         )
+
+
+def _around(views: Sequence[View]) -> View:
+    """Return the view of what the `views` show together."""
+    low = np.min([view.centre - view.radius for view in views], axis=0)
+    high = np.max([view.centre + view.radius for view in views], axis=0)
+    centre = (low + high) / 2
+    radius = max(float(np.linalg.norm(view.centre - centre)) + view.radius for view in views)
+    return replace(views[0], centre=centre, radius=radius)
 
 
 def centre_radius(camera: Camera) -> float:

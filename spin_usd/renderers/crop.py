@@ -1,6 +1,10 @@
-"""The boxes of pixels to render: those that the target can touch, and few enough that starting them costs little."""
+"""The boxes of pixels to render: those that bodies can touch, and few enough that starting them costs little."""
+
+from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.bands import tight_bands
@@ -14,7 +18,7 @@ STOP_PX = 4.0  # by so much may bands be too wide, rather than take longer to fi
 
 
 def label_bands(scene: Scene) -> list[Region]:
-    """Boxes that hold every pixel centre of `scene.region` that sees the target."""
+    """Boxes that hold every pixel centre of `scene.region` that sees the first target."""
     mesh = scene.target.mesh
     points, edges = mesh.outline
     return tight_bands(
@@ -23,18 +27,46 @@ def label_bands(scene: Scene) -> list[Region]:
 
 
 def picture_bands(scene: Scene, *, samples: int) -> list[Region]:
-    """Boxes that hold every pixel of `scene.picture_region` that the target, blurred or not, can touch."""
-    (spots, lines), region, cost = scene.target.mesh.outline, scene.picture_region, BAND_COST_SAMPLES / samples
+    """Boxes that hold every pixel of `scene.picture_region` that a body, blurred or not, can touch."""
+    region = scene.picture_region
+    found = [_blurred_outline(one) for one in scene.apart if not one.picture_region.empty]
+    outlines = [outline for outline in found if outline is not None]
+    if len(outlines) < len(found):
+        return [region]
+    first = accumulate((len(outline.points) for outline in outlines), initial=0)
+    return tight_bands(
+        scene.camera,
+        np.concatenate([np.zeros((0, 3)), *(outline.points for outline in outlines)]),
+        np.concatenate([outline.edges + start for outline, start in zip(outlines, first, strict=False)]),
+        region,
+        band_cost_px=BAND_COST_SAMPLES / samples,
+        blur_px=max(outline.blur_px for outline in outlines),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BlurredOutline:
+    """Points (P, 3), camera frame, metres, and edges (E, 2) between them, each blurred by `blur_px`: a body lies within
+    their outline while the shutter is open."""
+
+    points: Float
+    edges: NDArray[np.integer]
+    blur_px: float
+
+
+def _blurred_outline(scene: Scene) -> BlurredOutline | None:
+    """Return the outline of the target of `scene`; None where there is none, for it comes too near to the camera."""
+    spots, lines = scene.target.mesh.outline
     places = np.stack([pose.points(spots) for pose in scene.poses])
     blur_radius = scene.blur_radius(places.reshape(-1, 3))
     if (places[..., 2] <= 0).any() or not np.isfinite(blur_radius).all():
-        return [region]
+        return None
     xy = places[..., :2] / places[..., 2:]
     chosen, blur_px = _stops(scene.camera.pixels(xy))
     blur_px += magnification(scene.camera) * float(blur_radius.max())
     points = places[chosen].reshape(-1, 3)
     edges = np.concatenate([lines + stop * len(spots) for stop in range(len(places[chosen]))])
-    return tight_bands(scene.camera, points, edges, region, band_cost_px=cost, blur_px=blur_px)
+    return BlurredOutline(points=points, edges=edges, blur_px=blur_px)
 
 
 def _stops(uv: Float) -> tuple[slice, float]:

@@ -125,10 +125,10 @@ class Scene:
         counts = (len(body.target.parts) for body in self.bodies)
         return tuple(accumulate(counts, initial=0))[:-1]
 
-    @cached_property
+    @property
     def apart(self) -> "tuple[Scene, ...]":
         """The same scene with each of `bodies` alone, as its target; this scene itself where there is but one."""
-        return tuple(self._alone(body) for body in self.bodies) if self.others else (self,)
+        return self._apart if self.others else (self,)
 
     @cached_property
     def region(self) -> Region:
@@ -176,6 +176,10 @@ class Scene:
         other = replace(self, thin_lens=thin_lens, shutter=shutter)
         object.__setattr__(other, "picture_region", self.picture_region)
         return other
+
+    @cached_property
+    def _apart(self) -> "tuple[Scene, ...]":
+        return tuple(self._alone(body) for body in self.bodies)
 
     def _alone(self, body: Body) -> "Scene":
         shutter = self.shutter and replace(self.shutter, poses=body.poses)

@@ -17,24 +17,32 @@ Float32 = NDArray[np.float32]
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Visibility:
     """face (rows, columns) int32: the triangle that the ray through each pixel centre of `region` meets first,
-    as the number of a face of the mesh; -1 where it meets none. Nothing outside the region is seen."""
+    as the number of a face of the mesh; -1 where it meets none. Nothing outside the region is seen. Of several bodies
+    the numbers run through their meshes, one after the other, and `bodies` has the same of each body as if it were
+    alone."""
 
     region: Region
     face: NDArray[np.int32]
+    bodies: "tuple[Visibility, ...]" = ()
 
     def __post_init__(self) -> None:
         if self.face.shape != self.region.shape or self.face.dtype != np.int32:
             raise GeometryError(f"visibility is {self.face.dtype}{self.face.shape}, expected int32{self.region.shape}")
 
+    @property
+    def apart(self) -> "tuple[Visibility, ...]":
+        """What is seen of each body as if it were alone, in the order of Scene.apart."""
+        return self.bodies or (self,)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Radiance:
-    """The target's linear radiance in W/m2/sr over the pixels of `region`, apart by where its light came from.
+    """The bodies' linear radiance in W/m2/sr over the pixels of `region`, apart by where its light came from.
 
     groups (G, rows, columns, 3) float32: what each of the scene's light groups (scene.light_groups) makes of the
-    target; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that the target covers.
+    bodies; radiance is their sum. coverage (rows, columns) float32: the share of each pixel that they cover.
     The radiance is that of the whole pixel (premultiplied): what lies behind adds (1 - coverage) times its own. Outside
-    the region the target is nowhere.
+    the region they are nowhere.
     """
 
     region: Region

@@ -63,7 +63,8 @@ def test_range_is_how_far_a_ray_travels(labelled) -> None:
 def picture(made, labels, **changed):
     arrays = {**labels, **changed}
     kept = {name: array for name, array in arrays.items() if array is not None}
-    return LabelledPicture(camera=made.camera, T_cam_body=made.T_cam_body, parts=60, arrays=kept)
+    one = np.repeat([0, 1], [1, 60]).astype(np.uint16)  # 60 parts, all of the only target
+    return LabelledPicture(camera=made.camera, poses={1: made.T_cam_body}, target_of_part=one, arrays=kept)
 
 
 def test_every_label_agrees_with_the_others(labelled) -> None:

@@ -81,7 +81,7 @@ def test_lens_that_folds_within_the_frame_is_refused(speedplus) -> None:
 def test_far_targets_start_their_own_rays(speedplus, centre, near) -> None:
     view = View(camera=speedplus, centre=np.array(centre, float), radius=1.0)
     assert view.near == near
-    assert np.allclose(view.target_location, (centre[0], -centre[1], -centre[2]) if near else 0)
+    assert np.allclose(view.location(view.centre), (centre[0], -centre[1], -centre[2]) if near else 0)
     assert view.depth > view.radius
 
 

@@ -1,6 +1,9 @@
 """Rule: each label is of the picture's size, and agrees with the others as its own file in `labels` says."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
 
 from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
 from spin_usd.geometry.camera import Camera
@@ -27,10 +30,17 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
-    camera, pose = picture.record["camera"], picture.record["pose"]
+    camera, parts = picture.record["camera"], picture.inventory.description["parts"]
+    target_of_part = np.zeros(max(map(int, parts), default=0) + 1, np.uint16)
+    for number, part in parts.items():
+        target_of_part[int(number)] = part["target"]
     return LabelledPicture(
         camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
-        T_cam_body=Transform.from_quaternion(to="cam", of="body", q=pose["q_cam_body"], t=pose["t_cam_body"]),
-        parts=len(picture.inventory.description["parts"]),
+        poses={target["id"]: _pose(target["pose"]) for target in picture.record["targets"]},
+        target_of_part=target_of_part,
         arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
     )
+
+
+def _pose(recorded: Mapping[str, Any]) -> Transform:
+    return Transform.from_quaternion(to="cam", of="body", q=recorded["q_cam_body"], t=recorded["t_cam_body"])

@@ -91,9 +91,9 @@ class MeasuringWorker:
         return digest(radiance.groups, radiance.coverage)
 
     def labels(self, *, index: int, against: str) -> dict[str, Any]:
-        """Compare this renderer's labels of picture `index` with those of the renderer `against`; return LabelFigures
-        as JSON."""
-        scene, other = self._scene(index), open_renderer(against)
+        """Compare this renderer's labels of picture `index`, of its first target alone, with those of the renderer
+        `against`; return LabelFigures as JSON."""
+        scene, other = self._scene(index).apart[0], open_renderer(against)
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
         ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
         other.close()

@@ -29,7 +29,11 @@ class Coverage:
         self._filled: dict[tuple[str, str], Float] = {}
 
     def target_pixels(self, scene: Scene) -> float:
-        """Return about how many pixels of the picture of `scene` the target covers."""
+        """Return about how many pixels of the picture of `scene` its bodies cover."""
+        return min(sum(map(self._pixels, scene.apart)), scene.outline_pixels)
+
+    def _pixels(self, scene: Scene) -> float:
+        """Return about how many the target of `scene` covers alone."""
         target, pose = scene.target, scene.T_cam_body
         key = target.mesh.key, target.cut_out_key
         if key not in self._filled:

@@ -13,7 +13,7 @@ from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.geometry.bands import ROWS
 from spin_usd.labels.table import LABELS
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
-from spin_usd.renderers.skipped.material_needs import surfaces_of
+from spin_usd.renderers.skipped.material_needs import scene_surfaces
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import LOOKS_EVERY, Effort
 from spin_usd.scene.light import DomeLight
@@ -60,7 +60,7 @@ class RunOptions:
 def features(scene: Scene) -> list[str]:
     """Return the features of the scene that cost time, of BEHIND, DEVELOPED and LIT."""
     behind, optics, sensor = scene.environment, scene.optics, scene.sensor
-    groups, surfaces = LightGroups.of(scene), surfaces_of(scene.target)
+    groups, surfaces = LightGroups.of(scene), scene_surfaces(scene)
     has = {
         "planet": bool(behind.planets),
         "stars": bool(behind.stars),

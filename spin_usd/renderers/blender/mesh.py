@@ -1,4 +1,4 @@
-"""The target in Blender: one mesh for each shape, and an object for each place it stands in; faces are numbered."""
+"""A body in Blender: one mesh for each shape, and an object for each place it stands in; faces are numbered."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -19,7 +19,7 @@ from spin_usd.scene.mesh import Mesh
 
 
 class TargetObject:
-    """The target in Blender: its meshes, materials and pose."""
+    """A target or an occluder in Blender: its meshes, materials and pose."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -33,6 +33,7 @@ class TargetObject:
         self._primvars: frozenset[str] = frozenset()
         self._split = False
         self._bare = True
+        self._camera_sees, self._hidden = True, False
         self._materials = MaterialLibrary()
 
     def show(self, mesh: Mesh, R_cam_body: Float, location: Float, *, split: bool, primvars: frozenset[str]) -> None:
@@ -45,6 +46,20 @@ class TargetObject:
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = T_USDCAM_CAM.rotation @ R_cam_body, location
         assign_matrix(self.axes, matrix)
+
+    def show_camera(self, seen: bool) -> None:
+        """Let cameras see it, or look through it; it stays in Blender's scene, which hiding would prepare anew."""
+        if seen != self._camera_sees:
+            for shown in self._shown:
+                assign(shown, {"visible_camera": seen})
+            self._camera_sees = seen
+
+    def hide(self, hidden: bool) -> None:
+        """Take it out of all renders, or put it back."""
+        if hidden != self._hidden:
+            for shown in self._shown:
+                assign(shown, {"hide_render": hidden})
+            self._hidden = hidden
 
     def dress(self, authored: Sequence[Material], needed: Sequence[Material], *, emissive_lights: bool) -> None:
         """Give it the materials that are `needed` of those `authored`; `emissive_lights`: rays look for emissive faces.
@@ -92,5 +107,7 @@ class TargetObject:
         shown = bpy.data.objects.new("target", data)
         shown.parent = self.axes
         assign(shown, {"lightgroup": EMISSION})
+        if not self._camera_sees or self._hidden:
+            assign(shown, {"visible_camera": self._camera_sees, "hide_render": self._hidden})
         self._scene.collection.objects.link(shown)
         return shown

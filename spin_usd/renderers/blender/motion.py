@@ -1,4 +1,4 @@
-"""The target's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
+"""A body's motion while the shutter is open: keyframes, one for each of the times at which Cycles asks for poses.
 
 Cycles takes the objects' poses at 3, 5, 9, ... equally spaced times, and moves them straight and rotates them steadily
 in between; each ray has a time of its own, spread evenly over all but the first 1/512 and the last 3/512 (measured).
@@ -24,7 +24,7 @@ CHANNELS = (("location", 3), ("rotation_quaternion", 4))
 
 
 class MotionSetup:
-    """Moves the target's axes in the Blender scene, whose own pose is that of the shutter's middle."""
+    """Moves one body's axes in the Blender scene, whose own pose is that of the shutter's middle."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene

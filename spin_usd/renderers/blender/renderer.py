@@ -11,6 +11,7 @@ import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
+from spin_usd.renderers.blender.bodies import BodySetup
 from spin_usd.renderers.blender.camera import CameraSetup
 from spin_usd.renderers.blender.cycles.assign import assign
 from spin_usd.renderers.blender.cycles.denoiser import GUIDES, Denoiser
@@ -26,8 +27,6 @@ from spin_usd.renderers.blender.cycles.settings import (
 from spin_usd.renderers.blender.lights.light import LightSetup
 from spin_usd.renderers.blender.lights.light_links import needs_groups
 from spin_usd.renderers.blender.materials.material import black_material, label_material
-from spin_usd.renderers.blender.mesh import TargetObject
-from spin_usd.renderers.blender.motion import MotionSetup
 from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.crop import label_bands, picture_bands
@@ -35,6 +34,7 @@ from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.renderers.skipped.rules import check_rule_names
 from spin_usd.scene.derived.light_groups import LightGroups
+from spin_usd.scene.derived.nearest import nearest
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
@@ -45,7 +45,7 @@ Float32 = NDArray[np.float32]
 class BlenderRenderer:
     """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
 
-    Without `crop` it renders the whole frame for each picture instead of the target's bands, to the same result.
+    Without `crop` it renders the whole frame for each picture instead of the bodies' bands, to the same result.
     `keep`: names in renderers.skipped.rules.RULES of work that it does even where the scene does not need it, to
     measure that.
     """
@@ -61,8 +61,7 @@ class BlenderRenderer:
         self._scene = cycles_scene()
         self._label_material, self._black = label_material(), black_material()
         self._camera = CameraSetup(self._scene, folder)
-        self._target = TargetObject(self._scene)
-        self._motion = MotionSetup(self._scene)
+        self._bodies = BodySetup(self._scene)
         self._lights = LightSetup(self._scene)
         self._world = WorldSetup(self._scene)
         self._readback = Readback(folder)
@@ -71,17 +70,23 @@ class BlenderRenderer:
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
+        return nearest(scene, [self._visibility(place, one) for place, one in enumerate(scene.apart)])
+
+    def _visibility(self, place: int, scene: Scene) -> Visibility:
+        """Return the face of the body at `place`, which `scene` has alone. Rays start at each body itself, so that its
+        range costs no precision."""
         region = scene.region
         if region.empty:
             return Visibility(region=region, face=np.full(region.shape, -1, np.int32))
-        self._show(scene, View.sharp(scene), surfaces_of(scene.target).primvars)
-        self._motion.hold()
+        view, primvars = View.sharp(scene), surfaces_of(scene.target).primvars
+        self._bodies.show_alone(place, scene, view, primvars, split=needs_groups(scene.lights))
+        self._camera.aim(view, plain=view.plain)
         holes = bool(scene.target.cut_out_key)
         assign(self._scene.cycles, {**LABEL, "transparent_max_bounces": LABEL_LAYERS if holes else 0})
         self._scene.view_layers[0].material_override = None if holes else self._label_material
         self._split_light([], guided=False)
         if holes:
-            self._target.number(scene.target.materials)
+            self._bodies.number(place, scene.target.materials)
         numbers = self._numbers(label_bands(scene), region)
         return Visibility(region=region, face=face_indices(numbers, scene.target.mesh.count))
 
@@ -120,21 +125,16 @@ class BlenderRenderer:
 
     def _prepare(self, required: Requirements, settings: dict[str, Any], effort: Effort) -> None:
         """Make Blender's scene what is required, but for the seed and the passes."""
-        scene, target = required.scene, self._target
+        scene, bodies = required.scene, self._bodies
         view = View.blurred(scene)
-        self._show(scene, view, required.primvars, camera_shader=required.camera_shader)
-        self._motion.move(target.axes, target.objects, scene)
-        target.dress(scene.target.materials, required.materials, emissive_lights=required.emissive_lights)
-        self._lights.shine(scene.lights, required.lights, view, target.groups, shadows=required.shadows)
+        bodies.show(scene, view, required.primvars, split=needs_groups(scene.lights))
+        self._camera.aim(view, plain=view.plain and not required.camera_shader)
+        bodies.dress(scene, required.materials, emissive_lights=required.emissive_lights)
+        self._lights.shine(scene.lights, required.lights, view, bodies.groups, shadows=required.shadows)
         self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)
-        self._forget((effort, settings, self._world.image, self._lights.made))
+        self._forget((effort, settings, self._world.image, self._lights.made, bodies.count))
         assign(self._scene.cycles, settings)
         self._scene.view_layers[0].material_override = None if required.shading else self._black
-
-    def _show(self, scene: Scene, view: View, primvars: frozenset[str], *, camera_shader: bool = False) -> None:
-        split, turn = needs_groups(scene.lights), scene.T_cam_body.rotation
-        self._target.show(scene.target.mesh, turn, view.target_location, split=split, primvars=primvars)
-        self._camera.aim(view, plain=view.plain and not camera_shader)
 
     def _numbers(self, bands: list[Region], region: Region) -> Float32:
         """Return (rows, columns) of `region`, rendered only in the `bands`, where the target can be; 0 elsewhere."""
@@ -171,8 +171,8 @@ class BlenderRenderer:
         return picture_bands(scene, samples=effort.samples)
 
     def _forget(self, kept: Any) -> None:
-        """Make Cycles prepare all anew where effort, settings, the world's image or how often lights were made are not
-        those `kept`.
+        """Make Cycles prepare all anew where effort, settings, the world's image, how often lights were made or how
+        many bodies there are is not what was `kept`.
 
         Among the data that it keeps is a table of samples, which grew with a render of more than 256 and stayed so:
         renders of fewer then had other noise than without that one. And an image that comes after another, or after

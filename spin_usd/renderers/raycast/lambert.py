@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.renderers.raycast.preview_light import Beam, beam, mean_radiance
+from spin_usd.scene.derived.body_faces import BodyFaces, by_body
 from spin_usd.scene.derived.faces import groups_of, materials_of
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.lookup import material_values
@@ -46,29 +47,26 @@ def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
     rays (x, y, 1) of `xy` (N, 2); 0 where they meet nothing."""
     groups = LightGroups.of(scene)
     planes, coverage = np.zeros((groups.count, len(xy), 3)), np.zeros(len(xy))
-    face = caster.cast(scene, xy)
-    hit = np.flatnonzero(face >= 0)
-    if len(hit):
-        _, body = surface_points(scene, face[hit], xy[hit])
-        for plane, rgb in zip(planes, _shade(scene, groups, caster, face[hit], body), strict=True):
-            plane[hit] = rgb
-        coverage[hit] = 1
+    for of in by_body(scene, caster.cast(scene, xy)):
+        _, body = surface_points(of.alone, of.face, xy[of.rows])
+        for plane, rgb in zip(planes, _shade(scene, groups, caster, of, body), strict=True):
+            plane[of.rows] = rgb
+        coverage[of.rows] = 1
     return planes, coverage
 
 
-def _shade(
-    scene: Scene, groups: LightGroups, caster: RayCaster, face: NDArray[np.int32], body: Float
-) -> Iterator[Float]:
-    """Yield (N, 3) of each of the groups, at the `body` points (N, 3) on the faces (N,)."""
-    target = scene.target
+def _shade(scene: Scene, groups: LightGroups, caster: RayCaster, of: BodyFaces, body: Float) -> Iterator[Float]:
+    """Yield (N, 3) of each of the groups, at the points `body` (N, 3) on the faces of one body."""
+    one, face = of.alone, of.face
+    target = one.target
     weights = weights_at(target.mesh, face, body)
     colours = _diffuse_colours(target, face, weights)
-    normals = shading_normals(scene, face, body)
-    lifted = body + LIFT * target.mesh.radius * geometric_normals(scene, face, body)
+    normals = shading_normals(one, face, body)
+    lifted = body + LIFT * target.mesh.radius * geometric_normals(one, face, body)
     for light in (scene.lights[index] for index in groups.placed):
         assert not isinstance(light, DomeLight)
-        arriving = beam(light, scene.T_cam_body, body)
-        yield _lambert(scene, caster, light, arriving, face, normals, lifted) * colours
+        arriving = beam(light, one.T_cam_body, body)
+        yield _lambert(scene, caster, light, arriving, of, normals, lifted) * colours
     if groups.surroundings:
         yield colours * sum(mean_radiance(light) for light in scene.lights if isinstance(light, DomeLight))
     if groups.emission:
@@ -80,22 +78,41 @@ def _lambert(
     caster: RayCaster,
     light: DistantLight | AreaLight,
     arriving: Beam,
-    face: NDArray[np.int32],
+    of: BodyFaces,
     normals: Float,
     lifted: Float,
 ) -> Float:
-    """Return (N, 3) radiance of white diffuse points on the faces (N,), whose shadow rays start at `lifted` (N, 3)."""
-    mesh = scene.target.mesh
+    """Return (N, 3) radiance of white diffuse points on a body's faces (N,), whose shadow rays start at `lifted`
+    (N, 3)."""
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
     if light.lights is not None:
-        lit &= np.isin(groups_of(mesh, face), list(light.lights))
+        lit &= np.isin(groups_of(of.alone.target.mesh, of.face), list(light.lights))
     if light.shadows:
         some = np.flatnonzero(lit)
         to_light = arriving.to_light if arriving.to_light.ndim == 1 else arriving.to_light[some]
         distance = None if arriving.distance is None else arriving.distance[some]
-        lit[some] = ~caster.shadowed(scene.target, lifted[some], to_light, distance, light.shadowed_by)
+        lit[some] = ~_shadowed(scene, caster, of.alone, lifted[some], to_light, distance, light.shadowed_by)
     return arriving.irradiance / np.pi * np.where(lit, cosine, 0)[:, None]
+
+
+def _shadowed(
+    scene: Scene,
+    caster: RayCaster,
+    one: Scene,
+    body: Float,
+    to_light: Float,
+    distance: Float | None,
+    blockers: Links,
+) -> NDArray[np.bool_]:
+    """Return (N,) True where any body of the scene stands between the points `body` (N, 3) of the body alone in `one`
+    and a light, as RayCaster.shadowed has it of one."""
+    dark = caster.shadowed(one.target, body, to_light, distance, blockers)
+    for other in scene.apart:
+        if other is not one:
+            T = other.T_cam_body.inverse() @ one.T_cam_body
+            dark |= caster.shadowed(other.target, T.points(body), T.directions(to_light), distance, blockers)
+    return dark
 
 
 def _diffuse_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:

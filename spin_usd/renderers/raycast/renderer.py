@@ -18,6 +18,7 @@ from spin_usd.renderers.raycast import lambert
 from spin_usd.scene.derived.faces import groups_of
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.lookup import is_there
+from spin_usd.scene.derived.nearest import nearest, nearest_faces
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import Links
 from spin_usd.scene.mesh import Mesh
@@ -42,11 +43,15 @@ class RaycastRenderer:
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`."""
+        return nearest(scene, [self._visibility(one) for one in scene.apart])
+
+    def _visibility(self, scene: Scene) -> Visibility:
+        """Return the face of the scene's target alone."""
         region = scene.region
         face = np.full(region.shape, -1, np.int32)
         for band in region.bands():
             xy = scene.camera.centres(band)
-            face[band.y0 - region.y0 : band.y1 - region.y0] = self.cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
+            face[band.y0 - region.y0 : band.y1 - region.y0] = self._cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
         return Visibility(region=region, face=face)
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
@@ -67,7 +72,12 @@ class RaycastRenderer:
         return picture
 
     def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
-        """Return the first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2); -1 for none."""
+        """Return the first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2), numbered as a
+        Visibility's; -1 for none."""
+        return nearest_faces(scene, [self._cast(one, xy) for one in scene.apart], xy)
+
+    def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
+        """Return the first face (N,) of the scene's target alone."""
         origins, directions = _rays_in_target_units(scene, xy)
         embree, target = self._embree(scene.target.mesh), scene.target
         if not target.cut_out_key:

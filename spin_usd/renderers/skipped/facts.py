@@ -8,7 +8,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.geometry.blur import arc_height, circle_of_confusion, magnification, offset_blur_radius
 from spin_usd.renderers.background.surroundings import Surroundings
-from spin_usd.renderers.skipped.material_needs import Surfaces, surfaces_of
+from spin_usd.renderers.skipped.material_needs import SceneSurfaces, scene_surfaces
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight, CylinderLight, DomeLight
@@ -17,7 +17,7 @@ from spin_usd.scene.model import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Facts:
-    """Facts of a scene, each computed when it is asked for; those of the target, once for all of its pictures."""
+    """Facts of a scene, each computed when it is asked for; those of a body's surfaces, once for all its pictures."""
 
     scene: Scene
     effort: Effort
@@ -27,8 +27,8 @@ class Facts:
         return LightGroups.of(self.scene)
 
     @cached_property
-    def surfaces(self) -> Surfaces:
-        return surfaces_of(self.scene.target)
+    def surfaces(self) -> SceneSurfaces:
+        return scene_surfaces(self.scene)
 
     @cached_property
     def surroundings(self) -> Surroundings | None:
@@ -36,8 +36,8 @@ class Facts:
 
     @cached_property
     def lights(self) -> tuple[int, ...]:
-        """Indices of the lights with a place or a direction that shine on some of the target."""
-        there, found = self.scene.target.mesh.groups, []
+        """Indices of the lights with a place or a direction that shine on some of the bodies."""
+        there, found = {group for body in self.scene.bodies for group in body.target.mesh.groups}, []
         for index in self.groups.placed:
             light = self.scene.lights[index]
             if not isinstance(light, DomeLight) and (light.lights is None or light.lights & there):
@@ -61,7 +61,10 @@ class Facts:
 
     @cached_property
     def alone(self) -> bool:
-        """True where light that leaves the visible surface never meets the target again."""
+        """True where light that leaves the visible surface never meets a body again: there is but one, and it is
+        convex."""
+        if self.scene.others:
+            return False
         scene, mesh = self.scene, self.scene.target.mesh
         nearest = min(float(np.linalg.norm(pose.points(mesh.centre))) for pose in scene.poses) - mesh.radius
         outside = nearest > (scene.thin_lens.radius if scene.thin_lens else 0.0)
@@ -78,16 +81,17 @@ class Facts:
 
     @cached_property
     def motion_px(self) -> float:
-        """The most by which the target is off its place in the middle of the shutter's time, pixels."""
-        shutter, places = self.scene.shutter, self._places
-        if shutter is None or places[..., 2].min() <= 0:
-            return np.inf if shutter else 0.0
+        """The most by which a body is off its place in the middle of the shutter's time, pixels."""
+        places = self._places
+        if self.scene.shutter is None or places[..., 2].min() <= 0:
+            return np.inf if self.scene.shutter else 0.0
         xy = places[..., :2] / places[..., 2:]
         way = np.linalg.norm(xy - xy[len(xy) // 2], axis=-1).max()
-        aside = arc_height(self.scene.target.mesh.radius, shutter.poses)
+        aside = max(arc_height(one.target.mesh.radius, one.poses) for one in self.scene.apart)
         return float(way + offset_blur_radius(places.reshape(-1, 3), aside).max()) * magnification(self.scene.camera)
 
     @cached_property
     def _places(self) -> Float:
-        """(poses, N, 3) of points that span the target, camera frame, metres."""
-        return np.stack([pose.points(self.scene.target.mesh.hull) for pose in self.scene.poses])
+        """(poses, N, 3) of points that span each body, camera frame, metres."""
+        each = [[pose.points(one.target.mesh.hull) for pose in one.poses] for one in self.scene.apart]
+        return np.concatenate([np.stack(places) for places in each], axis=1)

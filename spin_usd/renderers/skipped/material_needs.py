@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.scene.derived.lookup import extremes
 from spin_usd.scene.material import LIMITS, PRESENCE, Material
+from spin_usd.scene.model import Scene
 from spin_usd.scene.shape import Shape
 from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Primvar, Texture
@@ -78,7 +79,48 @@ class Surfaces:
         return frozenset(name for m in (*self.materials, *cut) for name in _read(m))
 
 
-@lru_cache(maxsize=2)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SceneSurfaces:
+    """The surfaces of all bodies of a scene, of `each` in their order."""
+
+    each: tuple[Surfaces, ...]
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The inputs, by UsdPreviewSurface's names, that some body has and does not need."""
+        return tuple(dict.fromkeys(name for one in self.each for name in one.idle))
+
+    @property
+    def diffuse(self) -> bool:
+        """True where all bodies reflect by Lambert's law and nothing else."""
+        return all(one.diffuse for one in self.each)
+
+    @property
+    def transparent(self) -> bool:
+        """True where rays may go on through some of them."""
+        return any(one.transparent for one in self.each)
+
+    @property
+    def emissive(self) -> bool:
+        return any(one.emissive for one in self.each)
+
+    @property
+    def normal_mapped(self) -> bool:
+        """True where some of them is shaded along other normals than its faces' own."""
+        return any(one.normal_mapped for one in self.each)
+
+    @property
+    def albedo(self) -> float:
+        """The most that any of them reflects of any colour's light, where all are diffuse."""
+        return max(one.albedo for one in self.each)
+
+
+def scene_surfaces(scene: Scene) -> SceneSurfaces:
+    """Return the surfaces of all bodies of `scene`."""
+    return SceneSurfaces(each=tuple(surfaces_of(body.target) for body in scene.bodies))
+
+
+@lru_cache(maxsize=16)
 def surfaces_of(target: Target) -> Surfaces:
     """Return the surfaces of `target`, computed once for all of its pictures."""
     materials, unseen = [], []

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.skipped.facts import Facts
+from spin_usd.renderers.skipped.material_needs import Surfaces
 from spin_usd.renderers.skipped.rules import SkippedWork, late_bounces, skipped_work
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.material import Material
@@ -19,20 +20,20 @@ READ_MORE = frozenset(("primvars", "material inputs", "unseen materials"))
 class Requirements:
     """The work that a picture requires, and the work that is `skipped`, with the reasons.
 
-    scene: as it is to be rendered, without blur that does not show; its region stays · materials: of the target, as far
-    as they matter · primvars: those that the mesh must have · shading: whether there is any light; else only coverage ·
-    lights: indices of those with a place or a direction that shine on the target · shadows: whether rays look for what
-    is in their way · emissive_lights: whether emissive faces are looked for as lights · surroundings: what shines from
-    all around; world: whether there is to be a sky, world_sampling: whether rays look for where it is bright · bounces:
-    of any kind, glossy, through refraction (transmission) and in volumes · transparent: whether rays may go on through
-    a surface or a lamp · light_tree: whether lights are chosen by what they do · camera_shader: even where a plain
-    camera would do · light_groups: passes even for a single one.
+    scene: as it is to be rendered, without blur that does not show; its region stays · materials: of each body, as far
+    as they matter · primvars: those that each body's mesh must have · shading: whether there is any light; else only
+    coverage · lights: indices of those with a place or a direction that shine on some body · shadows: whether rays look
+    for what is in their way · emissive_lights: whether emissive faces are looked for as lights · surroundings: what
+    shines from all around; world: whether there is to be a sky, world_sampling: whether rays look for where it is
+    bright · bounces: of any kind, glossy, through refraction (transmission) and in volumes · transparent: whether rays
+    may go on through a surface or a lamp · light_tree: whether lights are chosen by what they do · camera_shader: even
+    where a plain camera would do · light_groups: passes even for a single one.
     """
 
     skipped: tuple[SkippedWork, ...]
     scene: Scene
-    materials: tuple[Material, ...]
-    primvars: frozenset[str]
+    materials: tuple[tuple[Material, ...], ...]
+    primvars: tuple[frozenset[str], ...]
     shading: bool
     lights: tuple[int, ...]
     shadows: bool
@@ -61,8 +62,8 @@ class Requirements:
         return cls(
             skipped=reasons,
             scene=_without_invisible_blur(scene, without),
-            materials=_materials(facts, keep),
-            primvars=scene.target.mesh.primvar_names if keep & READ_MORE else facts.surfaces.primvars,
+            materials=tuple(_materials(surfaces, keep) for surfaces in facts.surfaces.each),
+            primvars=tuple(_primvars(surfaces, keep) for surfaces in facts.surfaces.each),
             shading="shading" not in without,
             lights=facts.lights,
             shadows="shadow rays" not in without,
@@ -88,8 +89,11 @@ def _without_invisible_blur(scene: Scene, without: set[str]) -> Scene:
     return scene.with_blur(thin_lens=lens, shutter=shutter)
 
 
-def _materials(facts: Facts, keep: frozenset[str]) -> tuple[Material, ...]:
-    surfaces = facts.surfaces
+def _primvars(surfaces: Surfaces, keep: frozenset[str]) -> frozenset[str]:
+    return surfaces.target.mesh.primvar_names if keep & READ_MORE else surfaces.primvars
+
+
+def _materials(surfaces: Surfaces, keep: frozenset[str]) -> tuple[Material, ...]:
     own = ("unseen materials" if i in surfaces.unseen else "material inputs" for i in range(len(surfaces.materials)))
-    pairs = zip(own, facts.scene.target.materials, surfaces.materials, strict=True)
+    pairs = zip(own, surfaces.target.materials, surfaces.materials, strict=True)
     return tuple(authored if name in keep else needed for name, authored, needed in pairs)

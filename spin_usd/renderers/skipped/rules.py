@@ -136,12 +136,14 @@ def _inputs(facts: Facts) -> Reason:
 
 
 def _unseen(facts: Facts) -> Reason:
-    count = len(facts.surfaces.unseen)
-    return (f"{count} of {len(facts.scene.target.materials)} are on no face", BITS) if count else None
+    count = sum(len(each.unseen) for each in facts.surfaces.each)
+    every = sum(len(each.materials) for each in facts.surfaces.each)
+    return (f"{count} of {every} are on no face", BITS) if count else None
 
 
 def _primvars(facts: Facts) -> Reason:
-    unread = sorted(facts.scene.target.mesh.primvar_names - facts.surfaces.primvars)
+    each = facts.surfaces.each
+    unread = sorted(frozenset().union(*(one.target.mesh.primvar_names - one.primvars for one in each)))
     return (f"no material reads {', '.join(unread)}", BITS) if unread else None
 
 

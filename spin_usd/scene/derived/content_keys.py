@@ -11,11 +11,14 @@ from functools import partial
 from typing import Any
 
 from spin_usd.arrays import digest
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import AreaLight
 from spin_usd.scene.model import Scene
+from spin_usd.scene.target import Target
 
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
@@ -37,16 +40,18 @@ class RenderSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class Keys:
-    """The three keys of a picture.
+    """The three keys of a picture, and the key of what its record says of the targets.
 
     geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
     where light comes from, depth of field, shutter, effort and seed; not how strong or of what colour the lights are ·
-    exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed.
+    exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed ·
+    targets: poses and keypoints of all targets, also where no picture shows them.
     """
 
     geometry: str
     radiance: str
     exposure: str
+    targets: str
 
 
 class KeyMaker:
@@ -62,21 +67,32 @@ class KeyMaker:
         settings, frame = self.settings, scene.frame
         geometry = geometry_key(scene, settings.renderer)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
-        shading = [scene.target.mesh.shading_key, self._materials(scene), self._unit_light(scene), blur]
+        shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
+        if scene.others:  # those that do not show are seen in reflections, and cast shadows
+            shading += [[_placed(body), self._shading(body)] for body in scene.bodies]
         radiance = digest([geometry, shading, self._effort, settings.seed, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])
-        return Keys(geometry=geometry, radiance=radiance, exposure=exposure)
+        return Keys(geometry=geometry, radiance=radiance, exposure=exposure, targets=self._targets(scene))
 
-    def _materials(self, scene: Scene) -> str:
-        target = scene.target
-        return self._once("materials", (target,), lambda: digest([material.key for material in target.materials]))
+    def _shading(self, body: Body) -> list[Any]:
+        """Return what decides how light leaves a body, and its motion."""
+        return [body.target.mesh.shading_key, self._materials(body.target), content(body.poses)]
+
+    def _materials(self, target: Target) -> str:
+        name = f"materials of {target.path}"
+        return self._once(name, (target,), lambda: digest([material.key for material in target.materials]))
+
+    def _targets(self, scene: Scene) -> str:
+        """Return the key of what the record says of the targets, but their names."""
+        shown = [[body.id, *_pose(body.T_cam_body), digest(body.target.keypoints)] for body in scene.targets]
+        return digest(scene.camera.key, shown)
 
     def _unit_light(self, scene: Scene) -> str:
         """Return the key of the lights as they are rendered, and of the planets, which light the target too."""
         planets = scene.environment.planets
-        of: tuple[object, ...] = (scene.lights, planets, scene.target)
+        of: tuple[object, ...] = (scene.lights, planets, *(body.target for body in scene.bodies))
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
             of = (*of, scene.T_cam_body)
         return self._once(
@@ -93,9 +109,23 @@ class KeyMaker:
 
 def geometry_key(scene: Scene, renderer: str) -> str:
     """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves
-    visibility."""
-    target, pose = scene.target, scene.T_cam_body
-    return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
+    visibility. Of several bodies those count that lie in the frame."""
+    if not scene.others:
+        target, pose = scene.target, scene.T_cam_body
+        return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
+    each = zip(scene.bodies, scene.parts_before, scene.apart, strict=True)
+    shown = [[*_placed(body), before] for body, before, one in each if not one.region.empty]
+    return digest(renderer, shown, scene.camera.key)
+
+
+def _placed(body: Body) -> list[Any]:
+    """Return what decides where a body is seen, and as which target."""
+    target = body.target
+    return [body.id, target.mesh.key, target.cut_out_key, *_pose(body.T_cam_body)]
+
+
+def _pose(T_cam_body: Transform) -> tuple[str, str]:
+    return digest(T_cam_body.rotation), digest(T_cam_body.translation)
 
 
 def render_seed(scene: Scene, settings: RenderSettings) -> int:

@@ -111,7 +111,7 @@ def _around_reference(scene: Scene) -> Color:
 
 
 def _shines(scene: Scene) -> bool:
-    return any(m.emissive_color != (0.0, 0.0, 0.0) for m in scene.target.materials)
+    return any(m.emissive_color != (0.0, 0.0, 0.0) for body in scene.bodies for m in body.target.materials)
 
 
 def _emission(light: Light) -> Color:
@@ -140,7 +140,7 @@ def _at_target(light: Light) -> Color:
 
 
 def _irradiance(light: Light, scene: Scene) -> float:
-    """Return the irradiance at the target over the light's emission, about: the solid angle of the source."""
+    """Return the irradiance at the first target over the light's emission, about: the solid angle of the source."""
     if isinstance(light, DistantLight):
         return 1.0
     if isinstance(light, DomeLight):

@@ -4,9 +4,11 @@ A renderer only decides *which* triangle a pixel shows; this file decides *where
 mesh alone. So no renderer's float32 enters a label, and two renderers that see the same triangle agree to the bit.
 
 All arithmetic is done in camera axes around the target's centre `c`: a ray's point at depth c.z is
-`c.z * ray - c` there, which alone carries the range's rounding (2e-9 m at 10,000 km).
+`c.z * ray - c` there, which alone carries the range's rounding (2e-9 m at 10,000 km). Functions of a scene and its
+target's faces are for each of several bodies given that body's own scene, of Scene.apart.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
+from spin_usd.scene.derived.body_faces import by_body
 from spin_usd.scene.derived.faces import corners_of, normals_of, parts_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
@@ -28,20 +31,30 @@ CHUNK = 16384  # points worked on at once: their temporaries fit a core's cache
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surface:
-    """The visible points of the target: N pixels of `region`, in row-major order.
+    """The visible points of the bodies: N pixels of `region`, in row-major order.
 
     rows, columns (N,) pixel indices in the whole frame · xy (N, 2): (x, y, 1) is the pixel's ray in the camera's axes ·
-    face (N,) · part (N,) uint16 ids · z (N,) planar depth in metres · body (N, 3) metres in body axes.
+    place (N,): which of Scene.bodies · target (N,) uint16: its id, 0 of an occluder · face (N,): of its own mesh ·
+    part (N,) uint16 ids in labels · z (N,) planar depth in metres · body (N, 3) metres in its own axes.
     """
 
     region: Region
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     xy: Float
+    place: NDArray[np.intp]
+    target: NDArray[np.uint16]
     face: NDArray[np.int32]
     part: NDArray[np.uint16]
     z: Float
     body: Float
+
+    def of_bodies(self, scene: Scene) -> Iterator[tuple[Scene, NDArray[np.intp]]]:
+        """Yield the scene of each body alone that is seen, and which of the points (M,) are its own."""
+        for place, one in enumerate(scene.apart):
+            rows = np.flatnonzero(self.place == place)
+            if len(rows):
+                yield one, rows
 
 
 def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
@@ -50,16 +63,22 @@ def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
     width = max(region.width, 1)
     seen = np.flatnonzero(visibility.face.ravel() >= 0)
     rows, columns = np.divmod(seen, width)
-    face = visibility.face.ravel()[seen]
     xy = scene.camera.centres(region)[rows, columns]
-    z, body = surface_points(scene, face, xy)
+    place, face, part = np.zeros(len(seen), np.intp), np.empty(len(seen), np.int32), np.empty(len(seen), np.uint16)
+    z, body = np.empty(len(seen)), np.empty((len(seen), 3))
+    for of in by_body(scene, visibility.face.ravel()[seen]):
+        place[of.rows], face[of.rows] = of.place, of.face
+        part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.parts_before[of.place])
+        z[of.rows], body[of.rows] = surface_points(of.alone, of.face, xy[of.rows])
     return Surface(
         region=region,
         rows=rows + region.y0,
         columns=columns + region.x0,
         xy=xy,
+        place=place,
+        target=np.array([each.id for each in scene.bodies], np.uint16)[place],
         face=face,
-        part=parts_of(scene.target.mesh, face),
+        part=part,
         z=z,
         body=body,
     )

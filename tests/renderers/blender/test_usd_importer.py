@@ -260,9 +260,9 @@ def render_theirs(blender, folder, scene):
             filepath=str(folder / "asset.usda"), import_cameras=False, import_lights=False, merge_parent_xform=False,
             set_frame_range=False, import_subdivision=False, create_world_material=False,
         )  # fmt: skip
-        place = np.eye(4)
+        place, view = np.eye(4), View.blurred(scene)
         place[:3, :3] = T_USDCAM_CAM.rotation @ scene.T_cam_body.rotation
-        place[:3, 3] = View.blurred(scene).target_location - place[:3, :3] @ scene.target.mesh.centre
+        place[:3, 3] = view.location(view.centre) - place[:3, :3] @ scene.target.mesh.centre
         for shown in set(bpy.data.objects) - before["objects"]:
             if shown.type == "MESH":
                 shown.parent = None

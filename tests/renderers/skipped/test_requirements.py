@@ -196,10 +196,10 @@ def test_primvars_and_materials_that_no_face_shows_are_not_needed() -> None:
     unseen = replace(scene.target, materials=(seen, replace(METAL, roughness=textured(0.1, 0.9), opacity=0.5)))
     required = Requirements.of(replace(scene, target=unseen), Effort())
     assert {"unseen materials", "primvars", "transparent layers"} <= {each.what for each in required.skipped}
-    assert required.primvars == {"colour"}
-    assert required.materials[1] == Material(path="")
+    assert required.primvars == (frozenset({"colour"}),)
+    assert required.materials[0][1] == Material(path="")
     tilted = replace(seen, normal=Primvar(name="colour"))
-    assert Requirements.of(a_scene(tilted, primvars=primvars), Effort()).primvars == {"colour", "st"}
+    assert Requirements.of(a_scene(tilted, primvars=primvars), Effort()).primvars == (frozenset({"colour", "st"}),)
 
 
 @pytest.mark.parametrize(("metres", "shown"), [(0.0, False), (1e-8, False), (1e-3, True), (1.0, True)])

@@ -24,7 +24,7 @@ class LightPlacement:
     def of(cls, T_cam: Transform, view: View, parent: Any) -> "LightPlacement":
         """Return the placement of the axes T_cam in `view`, by doubles relative to the target's centre: far away
         Blender's world has its origin there."""
-        location = T_USDCAM_CAM.points(T_cam.translation - view.centre) + view.target_location
+        location = T_USDCAM_CAM.points(T_cam.translation - view.centre) + view.location(view.centre)
         return cls(rotation=T_USDCAM_CAM.rotation @ T_cam.rotation, location=location, parent=parent)
 
     @property
