@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
-    """One picture to make: where it stands in the stage, the three keys of its content, the pixels to render, how many
+    """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, how many
     of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
     (see work.features), and the file that its pose was given for, "" where there is none."""
 
@@ -16,6 +16,7 @@ class PlannedPicture:
     geometry: str
     radiance: str
     exposure: str
+    targets: str
     region: tuple[int, int, int, int]
     outline_pixels: int
     target_pixels: int
@@ -30,7 +31,12 @@ class PlannedPicture:
 
     @property
     def keys(self) -> dict[str, str]:
-        return {"geometry": self.geometry, "radiance": self.radiance, "exposure": self.exposure}
+        return {
+            "geometry": self.geometry,
+            "radiance": self.radiance,
+            "exposure": self.exposure,
+            "targets": self.targets,
+        }
 
     @property
     def name(self) -> str:

@@ -164,7 +164,16 @@ def _planned(
         extent, has = extents.of(scene, keys.geometry), features(scene)
         if counter:
             counter.add(scene, keys.radiance, has)
-        row = (frame.index, frame.name, frame.time_code, keys.geometry, keys.radiance, keys.exposure, extent)
+        row = (
+            frame.index,
+            frame.name,
+            frame.time_code,
+            keys.geometry,
+            keys.radiance,
+            keys.exposure,
+            keys.targets,
+            extent,
+        )
         for name, value in zip(COLUMNS, (*row, LightGroups.of(scene).count, has, frame.source_file), strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
@@ -188,6 +197,7 @@ def _description(reader: StageReader) -> dict[str, Any]:
     return {
         "targets": [_target(body) for body in scene.targets],
         "parts": dict(_parts(scene)),
+        "bodies": len(reader.bodies),
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
     }

@@ -15,7 +15,7 @@ from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 from spin_usd.scene.effort import Effort
 
-COLUMNS = ("index", "frame", "time_code", *KEYS, "extent", "light_groups", "features", "source_file")
+COLUMNS = ("index", "frame", "time_code", *KEYS, "targets", "extent", "light_groups", "features", "source_file")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 PLANNING = "planning: picture"
 STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
@@ -164,7 +164,7 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
             for index, frame, time_code, *keys, extent, groups, features, source_file in zip(
                 *(part[name] for name in COLUMNS), strict=True
             ):
-                geometry, radiance, exposure = (known.setdefault(key, key) for key in keys)
+                geometry, radiance, exposure, targets = (known.setdefault(key, key) for key in keys)
                 yield PlannedPicture(
                     variant=part["variant"],
                     index=index,
@@ -173,6 +173,7 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
                     geometry=geometry,
                     radiance=radiance,
                     exposure=exposure,
+                    targets=targets,
                     region=tuple(extent[:4]),
                     outline_pixels=extent[4],
                     target_pixels=extent[5],

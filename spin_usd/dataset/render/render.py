@@ -17,7 +17,7 @@ from spin_usd.dataset.process.processors import refuse_workers, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.dataset_json import describe
 from spin_usd.dataset.render.report import RenderReport, RunListener
-from spin_usd.dataset.render.request import RenderRequest, plan, run_options
+from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import default_workers, make_pictures
@@ -86,12 +86,13 @@ def _render(
         refuse_changed(store.stage)
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()
     removed = _remove_unwanted(store, planned, options)
-    write_json(store.description, describe(store, planned, root, request.kinds), work=lease.work)
+    kinds = wanted_kinds(request, planned)
+    write_json(store.description, describe(store, planned, root, kinds), work=lease.work)
     if not own:
         _adopt_stage(store, lease.work)
     chosen = doubts(request.chosen, planned.stages)
     report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
-    wanted = WantedFiles(kinds=request.kinds, image_suffix=request.image_suffix, verify=options.verify)
+    wanted = WantedFiles(kinds=kinds, image_suffix=request.image_suffix, verify=options.verify)
     tasks = _unfinished(store, lease, planned, root, wanted, report)
     if tasks:
         for_workers = WorkerOptions(

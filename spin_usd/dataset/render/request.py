@@ -10,7 +10,7 @@ from spin_usd.dataset.plan.work import RunOptions
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.errors import InputError
-from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS, LABELS_OF_SEVERAL
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
@@ -49,7 +49,7 @@ class RenderRequest:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of file wanted of each picture."""
+        """The kinds of file asked for of each picture."""
         wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.radiance else [])}
         return tuple(kind for kind in KINDS if kind in wanted)
 
@@ -73,9 +73,20 @@ def plan(request: RenderRequest, *, progress: Progress, explain: bool = False, c
     return make_plan(question, processes=len(usable_cpus()), progress=progress)
 
 
+def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
+    """Return the kinds of file to make of each picture: those asked for, and of several bodies what tells them
+    apart."""
+    labelled = any(kind in LABELS for kind in request.kinds)
+    more = LABELS_OF_SEVERAL if labelled and plan.description["bodies"] > 1 else ()
+    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more))
+
+
 def run_options(request: RenderRequest, plan: Plan) -> RunOptions:
     """Return how all pictures of the run are made."""
     width, height = plan.description["camera"]
     return RunOptions(
-        renderer=request.renderer, effort=request.effort, kinds=request.kinds, frame_pixels=width * height
+        renderer=request.renderer,
+        effort=request.effort,
+        kinds=wanted_kinds(request, plan),
+        frame_pixels=width * height,
     )

@@ -108,7 +108,7 @@ def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mappi
     decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
     try:
         keys = record["provenance"]["keys"]
-        return bool(record["targets"]) and all(keys[key] == picture.keys[key] for key in decisive)
+        return all(keys[key] == picture.keys[key] for key in (*decisive, "targets"))
     except (KeyError, TypeError):
         return False
 

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdShade
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
-from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.read.target.target import find_targets
 from spin_usd.stage.usd.shader_inputs import Output, read_input
 
 COLORS = ("diffuseColor", "specularColor", "emissiveColor")
@@ -50,14 +50,14 @@ def material_input(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 
 
 def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader]:
-    """Find the surfaces of the target's materials of that name, or of all for "*"."""
-    target = find_target(base.stage)
-    materials = [UsdShade.Material(prim) for prim in Usd.PrimRange(target) if prim.IsA(UsdShade.Material)]
+    """Find the surfaces of the targets' materials of that name, or of all for "*"."""
+    below = (prim for target in find_targets(base.stage) for prim in Usd.PrimRange(target))
+    materials = [UsdShade.Material(prim) for prim in below if prim.IsA(UsdShade.Material)]
     there = sorted({material.GetPrim().GetName() for material in materials})
     chosen = [material for material in materials if name in ("*", material.GetPrim().GetName())]
     if not chosen:
         names = ", ".join(there[:20]) or "none that can be overridden"
-        raise InputError(f"the target has no material {name!r}", where=parameter, do=f"it has {names}")
+        raise InputError(f"no target has a material {name!r}", where=parameter, do=f"it has {names}")
     sources = [material.ComputeSurfaceSource()[0] for material in chosen]
     return [shader for shader in sources if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface"]
 

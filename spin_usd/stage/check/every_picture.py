@@ -24,7 +24,7 @@ READING = "reading: picture"
 PROGRESS_EVERY = 500
 
 TargetRule = Callable[[Target], Iterator[Finding]]
-"""A rule on a target's shape."""
+"""A rule on a body's shape."""
 OnViews = Callable[[Views], None]
 """Called with the views of a stage's own pictures, those of its first variant."""
 
@@ -34,7 +34,7 @@ def scene_findings(
 ) -> Iterator[Finding]:
     """Yield the errors that a render of the stage at `path` would raise: for each variant the first picture that cannot
     be read, and all that is wrong there, as the readers report it. What variants share is reported once, for the first;
-    the findings of `target_rule` once for each shape of the target. `on_views` receives the views of the pictures.
+    the findings of `target_rule` once for each shape of a body. `on_views` receives the views of the pictures.
 
     `stage`: the same stage as opened for checks. One that does not compose is not read: USD's validators report that.
     """
@@ -54,18 +54,14 @@ def scene_findings(
 
 
 class Shapes:
-    """Applies a rule to each shape of the target once."""
+    """Applies a rule to each shape of the bodies once."""
 
     def __init__(self, rule: TargetRule) -> None:
         self._rule = rule
-        self._last: Target | None = None
         self._seen: set[str] = set()
 
     def findings(self, target: Target) -> Iterator[Finding]:
         """Yield the rule's findings, unless the shape was checked before."""
-        if target is self._last:
-            return
-        self._last = target
         if target.mesh.key not in self._seen:
             self._seen.add(target.mesh.key)
             yield from self._rule(target)
@@ -101,7 +97,8 @@ class _VariantCheck:
                 blended.add(scene)
                 seen.add(scene)
                 target = scene.target.path
-                yield from self.shapes.findings(scene.target)
+                for body in scene.bodies:
+                    yield from self.shapes.findings(body.target)
                 self.identical.add(scene, len(reader.frames))
             progress(READING, (index + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:

@@ -22,10 +22,11 @@ from spin_usd.stage.read.lights.lights import LightReader, read_light, refuse_li
 from spin_usd.stage.read.stage_reader import metres_per_unit
 from spin_usd.stage.read.target.gprim import GprimReader
 from spin_usd.stage.read.target.keypoints import read_keypoints
+from spin_usd.stage.read.target.occluders import find_occluders, occluder_roots
 from spin_usd.stage.read.target.part_labels import Labels
 from spin_usd.stage.read.target.point_instancer import read_instances
-from spin_usd.stage.read.target.renderable import geometry_outside, is_geometry
-from spin_usd.stage.read.target.target import find_target
+from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.read.target.target import find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import check_chain
@@ -53,7 +54,7 @@ def _attempts(stage: Usd.Stage) -> Iterator[Attempt]:
     yield partial(metres_per_unit, stage)
     yield partial(read_frames, stage, "")
     yield from _of_camera(stage, time)
-    yield from _of_target(stage, time)
+    yield from _of_bodies(stage, time)
     yield from _of_lights(stage, time)
 
 
@@ -70,17 +71,22 @@ def _of_camera(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
         yield partial(read_optics, prim, lens, time)
 
 
-def _of_target(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
-    """Try the target; without one all geometry of the stage, since one of its prims is meant."""
-    yield partial(find_target, stage)
-    target = stage.GetPseudoRoot()
+def _of_bodies(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
+    """Try the targets and the occluders; without a target all geometry of the stage, since one of its prims is
+    meant."""
+    yield partial(find_targets, stage)
+    roots: list[Usd.Prim] = [stage.GetPseudoRoot()]
     with suppress(SpinError):
-        target = find_target(stage)
-        yield partial(check_chain, target)
-        yield partial(read_keypoints, target, time)
-        yield from (partial(_refuse, error) for error in geometry_outside(target))
+        targets = find_targets(stage)
+        for target in targets:
+            yield partial(check_chain, target)
+            yield partial(read_keypoints, target, time)
+        roots = [*targets]
+        camera = find_camera(stage)
+        yield partial(find_occluders, targets, camera)
+        roots += occluder_roots(targets, camera)
     images = Images()
-    for prim in _to_render(target, time):
+    for prim in (each for root in roots for each in _to_render(root, time)):
         yield partial(_read_geometry, prim, time, images)
 
 
@@ -120,7 +126,3 @@ def _of_lights(stage: Usd.Stage, time: Usd.TimeCode) -> Iterator[Attempt]:
 def _read_light(prim: Usd.Prim, time: Usd.TimeCode, world: UsdGeom.XformCache, images: Images) -> None:
     refuse_light(prim)
     read_light(prim, CameraSpace(time=time, world=world, T_world_usdcam=NOWHERE, metres=1.0), images)
-
-
-def _refuse(error: SpinError) -> None:
-    raise error

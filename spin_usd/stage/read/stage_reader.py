@@ -8,39 +8,31 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
-from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.finding import Finding
-from spin_usd.scene.model import NOMINAL, FrameId, Scene
+from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
 from spin_usd.scene.photometry.eclipse import eclipsed
-from spin_usd.scene.target import Target
+from spin_usd.scene.target import MAX_PARTS, Target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.composition.stage_hash import stage_hash, used_files
+from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
 from spin_usd.stage.read.camera.optics import read_optics
 from spin_usd.stage.read.camera.sensor import read_sensor
-from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_shutter
+from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
 from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights.lights import LightReader
-from spin_usd.stage.read.target.renderable import refuse_geometry_outside
-from spin_usd.stage.read.target.target import TargetReader, find_target
-from spin_usd.stage.read.target.time_variation import target_varies
+from spin_usd.stage.read.target.occluders import find_occluders
+from spin_usd.stage.read.target.target import TargetReader, find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
-from spin_usd.stage.usd.transforms import (
-    UNIT_SCALE_TOLERANCE,
-    Placement,
-    between,
-    check_chain,
-    nearest_ancestor,
-    placement,
-    placement_below,
-)
+from spin_usd.stage.usd.transforms import Placement, check_chain, placement
 from spin_usd.stage.usd.visibility import PROXIES
 
 # Prefixes of the camera's attributes on which only the sensor, the optics, the shutter or the focus depends.
@@ -53,7 +45,8 @@ FOCUS = ("fStop", "focusDistance")
 class StageReader:
     """Turns an opened stage into one Scene per frame; whatever does not change is read once and shared.
 
-    frames: the stage's frames · seed: the dataset's · variants: all that the stage has · variant: the selected one.
+    frames: the stage's frames · seed: the dataset's · variants: all that the stage has · variant: the selected one ·
+    bodies: the targets in order of their ids, then the occluders.
     Raises StageError for a stage that lacks what a picture needs, UnsupportedError for features not supported yet.
     """
 
@@ -73,20 +66,15 @@ class StageReader:
         self.variants = variants(self.stage)
         self.metres = metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
-        self._target_prim = find_target(self.stage)
-        refuse_geometry_outside(self._target_prim)
         self._notes = Notes()
         self._images: Images = Images(before=after._images.decoded if after else {})
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
-        check_chain(self._target_prim)
+        self.bodies = self._find_bodies()
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._read_camera_parts()
-        self._target: Target | None = None
-        self._target_scale = float("nan")
-        self._target_varies = True
 
     @cached_property
     def stage_hash(self) -> str:
@@ -131,8 +119,8 @@ class StageReader:
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
         T_world_usdcam = self._T_world_usdcam.at(time)
-        T_cam_body, body_scale = self._body_at(time, world)
-        target = self._target_at(time, body_scale)
+        first, *others = self._bodies_at(opening, world)
+        target, T_cam_body = first.target, first.T_cam_body
         centre = T_cam_body.points(target.mesh.centre)
         space = CameraSpace(time=time, world=world, T_world_usdcam=T_world_usdcam, metres=self.metres)
         lights = self._lights.read(space)
@@ -147,29 +135,46 @@ class StageReader:
             sensor=self._sensor.at(time),
             optics=self._optics.at(time),
             thin_lens=self._thin_lens.at(time),
-            shutter=read_shutter(opening, self.pose_at, self._camera_prim.GetPath()),
+            shutter=Shutter(poses=first.poses, readout=opening.readout) if first.poses else None,
+            others=tuple(others),
         )
 
     def target_at(self, time_code: float) -> Target:
-        """Read the target alone at a time code, metres."""
+        """Read the first target alone at a time code, metres."""
         time = Usd.TimeCode(time_code)
-        return self._target_at(time, self._body_at(time, UsdGeom.XformCache(time))[1])
+        first = self.bodies[0]
+        target = first.target_at(time, first.placed(time, UsdGeom.XformCache(time))[1])
+        assert target  # else it was refused
+        return target
 
-    def pose_at(self, time_code: float) -> Transform:
-        """Compute T_cam_body at a time code."""
-        time = Usd.TimeCode(time_code)
-        return self._body_at(time, UsdGeom.XformCache(time))[0]
+    def _find_bodies(self) -> tuple[BodyReader, ...]:
+        """Find the targets and the occluders. Raises StageError without a target."""
+        targets, camera = find_targets(self.stage), self._camera_prim
+        links, images, notes = self._lights.links, self._images, self._notes
 
-    def _body_at(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> tuple[Transform, float]:
-        """Compute T_cam_body, and the scale of the body's axes in the world. Units are applied last: a far origin would
-        be rounded by them."""
-        usdcam, size = self._usdcam_below.at(time)
-        body = placement_below(self._above, self._target_prim, world, frame="body")
-        near = between(usdcam, body.transform)
-        metres = near.translation * (size * self.metres)
-        return T_CAM_USDCAM @ Transform.unchecked(
-            to=near.to, of=near.of, rotation=near.rotation, translation=metres
-        ), size * body.scale
+        def open_reader(prim: Usd.Prim, time: Usd.TimeCode) -> TargetReader:
+            return TargetReader(prim=prim, time=time, group_of=links.group_of, images=images, notes=notes)
+
+        make = partial(BodyReader, camera=camera, metres=self.metres, open_reader=open_reader)
+        occluders = (make(found, id=OCCLUDER) for found in find_occluders(targets, camera))
+        return (*(make(prim, id=number) for number, prim in enumerate(targets, 1)), *occluders)
+
+    def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> list[Body]:
+        """Read the bodies that are visible in the middle of an exposure. Raises StageError for too many parts."""
+        time = Usd.TimeCode(opening.middle)
+        placed = [(reader, *reader.placed(time, world)) for reader in self.bodies]
+        shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
+        shown = [(reader, pose, target) for reader, pose, target in shapes if target]
+        if sum(len(target.parts) for _, _, target in shown) > MAX_PARTS:
+            do = "let parts share a name by spin:target:mergedParts, or make occluders one part each"
+            raise StageError(
+                f"its bodies have more than {MAX_PARTS} parts", where=self.stage.GetRootLayer().realPath, do=do
+            )
+        poses = read_poses(opening, [reader.pose_at for reader, _, _ in shown], self._camera_prim.GetPath())
+        return [
+            Body(id=reader.id, target=target, T_cam_body=pose, poses=own)
+            for (reader, pose, target), own in zip(shown, poses, strict=True)
+        ]
 
     def _read_camera_parts(self) -> None:
         """Set up how each part of the camera is read, and which of them can change in time.
@@ -186,8 +191,6 @@ class StageReader:
             return _placement(prim, UsdGeom.XformCache(time), "usdcam", metres).transform
 
         camera = CachedIfConstant(lens, partial(read_camera, prim))
-        self._above = nearest_ancestor(prim, self._target_prim)
-        self._usdcam_below = CachedIfConstant(moves(prim), partial(_below, self._above, prim))
         self._shutter_varies = varies(*SHUTTER)
         self._T_world_usdcam = CachedIfConstant(moves(prim), T_world_usdcam)
         self._camera = camera
@@ -204,33 +207,6 @@ class StageReader:
         if self._opening is None:
             self._opening = read_opening(self._camera_prim, 0.0, rows=rows)
         return replace(self._opening, middle=time_code + self._opening.middle)
-
-    def _target_at(self, time: Usd.TimeCode, scale: float) -> Target:
-        """Return the target at `time`: the last one again where nothing below it can vary, or nothing did."""
-        same_scale = abs(scale - self._target_scale) < UNIT_SCALE_TOLERANCE
-        if self._target is not None and same_scale and not self._target_varies:
-            return self._target
-        reader = TargetReader(
-            prim=self._target_prim,
-            time=time,
-            group_of=self._lights.links.group_of,
-            images=self._images,
-            notes=self._notes,
-        )
-        target = reader.read(scale * self.metres)
-        if self._target is None:
-            self._target_varies = target_varies(self._target_prim, reader.visited)
-        if self._target is None or target.key != self._target.key:
-            self._target = target
-        self._target_scale = scale
-        return self._target
-
-
-def _below(above: Usd.Prim, camera: Usd.Prim, time: Usd.TimeCode) -> tuple[Transform, float]:
-    """Compute T_above_usdcam in units of `above`, and the size of these units in the world."""
-    world = UsdGeom.XformCache(time)
-    size = _placement(above, world, "above", 1.0).scale
-    return placement_below(above, camera, world, frame="usdcam").transform, size
 
 
 def _placement(prim: Usd.Prim, world: UsdGeom.XformCache, frame: str, metres: float) -> Placement:

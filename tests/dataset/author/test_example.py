@@ -363,6 +363,9 @@ def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> 
     changed = StageReader(out / "dataset.usda", variant="isda_1")
     assert {"nominal", "isda_1", "isda_2", "isda_3"} <= set(reader.variants)
     for frame, other in zip(reader.frames, changed.frames, strict=True):
-        assert reader.pose_at(frame.time_code).matrix.tolist() == changed.pose_at(other.time_code).matrix.tolist()
+        assert (
+            reader.bodies[0].pose_at(frame.time_code).matrix.tolist()
+            == changed.bodies[0].pose_at(other.time_code).matrix.tolist()
+        )
         assert reader.scene(frame).lights[0].direction_cam != changed.scene(other).lights[0].direction_cam
     assert [found for found in check_stage(str(out / "dataset.usda")) if found.severity == "error"] == []

@@ -105,6 +105,7 @@ def planned(variant, index, geometry, radiance, exposure):
         geometry=geometry,
         radiance=radiance,
         exposure=exposure,
+        targets="t",
         region=(0, 0, 10, 10),
         outline_pixels=80,
         target_pixels=60,

@@ -445,7 +445,7 @@ def test_all_of_a_stages_errors_are_reported_at_once(copied: Path) -> None:
     """One for each reader: of the camera, the target, its gprims, what lies outside, the lights."""
 
     def spoil(stage: Usd.Stage) -> None:
-        UsdGeom.Cube.Define(stage, "/World/Stray")
+        UsdGeom.Cube.Define(stage, "/World/Stray").CreateSizeAttr(-1)
         UsdGeom.BasisCurves.Define(stage, "/World/Wire")
         UsdGeom.Sphere.Define(stage, "/World/Target/Ball").CreateRadiusAttr(-1)
         UsdGeom.Cone.Define(stage, "/World/Target/Cone").CreateHeightAttr(-1)

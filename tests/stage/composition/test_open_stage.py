@@ -363,11 +363,11 @@ def test_a_package_may_not_name_what_lies_outside(tmp_path) -> None:
     assert list(used_files(stage, tmp_path)) == ["good.usdz"]
 
 
-def test_no_target_and_two_targets(make_stage) -> None:
+def test_no_target_and_a_target_in_another(make_stage) -> None:
     path = make_stage()
     path.write_text(path.read_text().replace('prepend apiSchemas = ["SpinTargetAPI"]', ""))
-    with pytest.raises(StageError, match=r"has 0 target prims \(none\)"):
+    with pytest.raises(StageError, match="the stage has no target; apply SpinTargetAPI"):
         StageReader(path)
-    world = 'def Xform "Second" (\nprepend apiSchemas = ["SpinTargetAPI"]\n)\n{\n}'
-    with pytest.raises(StageError, match="has 2 target prims"):
-        StageReader(make_stage(world=world, name="b.usda"))
+    inner = 'def Cube "Inner" (\nprepend apiSchemas = ["SpinTargetAPI"]\n)\n{\n}'
+    with pytest.raises(StageError, match="Target/Inner: is a target below the target /World/Target"):
+        StageReader(make_stage(inner, name="b.usda"))

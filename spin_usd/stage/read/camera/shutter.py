@@ -5,7 +5,7 @@ instant. With a rolling shutter they are the middle row's: the rows above open e
 of a picture describe the middle of that time, so a rolling shutter changes no label.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,7 +15,6 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.geometry.blur import rotation_angle
 from spin_usd.geometry.transform import Transform
-from spin_usd.scene.model import Shutter
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import Range, refuse_unapplied, value_in
 
@@ -49,23 +48,31 @@ def read_opening(prim: Usd.Prim, time_code: float, *, rows: int) -> Opening:
     return Opening(middle=time_code + (start + end) / 2, duration=duration, readout=share)
 
 
-def read_shutter(opening: Opening, pose_at: Callable[[float], Transform], where: object) -> Shutter | None:
-    """Sample the poses while the shutter is open; None for an instant. `pose_at` gives T_cam_body at a time code.
+PoseAt = Callable[[float], Transform]
+"""Gives a body's T_cam_body at a time code."""
+Poses = tuple[Transform, ...]
+
+
+def read_poses(opening: Opening, bodies: Sequence[PoseAt], where: object) -> tuple[Poses, ...]:
+    """Sample the poses of each of the `bodies` while the shutter is open, all at the times of Shutter.poses; none of
+    them for an instant.
 
     Between time samples USD interpolates: translations linearly, orientations by slerp; before the first and after the
-    last it holds the value. Raises StageError where the target rotates too fast for MAX_POSES.
+    last it holds the value. Raises StageError where a body rotates too fast for MAX_POSES.
     """
     if not opening.duration:
-        return None
+        return tuple(() for _ in bodies)
     count = MIN_POSES
     while count <= MAX_POSES:
         times = opening.middle + (np.arange(count) / (count - 1) - 0.5) * opening.duration
-        poses = tuple(pose_at(float(time)) for time in times)
-        if max(rotation_angle(a, b) for a, b in pairwise(poses)) <= STEP_RAD:
-            return Shutter(poses=poses, readout=opening.readout)
+        poses = tuple(tuple(pose_at(float(time)) for time in times) for pose_at in bodies)
+        if max(rotation_angle(a, b) for of_body in poses for a, b in pairwise(of_body)) <= STEP_RAD:
+            return poses
         count = 2 * count - 1
-    found = f"the target turns by more than {np.degrees(STEP_RAD):g} degrees in 1/{MAX_POSES - 1} of the exposure"
-    raise StageError(found, where=where, do="bring shutter:open and shutter:close nearer to each other")
+    found = f"turns by more than {np.degrees(STEP_RAD):g} degrees in 1/{MAX_POSES - 1} of the exposure"
+    raise StageError(
+        f"a target or an occluder {found}", where=where, do="bring shutter:open and shutter:close nearer to each other"
+    )
 
 
 def _readout(prim: Usd.Prim, time: Usd.TimeCode) -> float:

@@ -1,6 +1,6 @@
-"""The target: all geometry that is rendered below one prim, as one mesh in body axes."""
+"""A target: all geometry that is rendered below one prim, as one mesh in body axes. An occluder is read likewise."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,19 +35,29 @@ class Inherited:
 
 
 def find_target(stage: Usd.Stage) -> Usd.Prim:
-    """Find the one prim with SpinTargetAPI. Raises StageError for none or several."""
-    found = [prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API)]
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(str(prim.GetPath()) for prim in found[:5]) or "none"
-    do = "apply SpinTargetAPI to the prim that holds the spacecraft, and to no other"
-    raise StageError(f"the stage has {len(found)} target prims ({names})", where=stage.GetRootLayer().realPath, do=do)
+    """Find the first target, whose id is 1. Raises as find_targets."""
+    return find_targets(stage)[0]
+
+
+def find_targets(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
+    """Find the prims with SpinTargetAPI, in the stage's order, by which their ids count from 1. Raises StageError for
+    none, and for one below another."""
+    found = tuple(prim for prim in stage.Traverse() if prim.HasAPI(schema.TARGET_API))
+    if not found:
+        do = "apply SpinTargetAPI to the prim that holds the spacecraft"
+        raise StageError("the stage has no target", where=stage.GetRootLayer().realPath, do=do)
+    for prim in found:
+        above = next((other for other in ancestors(prim) if other in found), None)
+        if above:
+            found_there = f"is a target below the target {above.GetPath()}"
+            raise StageError(found_there, where=prim.GetPath(), do="remove SpinTargetAPI from one of them")
+    return found
 
 
 @dataclass(eq=False)
 class TargetReader:
-    """Reads the target at one time. `visited` collects every prim on which the result depends; `group_of` gives the
-    light-link group of a gprim or point instancer; `images` are the stage's."""
+    """Reads a target, or an occluder, in the axes of `prim` at one time. `visited` collects every prim on which the
+    result depends; `group_of` gives the light-link group of a gprim or point instancer; `images` are the stage's."""
 
     prim: Usd.Prim
     time: Usd.TimeCode
@@ -62,26 +72,41 @@ class TargetReader:
 
     def read(self, metres: float) -> Target:
         """Read the target; one unit of its own axes is `metres`. Raises StageError where it has nothing to render."""
-        purpose, above = "default", [*ancestors(self.prim), self.prim]
-        for prim in above:
-            purpose = own_purpose(prim, purpose)
-        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=purpose)
-        visible = not any(is_invisible(prim, self.time) for prim in above)
-        pieces = list(self._below(self.prim, start)) if visible else []
+        start = Inherited(matrix=np.eye(4), labels=labels_of_target(self.prim), purpose=self._purpose())
+        pieces = list(self._below(self.prim, start)) if self._shown() else []
         if not pieces:
             do = "add visible gprims of purpose default or render below it"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
+        name = str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName())
+        return replace(self._assembled(pieces, name, metres), keypoint_names=names, keypoints=keypoints * metres)
+
+    def read_occluder(self, roots: Sequence[Usd.Prim], metres: float) -> Target | None:
+        """Read the geometry at and below `roots`, which are the prim itself or children of it; None where nothing is
+        visible."""
+        start = Inherited(matrix=np.eye(4), labels=Labels(), purpose=self._purpose())
+        pieces: list[PlacedGprim] = []
+        for root in roots if self._shown() else ():
+            if root == self.prim:
+                pieces += self._below(root, start)
+            elif self._visible(root):
+                pieces += self._below(root, self._entered(root, start))
+        return self._assembled(pieces, str(roots[0].GetName()), metres) if pieces else None
+
+    def _assembled(self, pieces: list[PlacedGprim], name: str, metres: float) -> Target:
         mesh, parts = assembled(pieces, self._pieces.labels, metres)
-        return Target(
-            path=str(self.prim.GetPath()),
-            name=str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName()),
-            mesh=mesh,
-            parts=parts,
-            materials=tuple(self._pieces.materials),
-            keypoint_names=names,
-            keypoints=keypoints * metres,
-        )
+        materials = tuple(self._pieces.materials)
+        return Target(path=str(self.prim.GetPath()), name=name, mesh=mesh, parts=parts, materials=materials)
+
+    def _purpose(self) -> str:
+        """Return the purpose that the prim has or inherits."""
+        purpose = "default"
+        for prim in (*ancestors(self.prim), self.prim):
+            purpose = own_purpose(prim, purpose)
+        return purpose
+
+    def _shown(self) -> bool:
+        return not any(is_invisible(prim, self.time) for prim in (*ancestors(self.prim), self.prim))
 
     def _below(self, prim: Usd.Prim, inherited: Inherited) -> Iterator[PlacedGprim]:
         """Read the gprims at and below `prim`, whose own transform and labels `inherited` includes."""
@@ -138,6 +163,6 @@ class TargetReader:
         self._faces += len(piece.mesh.part)
         if self._faces > MAX_FACES:
             raise StageError(
-                f"brings the target to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
+                f"brings its body to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
             )
         return replace(piece, matrix=matrix, group=self.group_of(prim), where=prim.GetPath())

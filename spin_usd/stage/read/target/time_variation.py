@@ -1,4 +1,6 @@
-"""Time variation of the target's shape: a constant one is read once."""
+"""Time variation of a body's shape: a constant one is read once."""
+
+from collections.abc import Sequence
 
 from pxr import Usd
 
@@ -13,6 +15,14 @@ def target_varies(target: Usd.Prim, read: list[Usd.Prim]) -> bool:
     if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
         return True
     return any(has_varying_attribute(prim) for prim in (*read, *_keypoints_chain(target)) if prim != target)
+
+
+def occluder_varies(frame: Usd.Prim, roots: Sequence[Usd.Prim], read: list[Usd.Prim]) -> bool:
+    """Return whether the shape of an occluder with these `roots` can change in the axes of `frame`, which may be one of
+    them. read: the prims that it was read from."""
+    if any(visibility_varies(prim) for root in roots for prim in ancestors(root)):
+        return True
+    return any(varying(prim) if prim == frame else has_varying_attribute(prim) for prim in read)
 
 
 def _keypoints_chain(target: Usd.Prim) -> list[Usd.Prim]:

@@ -1,0 +1,102 @@
+"""One body of a stage: its pose in the camera's axes, and its shape, at each time."""
+
+from collections.abc import Callable
+
+from pxr import Usd, UsdGeom
+
+from spin_usd.geometry.frames import T_CAM_USDCAM
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.target import Target
+from spin_usd.stage.read.target.occluders import OccluderPrims
+from spin_usd.stage.read.target.target import TargetReader
+from spin_usd.stage.read.target.time_variation import occluder_varies, target_varies
+from spin_usd.stage.usd.time_variation import CachedIfConstant, moves
+from spin_usd.stage.usd.transforms import (
+    UNIT_SCALE_TOLERANCE,
+    between,
+    check_chain,
+    nearest_ancestor,
+    placement,
+    placement_below,
+)
+
+OpenReader = Callable[[Usd.Prim, Usd.TimeCode], TargetReader]
+"""Opens the reader of what is in the axes of a prim, at a time."""
+
+
+class BodyReader:
+    """Reads one body: a target, or an occluder. `id`: the target's, 0 of an occluder · `prim`: whose axes are the
+    body's.
+
+    The readers refer to prims, not to this object: a reference cycle would keep the stage open for a while.
+    """
+
+    def __init__(
+        self, body: Usd.Prim | OccluderPrims, *, id: int, camera: Usd.Prim, metres: float, open_reader: OpenReader
+    ) -> None:
+        """`camera`: the stage's · `metres`: the length of a stage unit."""
+        self.id, self._metres, self._open = id, metres, open_reader
+        self._roots = body.roots if isinstance(body, OccluderPrims) else ()
+        self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
+        check_chain(self.prim)
+        self._above = _common_frame(camera, self.prim)
+        self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))
+        self._last: Target | None = None
+        self._scale: float | None = None  # that it was last read with
+        self._varies = True
+
+    def pose_at(self, time_code: float) -> Transform:
+        """Compute T_cam_body at a time code."""
+        time = Usd.TimeCode(time_code)
+        return self.placed(time, UsdGeom.XformCache(time))[0]
+
+    def placed(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> tuple[Transform, float]:
+        """Compute T_cam_body, and the scale of the body's axes in the world. Units are applied last: a far origin would
+        be rounded by them."""
+        usdcam, size = self._usdcam_below.at(time)
+        body = placement_below(self._above, self.prim, world, frame="body")
+        near = between(usdcam, body.transform)
+        metres = near.translation * (size * self._metres)
+        return T_CAM_USDCAM @ Transform.unchecked(
+            to=near.to, of=near.of, rotation=near.rotation, translation=metres
+        ), size * body.scale
+
+    def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
+        """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; None for
+        an occluder of which nothing is visible. Raises StageError for such a target."""
+        if self._scale is not None and abs(scale - self._scale) < UNIT_SCALE_TOLERANCE and not self._varies:
+            return self._last
+        reader, metres = self._open(self.prim, time), scale * self._metres
+        found = reader.read_occluder(self._roots, metres) if self._roots else reader.read(metres)
+        if self._scale is None:
+            self._varies = self._can_vary(reader)
+        if self._last is None or found is None or found.key != self._last.key:
+            self._last = found
+        self._scale = scale
+        return self._last
+
+    def _can_vary(self, reader: TargetReader) -> bool:
+        if self._roots:
+            return occluder_varies(self.prim, self._roots, reader.visited)
+        return target_varies(self.prim, reader.visited)
+
+
+def _common_frame(camera: Usd.Prim, prim: Usd.Prim) -> Usd.Prim:
+    """Find the prim below which the poses of both are compared: what is fixed to the camera, in the camera's own axes,
+    so that its pose is the same in all pictures."""
+    below = prim.GetPath().HasPrefix(camera.GetPath())
+    if below and (prim == camera or not UsdGeom.XformCache().ComputeRelativeTransform(prim, camera)[1]):
+        return camera
+    return nearest_ancestor(camera, prim)
+
+
+def _camera_below(above: Usd.Prim, camera: Usd.Prim) -> Callable[[Usd.TimeCode], tuple[Transform, float]]:
+    """Return what computes T_above_usdcam in units of `above`, and the size of these units in the world."""
+
+    def compute(time: Usd.TimeCode) -> tuple[Transform, float]:
+        world = UsdGeom.XformCache(time)
+        matrix = world.GetLocalToWorldTransform(above)
+        size = placement(matrix, frame="above", metres=1.0, where=above.GetPath()).scale
+        return placement_below(above, camera, world, frame="usdcam").transform, size
+
+    return compute

@@ -1,0 +1,82 @@
+"""Find the geometry of a stage that is no target's: it occludes, shades and is seen in reflections."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from pxr import Usd, UsdGeom
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.stage.read.target.renderable import is_geometry
+from spin_usd.stage.usd.time_variation import POSE
+from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_always_invisible, own_purpose
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OccluderPrims:
+    """An occluder: all that moves as one in the axes of `frame`. roots: the prims whose subtrees are its geometry,
+    either `frame` itself or children of it."""
+
+    frame: Usd.Prim
+    roots: tuple[Usd.Prim, ...]
+
+
+def find_occluders(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> tuple[OccluderPrims, ...]:
+    """Find the occluders of the stage of `targets` and `camera`: what keeps its place below its parent belongs to that
+    parent's occluder, such as the camera's; what moves below it is one of its own. Raises UnsupportedError for geometry
+    that holds a target or the camera."""
+    frames: dict[str, tuple[Usd.Prim, list[Usd.Prim]]] = {}
+    for root in occluder_roots(targets, camera):
+        parent = root.GetParent()
+        frame = root if parent.IsPseudoRoot() or _moves_below_parent(root) else parent
+        frames.setdefault(str(frame.GetPath()), (frame, []))[1].append(root)
+    return tuple(OccluderPrims(frame=frame, roots=tuple(roots)) for frame, roots in frames.values())
+
+
+def occluder_roots(targets: Sequence[Usd.Prim], camera: Usd.Prim) -> Iterator[Usd.Prim]:
+    """Yield the topmost prims that hold geometry, rendered at any time, and neither a target nor the camera. Raises
+    UnsupportedError for geometry that holds one of these."""
+    kept = [prim.GetPath() for prim in (*targets, camera)]
+    above = {ancestor for path in kept for ancestor in path.GetPrefixes()} - {target.GetPath() for target in targets}
+    waiting = [(prim, "default") for prim in _children(camera.GetStage().GetPseudoRoot())]
+    while waiting:
+        prim, inherited = waiting.pop()
+        if prim in targets or is_always_invisible(prim):
+            continue
+        purpose = own_purpose(prim, inherited)
+        if prim.GetPath() in above:
+            if purpose in RENDERED_PURPOSES and is_geometry(prim):
+                do = "move them beside each other"
+                raise UnsupportedError("is geometry that holds a target or the camera", where=prim.GetPath(), do=do)
+            waiting += [(child, purpose) for child in _children(prim)]
+        elif _holds_geometry(prim, purpose):
+            yield prim
+
+
+def _children(prim: Usd.Prim) -> list[Usd.Prim]:
+    """List the children in reverse, as a stack takes them."""
+    return list(reversed(prim.GetFilteredChildren(PROXIES)))
+
+
+def _holds_geometry(root: Usd.Prim, purpose: str) -> bool:
+    """Return whether `root`, of this purpose, holds geometry that is rendered at any time, or what is refused as such
+    when it is read."""
+    waiting = [(root, purpose)]
+    while waiting:
+        prim, state = waiting.pop()
+        try:
+            if state in RENDERED_PURPOSES and is_geometry(prim):
+                return True
+        except UnsupportedError:
+            return True
+        shown = (child for child in _children(prim) if not is_always_invisible(child))
+        waiting += [(child, own_purpose(child, state)) for child in shown]
+    return False
+
+
+def _moves_below_parent(prim: Usd.Prim) -> bool:
+    """Return whether the pose of `prim` below its parent can change in time, or does not depend on it."""
+    xformable = UsdGeom.Xformable(prim)
+    if not xformable:
+        return False
+    own = (attribute for attribute in prim.GetAuthoredAttributes() if attribute.GetName().startswith(POSE))
+    return xformable.GetResetXformStack() or any(attribute.ValueMightBeTimeVarying() for attribute in own)
