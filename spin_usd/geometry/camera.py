@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float, digest, frozen
 from spin_usd.errors import GeometryError
@@ -88,6 +88,16 @@ class Camera:
         Raises GeometryError where the lens model cannot be inverted.
         """
         return lens.undistort(self._distorted(uv), self.distortion)
+
+    def normalised_where_seen(self, uv: ArrayLike) -> tuple[Float, NDArray[np.bool_]]:
+        """Undistorted normalised coordinates (N, 2) of the pixels `uv` (N, 2), which may lie outside the frame, and
+        (N,) whether the lens has any for them."""
+        xy = self._distorted(uv)
+        rim = lens.image_radius(self.distortion)
+        there = np.hypot(xy[:, 0], xy[:, 1]) < rim
+        found = np.zeros_like(xy)
+        found[there], there[there] = lens.inverse(xy[there], self.distortion)
+        return found, there
 
     def rays(self, uv: ArrayLike) -> Float:
         """Directions (..., 3) in the camera frame with z = 1 through the pixels `uv` (..., 2)."""

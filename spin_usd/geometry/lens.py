@@ -18,6 +18,7 @@ Coefficients = tuple[float, ...]
 NEWTON_STEP = 1e-8  # of the points' largest radius; Newton squares the error, so a step of 1e-8 leaves 1e-16
 MAX_STEPS = 200  # most lenses take four; next to the fold steps are halved
 START = 0.9  # of the invertible radius: no search begins further out
+SHORT_OF_FOLD = 0.999  # of the image's radius: nearer to its rim Newton's method takes many steps
 CHUNK = 16384  # points worked on at once: their dozen temporaries fit a core's cache
 DIRECTIONS = 64  # along which the fold is looked for; from one to the next it moves by a thousandth of itself
 TOUCHING = 1e-6  # relative: a pair of complex roots so near to a real one is a fold, or as good as one
@@ -144,6 +145,20 @@ def invertible_radius(distortion: Coefficients) -> float:
         return float("inf")
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     return min(map(_least_root, _determinants(np.cos(angle), np.sin(angle), distortion)))
+
+
+@lru_cache(maxsize=64)
+def image_radius(distortion: Coefficients) -> float:
+    """Distorted radius within which every point has an inverse; infinity when all have one.
+
+    The image of the invertible disc holds the disc around its centre that all but touches the image of its rim.
+    """
+    limit = invertible_radius(distortion)
+    if not np.isfinite(limit):
+        return float("inf")
+    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    rim = distort(limit * np.stack([np.cos(angle), np.sin(angle)], -1), distortion)
+    return SHORT_OF_FOLD * float(np.linalg.norm(rim, axis=1).min())
 
 
 def _determinants(cosine: Float, sine: Float, k: Coefficients) -> Float:

@@ -23,6 +23,7 @@ EVERYWHERE: Costs = {
     "cache": {"picture": 0.0005, "pixel": 6.5e-8},
     "files": {"pixel": 2e-8},
     "labels": {"pixel": 5e-8, "target": 2.5e-7},
+    "facts": {"picture": 0.015},
     "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
     "sensor": {
         "pixel": 2e-8,

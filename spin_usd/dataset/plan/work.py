@@ -83,7 +83,8 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
     """Return by kind of work the units of each that the picture takes."""
     picture, frame = task.picture, float(options.frame_pixels)
     files = sum(task.label_pass or kind not in LABELS for kind in options.kinds)
-    found: dict[str, Units] = {"stage": {"picture": 1}, "cache": {"picture": 1}, "files": {"pixel": files * frame}}
+    found: dict[str, Units] = {work: {"picture": 1} for work in ("stage", "cache", "facts")}
+    found["files"] = {"pixel": files * frame}
     if task.label_pass:
         found[LABEL_PASS] = {"picture": 1, **_traced(picture, options.renderer, samples=1)}
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels}

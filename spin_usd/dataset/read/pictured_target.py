@@ -4,16 +4,36 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
+import numpy as np
+
 from spin_usd.arrays import Float, frozen
 from spin_usd.geometry.transform import Transform
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PicturedTarget:
-    """One of the targets of a picture; arrays are read-only.
+    """One of the targets of a picture; arrays are read-only float64, pixels have (0, 0) at the image's corner.
 
-    id: its number in the label `instance`, from 1 · T_cam_body (4, 4), q_cam_body (4,) and t_cam_body (3,) float64: its
-    pose, as a Picture has that of the first target · range: from the camera to the origin of its axes, metres.
+    Attributes:
+        id: its number in the label `instance`, from 1.
+        name: its name.
+        T_cam_body: (4, 4) its pose, as a Picture has that of the first target.
+        q_cam_body: (4,) its rotation as a unit quaternion, scalar first.
+        t_cam_body: (3,) the origin of its axes, metres.
+        range: from the camera to the origin of its axes, metres.
+        box_visible: (4,) tight box x0, y0, x1, y1 around the pixels that show it, x1 and y1 past the last; NaN where
+            none does.
+        box_amodal: (4,) box of its projected surface, also outside the frame and behind other bodies; NaN where the
+            lens sees none of it.
+        truncated: whether some of it is outside the frame or behind the camera.
+        pixels_visible: how many pixels show it.
+        pixels_amodal: how many pixels of the frame would show it if nothing else were there.
+        visible_fraction: visible pixels over all that it would cover, also outside the frame; NaN where it covers none.
+        box_3d: (8, 2) pixels of the corners of its own bounding box, from least x, y and z on, z first growing, then y,
+            then x; NaN where the lens sees none.
+        keypoints: (N, 2) pixels of its keypoints, hidden ones too; NaN where the lens sees none.
+        keypoint_states: (N,) "visible", "self-occluded", "occluded" by another body, "outside" the frame, or "behind"
+            the camera.
     """
 
     id: int
@@ -22,6 +42,15 @@ class PicturedTarget:
     q_cam_body: Float
     t_cam_body: Float
     range: float
+    box_visible: Float
+    box_amodal: Float
+    truncated: bool
+    pixels_visible: int
+    pixels_amodal: int
+    visible_fraction: float
+    box_3d: Float
+    keypoints: Float
+    keypoint_states: tuple[str, ...]
 
     @classmethod
     def of(cls, found: Mapping[str, Any]) -> Self:
@@ -34,4 +63,18 @@ class PicturedTarget:
             q_cam_body=frozen(q),
             t_cam_body=frozen(t),
             range=found["range"],
+            box_visible=_numbers(found["box"]["visible"], (4,)),
+            box_amodal=_numbers(found["box"]["amodal"], (4,)),
+            truncated=found["box"]["truncated"],
+            pixels_visible=found["pixels"]["visible"],
+            pixels_amodal=found["pixels"]["amodal"],
+            visible_fraction=float(_numbers(found["visible_fraction"], ())),
+            box_3d=frozen([_numbers(corner, (2,)) for corner in found["box_3d"]["corners"]]),
+            keypoints=frozen(np.array([entry[:2] for entry in found["keypoints"]], np.float64).reshape(-1, 2)),
+            keypoint_states=tuple(state for *_, state in found["keypoints"]),
         )
+
+
+def _numbers(found: Any, shape: tuple[int, ...]) -> Float:
+    """Return the numbers of that shape; NaN for null."""
+    return frozen(np.full(shape, np.nan) if found is None else found)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
+from spin_usd.dataset.picture.shown_bodies import ShownBodies
+from spin_usd.dataset.picture.target_facts import TargetFacts
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
@@ -20,7 +22,8 @@ class CurrentPicture:
     """A picture while it is made.
 
     kinds: of file · keys: of its content · watch: the time that it takes · passes: which were made for it, and which
-    are shared · notes, tones: what its record must say of how it was made, and of the target's brightness.
+    are shared · shown: the bodies that its labels show, where they say so · facts, notes, tones: what its record must
+    say of its targets, of how it was made, and of the target's brightness.
     """
 
     scene: Scene
@@ -28,6 +31,8 @@ class CurrentPicture:
     keys: Mapping[str, str]
     watch: Stopwatch
     passes: dict[str, str] = field(default_factory=dict)
+    shown: ShownBodies | None = None
+    facts: Sequence[TargetFacts] = ()
     notes: dict[str, float] = field(default_factory=dict)
     tones: dict[str, Any] | None = None
 
@@ -59,7 +64,7 @@ def make_record(
             "distortion": list(camera.distortion),
         },
         "pose": recorded_pose(pose),
-        "targets": [recorded_target(body) for body in scene.targets],
+        "targets": [recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         **({"sun": recorded_sun(sun)} if sun else {}),
         **({"tones": picture.tones} if picture.tones else {}),
         "files": files,
@@ -84,13 +89,14 @@ def make_record(
     }
 
 
-def recorded_target(body: Body) -> dict[str, Any]:
+def recorded_target(body: Body, facts: TargetFacts) -> dict[str, Any]:
     """Return what the record says of a target."""
     return {
         "id": body.id,
         "name": body.target.name,
         "pose": recorded_pose(body.T_cam_body),
         "range": float(np.linalg.norm(body.T_cam_body.translation)),
+        **facts.as_json(),
     }
 
 

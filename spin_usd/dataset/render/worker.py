@@ -1,6 +1,6 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict
 from functools import partial
@@ -21,6 +21,8 @@ from spin_usd.dataset.picture.make_picture import (
     render_in,
 )
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
+from spin_usd.dataset.picture.shown_bodies import ShownBodies, shown_by_label
+from spin_usd.dataset.picture.target_facts import FactMaker
 from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.processors import hold_to
@@ -34,7 +36,7 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import remove_file
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
-from spin_usd.formats.image_file import write_image
+from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.derived.content_keys import KeyMaker
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -57,6 +59,7 @@ class Worker:
         self.renderer = open_renderer(self.options.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
         self.cache = Cache(root=self.store.cache, versions=self.versions, work=self.work)
+        self.facts = FactMaker(self.renderer)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
 
@@ -90,6 +93,8 @@ class Worker:
         try:
             with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
                 self._labels(picture, writers, writing)
+                with picture.watch("facts"):
+                    picture.facts = self.facts.facts(picture.scene, picture.shown)
                 kept = self._image(picture, writers, writing, keep_render=keep_render)
                 with picture.watch("files"):
                     kept.result()
@@ -112,8 +117,17 @@ class Worker:
         if missing:
             for kind, array, channels in make_labels(picture.scene, self.renderer, missing, picture.watch):
                 writing[kind] = writers.submit(self._label, picture.scene, key, kind, array, channels)
+                picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
+        elif found:
+            picture.shown = self._shown_by_cached(picture, found)
         if wanted:
             picture.passes["labels"] = "made" if missing else "shared"
+
+    def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
+        """Return the bodies that the cached labels show, where one of them says so."""
+        with picture.watch("cache"):
+            shown = (shown_by_label(picture.scene, kind, read_image(entry.path)[0]) for kind, entry in found.items())
+            return next(filter(None, shown), None)
 
     def _image(
         self,

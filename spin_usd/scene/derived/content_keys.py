@@ -45,7 +45,7 @@ class Keys:
     geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
     where light comes from, depth of field, shutter, effort and seed; not how strong or of what colour the lights are ·
     exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed ·
-    targets: poses and keypoints of all targets, also where no picture shows them.
+    targets: poses, meshes and keypoints of all targets, also where no picture shows them.
     """
 
     geometry: str
@@ -85,8 +85,11 @@ class KeyMaker:
         return self._once(name, (target,), lambda: digest([material.key for material in target.materials]))
 
     def _targets(self, scene: Scene) -> str:
-        """Return the key of what the record says of the targets, but their names."""
-        shown = [[body.id, *_pose(body.T_cam_body), digest(body.target.keypoints)] for body in scene.targets]
+        """Return the key of what the record says of the targets, but their names, as far as no pixel decides it."""
+        shown = [
+            [body.id, *_pose(body.T_cam_body), body.target.mesh.key, digest(body.target.keypoints)]
+            for body in scene.targets
+        ]
         return digest(scene.camera.key, shown)
 
     def _unit_light(self, scene: Scene) -> str:

@@ -65,6 +65,29 @@ def test_the_only_target_has_the_pose_of_the_picture(dataset) -> None:
         picture.mask(2)
 
 
+def test_a_target_is_where_its_labels_show_it(dataset) -> None:
+    picture = dataset[0]
+    (shown,), (rows, columns) = picture.targets, np.nonzero(picture.mask(1))
+    assert shown.box_visible.tolist() == [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
+    assert shown.pixels_visible == shown.pixels_amodal == len(rows)
+    assert np.allclose(shown.box_amodal, shown.box_visible, atol=1)
+    assert (shown.truncated, shown.visible_fraction) == (False, 1)
+    assert np.allclose(shown.keypoints, picture.keypoint_pixels, rtol=0, atol=1e-9)
+    assert len(shown.keypoint_states) == len(picture.keypoints.names)
+    assert {"visible", "self-occluded"} == set(shown.keypoint_states)
+    assert shown.box_3d.shape == (8, 2)
+
+
+def test_what_there_is_not_is_nan(copy) -> None:
+    nothing = {"box": {"visible": None, "amodal": None, "truncated": True}, "visible_fraction": None}
+    unseen = {"box_3d": {"corners": [None] * 8}, "keypoints": [[None, None, "behind"]]}
+    change(copy, targets=[copy[0].record["targets"][0] | nothing | unseen])
+    (shown,) = copy[0].targets
+    for name in ("box_visible", "box_amodal", "visible_fraction", "box_3d", "keypoints"):
+        assert np.isnan(getattr(shown, name)).all(), name
+    assert shown.keypoint_states == ("behind",)
+
+
 def test_the_dense_pose_lies_in_the_box_of_its_target(dataset) -> None:
     (described,), picture = dataset.targets, dataset[0]
     points = picture.dense_pose[picture.mask(1)]
@@ -158,6 +181,9 @@ def test_geometry_is_read_only(dataset) -> None:
     for name in ("camera_matrix", "distortion", "T_cam_body", "q_cam_body", "t_cam_body", "keypoint_pixels"):
         assert not getattr(picture, name).flags.writeable, name
     assert not picture.keypoints.points.flags.writeable
+    (shown,) = picture.targets
+    for name in ("T_cam_body", "q_cam_body", "t_cam_body", "box_visible", "box_amodal", "box_3d", "keypoints"):
+        assert not getattr(shown, name).flags.writeable, name
 
 
 def test_a_file_that_is_gone_or_another_is_refused_by_name(copy) -> None:

@@ -1,0 +1,66 @@
+"""Where a target's keypoints are in the picture, and whether they can be seen."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.bounds import NEAR
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.surface import surface_points
+from spin_usd.scene.model import Scene
+
+SKIN = 5e-3  # of the longest edge of the target's bounding box
+ROUNDING = 1e-6  # of the same: of depths
+
+
+class KeypointState(StrEnum):
+    """What is to be seen of a keypoint.
+
+    visible: nothing stands between the camera and it · self-occluded, occluded: the first surface before it is its own
+    body's, or another body's · outside: it is outside the frame, or where the lens sees nothing · behind: it is behind
+    the camera.
+
+    A surface of its own body that is less than SKIN before the keypoint does not hide it, so that keypoints on a
+    surface or a little below it are visible, and the tip of a thin rod is so from all sides. A keypoint deep in the
+    body is self-occluded.
+    """
+
+    VISIBLE = "visible"
+    SELF_OCCLUDED = "self-occluded"
+    OCCLUDED = "occluded"
+    OUTSIDE = "outside"
+    BEHIND = "behind"
+
+
+def keypoint_states(
+    scenes: Sequence[Scene], own: int, caster: RaycastRenderer
+) -> tuple[Float, tuple[KeypointState, ...]]:
+    """Return the pixels (N, 2), NaN where the lens sees none, and the states of the keypoints of the target of
+    `scenes[own]`; each of the scenes holds one body alone."""
+    camera, points = scenes[own].camera, scenes[own].T_cam_body.points(scenes[own].target.keypoints)
+    uv = camera.project(points)
+    states = np.where(points[:, 2] > NEAR, KeypointState.OUTSIDE, KeypointState.BEHIND).astype(object)
+    looked = np.flatnonzero(((uv >= 0) & (uv < (camera.width, camera.height))).all(1))
+    if len(looked):
+        hiding = _hiding(scenes, own, points[looked], caster)
+        hidden = np.where(hiding == own, KeypointState.SELF_OCCLUDED, KeypointState.OCCLUDED)
+        states[looked] = np.where(hiding < 0, KeypointState.VISIBLE, hidden)
+    return uv, tuple(KeypointState(state) for state in states)
+
+
+def _hiding(scenes: Sequence[Scene], own: int, points: Float, caster: RaycastRenderer) -> NDArray[np.intp]:
+    """Return (N,) the place of the body that stands first before each of the points (N, 3), camera frame, of the target
+    of `scenes[own]`; -1 where none does."""
+    xy = points[:, :2] / points[:, 2:]
+    size = float(scenes[own].target.mesh.size.max())
+    along = points[:, 2] / np.linalg.norm(points, axis=1)  # a length along the ray, as depth
+    depth = np.full((len(scenes), len(xy)), np.inf)
+    for place, scene in enumerate(scenes):
+        face = caster.cast(scene, xy)
+        met = np.flatnonzero(face >= 0)
+        depth[place, met] = surface_points(scene, face[met], xy[met])[0]
+        depth[place, depth[place] >= points[:, 2] - (SKIN if place == own else ROUNDING) * size * along] = np.inf
+    return np.where(np.isfinite(depth).any(0), depth.argmin(0), -1)
