@@ -6,6 +6,7 @@ from spin_usd.dataset.export.formats.spark import SPARK
 from spin_usd.dataset.export.formats.speed import SPEED
 from spin_usd.dataset.export.formats.speedplus import SPEEDPLUS
 from spin_usd.dataset.export.formats.urso import URSO
+from spin_usd.dataset.export.formats.webdataset import WEBDATASET
 from spin_usd.dataset.export.layout.layout import ExportFormat
 from spin_usd.errors import InputError
 
@@ -16,6 +17,7 @@ _ALL = (
     SPARK,
     URSO,
     CUBESAT_CDT,
+    WEBDATASET,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""

@@ -1,0 +1,97 @@
+"""WebDataset: shards, which are tar files of pictures one after another, and an index of them for each split.
+
+Source: the description of the format in webdataset's documentation: the files of one sample follow each other, and have
+the same name up to the first dot. The index is what its library `wids` reads.
+"""
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
+from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.export.layout.index_file import IndexFile, json_lists
+from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
+from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.store.names import RECORDS
+from spin_usd.dataset.store.tree import file_at
+from spin_usd.formats.tar_file import Member, write_tar
+
+SHARDS = "shardlist"
+DOT = "%2E"  # "%" is in no name, so no two names become one
+CONVENTIONS = (
+    "Each sample has the files of one picture as the dataset has them, KEY.KIND.SUFFIX, such as img000001.depth.exr, "
+    "and its record, KEY.json.",
+    "All conventions are the dataset's: pixels with (0, 0) at the corner of the image, metres, quaternions scalar "
+    "first, the camera's axes x right, y down, z forward.",
+    "A dot in a picture's name is written %2E in its key, for a key ends at the first dot.",
+)
+
+
+def key_of(name: str) -> str:
+    """Return the sample's key for the picture of that name: without dots."""
+    return name.replace(".", DOT)
+
+
+def _pictures_a_shard(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {f"{split}.json": json_lists({"wids_version": 1, "name": split}, [SHARDS]) for split in dataset.splits}
+
+
+def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
+    """Yield the shard that the picture is the last of, if it is."""
+    shards = _shards(dataset)
+    if picture.number in shards:
+        name, numbers = shards[picture.number]
+        yield MadeFile(path=name, write=partial(_write_shard, dataset, numbers))
+        yield IndexRow(path=f"{picture.split}.json", section=SHARDS, value={"url": name, "nsamples": len(numbers)})
+
+
+@lru_cache(maxsize=1)
+def _shards(dataset: ExportedDataset) -> dict[int, tuple[str, list[int]]]:
+    """Return each shard's name and pictures, by the number of its last picture."""
+    size: int = dataset.options["pictures"]
+    found = {}
+    for split in dataset.splits:
+        numbers = [number for number, entry in enumerate(dataset.entries) if entry.split == split]
+        for place, start in enumerate(range(0, len(numbers), size)):
+            held = numbers[start : start + size]
+            found[held[-1]] = (f"{split}-{place:06d}.tar", held)
+    return found
+
+
+def _write_shard(dataset: ExportedDataset, numbers: list[int], path: Path) -> None:
+    write_tar(path, (member for number in numbers for member in _members(dataset.picture(number))))
+
+
+def _members(picture: ExportedPicture) -> Iterator[Member]:
+    """Yield the picture's files in the order of their kinds, its record last."""
+    key = key_of(picture.name)
+    for kind in sorted(picture.picture.files):
+        source = picture.file(kind)
+        yield Member(name=f"{key}.{kind}{source.suffix}", source=source)
+    record = file_at(picture.picture.root, f"{RECORDS}/{picture.variant}/{picture.picture.frame}.json")
+    yield Member(name=f"{key}.json", source=record)
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    return Layout(needs=(), conventions=CONVENTIONS, files=_files, indexes=_indexes, several=True)
+
+
+WEBDATASET = ExportFormat(
+    name="webdataset",
+    holds="all files and records in tar shards, with an index",
+    layout=_layout,
+    options=(
+        FormatOption(
+            name="pictures", meaning="how many pictures a shard has, from 1", default="1000", read=_pictures_a_shard
+        ),
+    ),
+)
