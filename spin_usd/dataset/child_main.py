@@ -102,6 +102,11 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
 
         return make_again(**arguments)
 
+    def save_models(**arguments: Any) -> Any:
+        from spin_usd.dataset.export.models.in_child import save_models as saved
+
+        return saved(progress=progress, **arguments)
+
     def try_renderer(name: str) -> Any:
         from spin_usd.dataset.process.open_renderer import open_renderer
 
@@ -124,6 +129,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         "picture": picture,
         "plan_pictures": plan_pictures,
         "reproduce": reproduce,
+        "save_models": save_models,
         "try_renderer": try_renderer,
     }
 

@@ -56,7 +56,8 @@ def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
         target=_target(dataset, request.target),
         options=options,
     )
-    survey = Survey(format=to.name, parts=len(dataset.parts))
+    bodies = len({part.target for part in dataset.parts.values()})
+    survey = Survey(format=to.name, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies)
     kept, identity = _look(chosen, layout, survey, progress)
     for limit in layout.limits:
         limit(survey)
@@ -73,7 +74,7 @@ def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
     return ExportPlan(
         format=to,
         layout=layout,
-        exported=replace(chosen, entries=kept, cameras=tuple(survey.cameras)),
+        exported=replace(chosen, entries=kept, cameras=tuple(survey.cameras), farthest=survey.farthest[0]),
         survey=survey,
         left_out=len(chosen) - len(kept),
         described=described,

@@ -147,6 +147,14 @@ class StageReader:
         assert target  # else it was refused
         return target
 
+    def targets_at(self, time_code: float) -> dict[int, Target]:
+        """Read all targets at a time code, metres, by their ids."""
+        time = Usd.TimeCode(time_code)
+        world = UsdGeom.XformCache(time)
+        targets = (body for body in self.bodies if body.id != OCCLUDER)
+        found = {body.id: body.target_at(time, body.placed(time, world)[1]) for body in targets}
+        return {number: target for number, target in found.items() if target}
+
     def _find_bodies(self) -> tuple[BodyReader, ...]:
         """Find the targets and the occluders. Raises StageError without a target."""
         targets, camera = find_targets(self.stage), self._camera_prim

@@ -1,10 +1,12 @@
 """The formats that there are. A new one is a file of its own and an entry here."""
 
+from spin_usd.dataset.export.formats.bop import BOP
 from spin_usd.dataset.export.formats.cubesat_cdt import CUBESAT_CDT
 from spin_usd.dataset.export.formats.shirt import SHIRT
 from spin_usd.dataset.export.formats.spark import SPARK
 from spin_usd.dataset.export.formats.speed import SPEED
 from spin_usd.dataset.export.formats.speedplus import SPEEDPLUS
+from spin_usd.dataset.export.formats.swisscube import SWISSCUBE
 from spin_usd.dataset.export.formats.urso import URSO
 from spin_usd.dataset.export.formats.webdataset import WEBDATASET
 from spin_usd.dataset.export.layout.layout import ExportFormat
@@ -17,6 +19,8 @@ _ALL = (
     SPARK,
     URSO,
     CUBESAT_CDT,
+    BOP,
+    SWISSCUBE,
     WEBDATASET,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}

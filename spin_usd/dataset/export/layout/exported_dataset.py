@@ -25,7 +25,7 @@ class ExportedDataset:
 
     dataset: all of it · entries: the pictures that are exported · splits: the names that the format gives them, also of
     those that are empty · target: the name of the target that formats of one target hold · cameras: of the pictures,
-    each once · options: the format's, by name.
+    each once · farthest: the greatest z of a target's origin, metres · options: the format's, by name.
     """
 
     dataset: Dataset
@@ -33,6 +33,7 @@ class ExportedDataset:
     splits: tuple[str, ...]
     target: str
     cameras: tuple[Camera, ...] = ()
+    farthest: float = 0.0
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __len__(self) -> int:

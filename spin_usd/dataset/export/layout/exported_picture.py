@@ -79,6 +79,6 @@ class ExportedPicture:
         """Return whether the dataset's file of that kind is one with the ending `suffix`."""
         return self.picture.files[kind].path.endswith(suffix)
 
-    def mask(self) -> NDArray[np.bool_]:
-        """Return (H, W): the pixels in which `target` is visible."""
-        return self.picture.mask(self.target.id)
+    def mask(self, target: int | None = None) -> NDArray[np.bool_]:
+        """Return (H, W): the pixels in which the target with that id, or else `target`, is visible."""
+        return self.picture.mask(self.target.id if target is None else target)

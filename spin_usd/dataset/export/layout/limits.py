@@ -5,17 +5,31 @@ from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.errors import UnsupportedError
 
 UINT16_MAX = 2**16 - 1
+INSTANCE = "instance"
 
 
-def no_distortion(survey: Survey) -> None:
-    """Raise UnsupportedError where a camera has lens distortion: the format has no field for it."""
-    for camera, picture in survey.cameras.items():
-        if camera.distorted:
-            raise UnsupportedError(
-                f"has lens distortion, for which {survey.format} has no field",
-                where=picture,
-                do="export to speedplus, or render with a camera without distortion",
-            )
+def undistorted(remedy: str) -> Limit:
+    """Return the limit to cameras without lens distortion, for which the format has no field; `remedy` is what to do
+    about it."""
+
+    def limit(survey: Survey) -> None:
+        for camera, picture in survey.cameras.items():
+            if camera.distorted:
+                found = f"has lens distortion, for which {survey.format} has no field"
+                raise UnsupportedError(found, where=picture, do=remedy)
+
+    return limit
+
+
+no_distortion = undistorted("export to speedplus, or render with a camera without distortion")
+"""The limit of formats that pictures are not rectified for."""
+
+
+def bodies_told_apart(survey: Survey) -> None:
+    """Raise UnsupportedError where there are several bodies, and pictures do not say which pixel shows which."""
+    if survey.bodies > 1 and survey.kinds[INSTANCE] < survey.tally.total():
+        found = f"the dataset has several bodies, and {survey.format} has masks of each"
+        raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE}")
 
 
 def one_camera(survey: Survey) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.read.description import DescribedTarget
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrix_from_quaternion
 
@@ -22,19 +23,23 @@ def _columns() -> dict[str, array[float]]:
 class Survey:
     """What is known of all pictures together; it grows by a few numbers a picture.
 
-    format: the name of the format, for sentences · parts: how many the dataset lists · cameras: each camera, with the
-    first picture that has it · farthest: the greatest z of a target's origin, metres, and its picture · tally: pictures
-    by split and variant · columns: of each picture's target (NaN where there is none) its "range" in metres; the angle
-    "turn" of the rotation from the body's axes to the camera's, degrees; "azimuth" (degrees) and "height" (sine of the
-    elevation) of the camera as seen from it, in the body's axes; the angle "sun" between the directions from it to the
-    Sun and to the camera, degrees; and the share "visible" of it.
+    format: the name of the format, for sentences · parts: how many the dataset lists · targets: the dataset's · bodies:
+    how many have parts, occluders together counted as one · cameras: each camera, with the first picture that has it ·
+    farthest: the greatest z of a target's origin, metres, and its picture · tally: pictures by split and variant ·
+    kinds: pictures by the kinds of file that they have · columns: of each picture's target (NaN where there is none)
+    its "range" in metres; the angle "turn" of the rotation from the body's axes to the camera's, degrees; "azimuth"
+    (degrees) and "height" (sine of the elevation) of the camera as seen from it, in the body's axes; the angle "sun"
+    between the directions from it to the Sun and to the camera, degrees; and the share "visible" of it.
     """
 
     format: str
     parts: int
+    targets: tuple[DescribedTarget, ...]
+    bodies: int
     cameras: dict[Camera, str] = field(default_factory=dict)
     farthest: tuple[float, str] = (0.0, "")
     tally: Counter[tuple[str, str]] = field(default_factory=Counter)
+    kinds: Counter[str] = field(default_factory=Counter)
     columns: dict[str, array[float]] = field(default_factory=_columns)
 
     def add(self, picture: ExportedPicture) -> None:
@@ -44,6 +49,7 @@ class Survey:
         for each in picture.targets:
             self.farthest = max(self.farthest, (float(each.t_cam_body[2]), picture.name))
         self.tally[picture.split, picture.variant] += 1
+        self.kinds.update(picture.picture.files.keys())
         t, rotation = target.t_cam_body, matrix_from_quaternion(target.q_cam_body)
         camera = -rotation.T @ t / max(float(np.linalg.norm(t)), np.finfo(np.float64).tiny)
         row = {

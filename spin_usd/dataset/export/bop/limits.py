@@ -1,0 +1,53 @@
+"""Limits of BOP: depth that 16 bits do not hold, and silhouettes that nobody knows."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.dataset.export.bop.entries import MILLIMETRES, UINT16_MAX
+from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
+from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.export.layout.limits import INSTANCE
+from spin_usd.dataset.export.layout.survey import Survey
+from spin_usd.dataset.read.description import DescribedTarget
+from spin_usd.errors import UnsupportedError
+
+AMODAL = "mask_amodal"
+SCALES = (0.1, 1.0)
+"""Steps of depth, millimetres. Beyond the last they would be too coarse: BOP's tools decide what is visible at 5 mm and
+15 mm."""
+
+
+def depth_fits(survey: Survey) -> None:
+    """Raise UnsupportedError where a target is so far away that 16 bits do not hold its depth."""
+    far, picture = survey.farthest
+    deepest, most = far + _reach(survey.targets), SCALES[-1] * UINT16_MAX / MILLIMETRES
+    if deepest > most:
+        found = f"has its target up to {deepest:g} m away, and 16 bits of {SCALES[-1]:g} mm end at {most:g} m"
+        raise UnsupportedError(found, where=picture, do="export without depth: --option depth=no")
+
+
+def depth_scale(dataset: ExportedDataset) -> float:
+    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does."""
+    deepest = (dataset.farthest + _reach(dataset.dataset.targets)) * MILLIMETRES
+    return next((scale for scale in SCALES if deepest <= scale * UINT16_MAX), SCALES[-1])
+
+
+def amodal_known(survey: Survey) -> None:
+    """Raise UnsupportedError where a body can hide another, and pictures do not say what is behind it."""
+    if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
+        found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
+        raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
+
+
+def amodal_mask(picture: ExportedPicture, target: int) -> NDArray[np.bool_]:
+    """Return (H, W): the target's silhouette as if nothing else were there. Of a body that is alone it is what is
+    visible."""
+    if not picture.has(AMODAL):
+        return picture.mask(target)
+    bit: NDArray[np.bool_] = (picture.label(AMODAL) >> np.uint16(target - 1)) & 1 > 0
+    return bit
+
+
+def _reach(targets: tuple[DescribedTarget, ...]) -> float:
+    """Return how far a point of a target is at most from the origin of its axes, metres."""
+    return max(float(np.linalg.norm(np.abs(target.box).max(0))) for target in targets)

@@ -1,0 +1,106 @@
+"""SwissCube: scenes like BOP's in sequences, with lists of images and the corners of the bodies' boxes, in millimetres.
+
+Source: the loader in EPFL's repository wide-depth-range-pose (`dataset.py`, `utils.py`, `configs/swisscube.yaml`).
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from spin_usd.dataset.export.bop.entries import MILLIMETRES, camera_matrix, pose_entry
+from spin_usd.dataset.export.bop.scenes import (
+    RECTIFY,
+    RECTIFY_IT,
+    RECTIFYING,
+    YES,
+    as_exported,
+    image_file,
+    image_number,
+    mask_file,
+    model_files,
+    scene_number,
+)
+from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
+from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.export.layout.index_file import IndexFile, json_object, text_lines, write_json_file
+from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
+from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
+from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.models.body_models import body_models
+
+SPLITS = {"train": "training", "validation": "validation", "test": "testing"}
+INDEXES = ("scene_camera", "scene_gt")
+SCENE = "000000"  # the one scene of a sequence
+FIRST_CENTRE = 0.5  # where the first pixel has its centre: its K has 512 as the middle of 1024 pixels
+CONVENTIONS = (
+    "Lengths are millimetres: poses, models and the corners of their boxes.",
+    "cam_R_m2c (row by row) and cam_t_m2c take the body's axes to the camera's, which are OpenCV's: x right, y down, z "
+    "forward. obj_id is the target's id.",
+    "cam_K is in pixels with (0, 0) at the corner of the image, as in the dataset.",
+    "A sequence is a variant in a split, and an image has the number of its place in the stage. mask_visib is what is "
+    "seen of a body.",
+    "swisscube_bbox.json has the eight corners of each model's box along the body's axes, z changing fastest.",
+)
+RECTIFIED = (
+    "Lens distortion is taken out: images are interpolated between four pixels, and masks are those of the nearest "
+    "pixel, so their outlines are off by up to half a pixel. Poses and models are exact. What the lens did not show is "
+    "black.",
+)
+
+
+def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
+    picture = as_exported(dataset, original)
+    scene = _scene(dataset, picture.split, picture.variant)
+    image = image_file(picture, f"{scene}/rgb")
+    yield image
+    yield IndexRow(path=f"{picture.split}.txt", value=image.path)
+    poses = []
+    for place, target in enumerate(picture.targets):
+        yield mask_file(picture, f"{scene}/mask_visib", place, picture.mask(target.id))
+        poses.append(pose_entry(target.id, target.q_cam_body, target.t_cam_body))
+    camera = {"cam_K": camera_matrix(picture.camera, first_centre=FIRST_CENTRE)}
+    for index, value in zip(INDEXES, (camera, poses), strict=True):
+        yield IndexRow(path=f"{scene}/{index}.json", value=(str(image_number(picture)), value))
+
+
+def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
+    return f"{split}/seq_{scene_number(dataset, variant):06d}/{SCENE}"
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    scenes = sorted({_scene(dataset, entry.split, entry.variant) for entry in dataset.entries})
+    found = {f"{scene}/{index}.json": json_object() for scene in scenes for index in INDEXES}
+    return found | {f"{split}.txt": text_lines() for split in dataset.splits}
+
+
+def _shared(dataset: ExportedDataset) -> Iterator[Output]:
+    boxes = []
+    for model in body_models(dataset).values():
+        ends = np.stack([model.points.min(0), model.points.max(0)]) * MILLIMETRES
+        boxes.append([list(corner) for corner in product(*ends.T.tolist())])
+    yield MadeFile(path="swisscube_bbox.json", write=write_json_file(boxes))
+    yield from model_files(dataset)
+
+
+def _layout(options: Mapping[str, Any]) -> Layout:
+    rectify = options[RECTIFY] == YES
+    return Layout(
+        needs=("image", "segmentation"),
+        conventions=CONVENTIONS + (RECTIFIED if rectify else ()),
+        files=_files,
+        shared=_shared,
+        indexes=_indexes,
+        limits=(bodies_told_apart, *(() if rectify else (undistorted(RECTIFY_IT),))),
+        splits=SPLITS,
+        several=True,
+    )
+
+
+SWISSCUBE = ExportFormat(
+    name="swisscube",
+    holds="sequences of images, masks and poses, with models",
+    layout=_layout,
+    options=(RECTIFYING,),
+)
