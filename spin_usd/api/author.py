@@ -33,6 +33,8 @@ def author(
     sun_direction: str | Sequence[float] | None = None,
     sun_from_target: str | Sequence[float] | None = None,
     any_size: bool = False,
+    also: str | Path | Sequence[str] = (),
+    occluder: str | Path | Sequence[str] = (),
 ) -> AuthorReport:
     """Make the layered stage `out`/dataset.usda, in a new folder.
 
@@ -58,6 +60,10 @@ def author(
             numbers, or text with commas between.
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
         any_size: take a model of any size, even one with the camera inside it.
+        also: further targets, each a name or a model file, or "MODEL:POSES" with a pose list that has a pose for each
+            picture, in their order; without one it moves with the first target, in whose axes it is modelled.
+        occluder: geometry fixed to the camera, each likewise: modelled in the camera's axes, in metres, or placed there
+            by a pose list of one pose, or of one for each picture.
 
     Raises InputError for what cannot be accepted, StageError and UnsupportedError for a USD target, and OutputError;
     then `out` is not there.
@@ -82,6 +88,8 @@ def author(
             "sun_from_target": _numbers("sun_from_target", sun_from_target),
         },
         "any_size": any_size,
+        "also": _texts(also),
+        "occluders": _texts(occluder),
     }
     call, source = _source(_text(poses), _text(example), count, choices)
     with Child() as child:
@@ -109,6 +117,10 @@ def _source(
 
 def _text(given: str | Path | None) -> str | None:
     return None if given is None else str(given)
+
+
+def _texts(given: str | Path | Sequence[str]) -> list[str]:
+    return [str(given)] if isinstance(given, str | Path) else list(given)
 
 
 def _numbers(name: str, given: str | Sequence[float] | None) -> list[float] | None:

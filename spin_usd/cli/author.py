@@ -68,6 +68,22 @@ def author(
         Path | None,
         typer.Option(metavar="FILE", help="Patterns of material and prim names -> part and class: JSON, CSV or TOML."),
     ] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODEL[:POSES]",
+            help="One more target, again for each: a name or a model file, and a pose list with a pose for each "
+            "picture; without one it moves with the first target, in whose axes it is modelled.",
+        ),
+    ] = None,
+    occluder: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODEL[:POSES]",
+            help="Geometry fixed to the camera, such as an arm, again for each: modelled in the camera's axes (x "
+            "right, y down, z forward; metres), or placed there by a pose list of one pose or one for each picture.",
+        ),
+    ] = None,
     channels: Annotated[
         str | None, typer.Option(metavar="NAME", help="rgb or mono, instead of the camera's own.")
     ] = None,
@@ -114,6 +130,8 @@ def author(
         sun_direction=sun_direction,
         sun_from_target=sun_from_target,
         any_size=any_size,
+        also=also or (),
+        occluder=occluder or (),
     )
     if as_json:
         print(json.dumps(report.as_json()))

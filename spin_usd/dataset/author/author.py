@@ -11,7 +11,7 @@ from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.dataset.author.choices import Choices, Sources, open_sources
 from spin_usd.dataset.author.example import open_example
 from spin_usd.dataset.author.example_pictures import ExamplePicture, example_pictures, sample_light, sample_poses
-from spin_usd.dataset.author.model import model_unit, write_model
+from spin_usd.dataset.author.model import OtherBody, model_unit, write_model
 from spin_usd.dataset.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.author.size import check_written
@@ -19,6 +19,7 @@ from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
+from spin_usd.formats.mesh.mesh_file import READERS, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, LABELS
@@ -27,6 +28,7 @@ from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.augment.sampled_layer import write_sampled
 from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.author.camera_layer import lens_of
+from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.target.extent import box_corners
 from spin_usd.stage.author.target.target_asset import TargetAsset
@@ -54,7 +56,7 @@ def author_stage(
     """
     chosen = chosen_frames(read_pose_list(poses), frames)
     wanted = Choices(**choices, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"poses": Path(poses)}, lambda camera, corners: chosen)
+    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, lambda camera, corners: chosen)
 
 
 def author_example(
@@ -86,7 +88,7 @@ def author_example(
         return sample_light(stage, chosen, seed, found.constraints)
 
     wanted = Choices(seed=seed, **usual | given, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"example": found.file}, pictures, light)
+    return _author(wanted, Path(out), {"example": found.file}, frames, pictures, light)
 
 
 def _chosen(made: tuple[ExamplePicture, ...], frames: str | None) -> tuple[ExamplePicture, ...]:
@@ -100,13 +102,14 @@ def _author(
     choices: Choices,
     out: Path,
     files: Mapping[str, Path],
+    frames: str | None,
     pictures: Callable[[Camera, Float], PoseList],
     light: Callable[[Any], SampledValues] | None = None,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
-    `files` are those that the pictures come from; `pictures` gives the poses for a lens and the corners (8, 3) of a
-    target; `light` gives what is sampled for the opened stage.
+    `files` are those that the pictures come from, and `frames` is what it chooses of them; `pictures` gives the poses
+    for a lens and the corners (8, 3) of a target; `light` gives what is sampled for the opened stage.
     """
     sources = open_sources(choices, files)
     with new_folder(out) as folder:
@@ -128,6 +131,8 @@ def _author(
             preset=sources.preset,
             surroundings=sources.surroundings,
         )
+        for body in sources.others:
+            notes += _write_other(body, folder, poses, frames, choices.units_per_metre)
         notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
@@ -148,6 +153,29 @@ def _author(
         views=composed.views if composed else None,
         notes=(*camera_notes, *notes, *remarks),
     )
+
+
+def _write_other(
+    body: OtherBody, folder: Path, poses: PoseList, frames: str | None, units_per_metre: float | None
+) -> tuple[str, ...]:
+    """Write another body over the stage in `folder`, whose first target has the `poses`; return notes on it. Without
+    poses of its own a target moves with the first, and an occluder stands in the camera's axes. `units_per_metre` holds
+    for a model whose file does not say its unit."""
+    own = None
+    if body.poses:
+        own = read_pose_list(body.poses)
+        if len(own) > 1 or not body.occluder:
+            own = chosen_frames(own, frames)
+            if len(own) != len(poses):
+                found = f"has {len(own)} poses for {len(poses)} pictures"
+                raise InputError(found, where=body.poses, do="give a pose for each picture, in their order")
+    own_unit = body.file.suffix.lower() not in READERS or says_unit(body.file)
+    asset, notes = write_model(body.file, folder, None if own_unit else units_per_metre, None)
+    if body.occluder:
+        add_occluder(folder / ROOT, asset, own)
+    else:
+        add_target(folder / ROOT, asset, own or poses)
+    return notes
 
 
 def _write_light(root: Path, frames: int, light: Callable[[Any], SampledValues] | None, additions: Additions) -> None:

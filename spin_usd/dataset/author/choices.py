@@ -1,12 +1,12 @@
 """The choices that a user makes for a new stage, and the files that it is made of."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.author.additions import Additions
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
-from spin_usd.dataset.author.model import model_file
+from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
@@ -23,7 +23,8 @@ class Choices:
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
     the environment replace the preset's · augment: a specification to write over the stage · prim: the path of the prim
     that is taken of a USD target · additions: what is written over the stage before that · any_size: take a target of a
-    size that no craft has, and one inside which the camera is.
+    size that no craft has, and one inside which the camera is · also, occluders: further targets, and what is fixed to
+    the camera, each "MODEL" or "MODEL:POSES".
     """
 
     target: str | Path
@@ -37,11 +38,14 @@ class Choices:
     augment: str | None = None
     additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
     any_size: bool = False
+    also: Sequence[str] = ()
+    occluders: Sequence[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sources:
-    """The files that a stage is made of, opened: its camera with notes on it, its target, preset and surroundings."""
+    """The files that a stage is made of, opened: its camera with notes on it, its target, preset and surroundings, and
+    its other bodies."""
 
     camera: Layer
     camera_file: Path
@@ -49,6 +53,7 @@ class Sources:
     target_file: Path
     preset: Preset | None
     surroundings: Mapping[str, Layer]
+    others: tuple[OtherBody, ...]
     origin: Origin
 
 
@@ -64,7 +69,11 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         files["preset"] = preset.file
     given_layers = {"lights": choices.lights, "environment": choices.environment}
     layers = {kind: _surroundings_file(str(given), kind) for kind, given in given_layers.items() if given is not None}
-    files |= layers | dict(choices.additions.files)
+    others = (
+        *(other_body(each, occluder=False) for each in choices.also),
+        *(other_body(each, occluder=True) for each in choices.occluders),
+    )
+    files |= layers | dict(choices.additions.files) | _files_of(others)
     inputs = {role: (file.name, sha256_of(file)) for role, file in files.items()}
     return Sources(
         camera=camera,
@@ -73,8 +82,20 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         target_file=target_file,
         preset=preset,
         surroundings={kind: open_surroundings(file, kind) for kind, file in layers.items()},
+        others=others,
         origin=Origin(inputs=inputs, options=_options(choices)),
     )
+
+
+def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:
+    """Return the files of the other bodies by their roles, such as also_1 and also_1_poses."""
+    files: dict[str, Path] = {}
+    for kind, occluder in (("also", False), ("occluder", True)):
+        for number, body in enumerate((each for each in others if each.occluder == occluder), 1):
+            files[f"{kind}_{number}"] = body.file
+            if body.poses:
+                files[f"{kind}_{number}_poses"] = body.poses
+    return files
 
 
 def _options(choices: Choices) -> dict[str, Option]:

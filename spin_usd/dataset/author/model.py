@@ -1,5 +1,6 @@
-"""The model of a target: its file, its unit, and writing it into a stage."""
+"""The models of a stage's bodies: their files, their units, and writing them into a stage."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.author.camera import USD_SUFFIXES
@@ -24,12 +25,36 @@ def model_file(given: str) -> Path:
     return Path(given)
 
 
+@dataclass(frozen=True, kw_only=True)
+class OtherBody:
+    """A body beside the first target. file: its model's · poses: the pose list that it follows, None for none ·
+    occluder: whether it is fixed to the camera and no target."""
+
+    file: Path
+    poses: Path | None
+    occluder: bool
+
+
+def other_body(given: str, *, occluder: bool) -> OtherBody:
+    """Return the body that "MODEL" or "MODEL:POSES" names, MODEL being a target's name or a file. Raises InputError."""
+    model, colon, poses = given.rpartition(":")
+    if not colon or Path(given).is_file():
+        return OtherBody(file=model_file(given), poses=None, occluder=occluder)
+    if not Path(poses).is_file():
+        raise InputError("is not there, or is not a file", where=poses, do="write MODEL or MODEL:POSES")
+    return OtherBody(file=model_file(model), poses=Path(poses), occluder=occluder)
+
+
 def write_model(
     file: Path, folder: Path, units_per_metre: float | None, prim: str | None
 ) -> tuple[TargetAsset, tuple[str, ...]]:
-    """Write the model as a target of the stage in `folder`; return it with notes on it. Raises InputError."""
-    name = target_name(file.stem)
-    place = folder / "targets" / name
+    """Write the model as a target of the stage in `folder`, where no other has its name; return it with notes on it.
+    Raises InputError."""
+    plain = name = target_name(file.stem)
+    number = 1
+    while (place := folder / "targets" / name).exists():
+        number += 1
+        name = f"{plain}_{number}"
     if file.suffix.lower() in USD_SUFFIXES:
         asset = copy_usd_target(file, place, name, units_per_metre, prim)
         return asset, asset.notes

@@ -45,9 +45,13 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
         raise InputError(str(error), where=path) from None
 
 
+def says_unit(path: Path) -> bool:
+    """Return whether the files of that mesh format say their unit of length."""
+    return path.suffix.lower() in GLTF
+
+
 def _units(path: Path, units_per_metre: float | None) -> float:
-    is_gltf = path.suffix.lower() in GLTF
-    if units_per_metre is None and not is_gltf:
+    if units_per_metre is None and not says_unit(path):
         raise InputError(
             "does not say its unit of length",
             where=path,

@@ -30,25 +30,33 @@ def poses_layer(poses: PoseList) -> Sdf.Layer:
         world, target = Sdf.CreatePrimInLayer(layer, WORLD), Sdf.CreatePrimInLayer(layer, TARGET)
         _samples(world, schema.CAPTURE_FRAME, Sdf.ValueTypeNames.String, list(poses.names))
         _samples(world, schema.CAPTURE_SOURCE_FILE, Sdf.ValueTypeNames.String, list(poses.files))
-        _samples(target, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t])
-        _samples(target, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q])
-        order = Sdf.AttributeSpec(target, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
-        order.default = ["xformOp:translate", "xformOp:orient"]
+        author_pose_samples(target, q, t)
     return layer
 
 
-def target_in_world(poses: PoseList) -> tuple[Float, Float]:
-    """Return q_world_body (N, 4) and t_world_body (N, 3), metres, of T_world_cam @ T_cam_body.
+def author_pose_samples(prim: Sdf.PrimSpec, q: Float, t: Float) -> None:
+    """Author the quaternions (N, 4), scalar first, and the positions (N, 3) as the prim's pose at time codes 0 to N -
+    1."""
+    _samples(prim, "xformOp:translate", Sdf.ValueTypeNames.Double3, [vec3d(row) for row in t])
+    _samples(prim, "xformOp:orient", Sdf.ValueTypeNames.Quatd, [quatd(row) for row in q])
+    order = Sdf.AttributeSpec(prim, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+    order.default = ["xformOp:translate", "xformOp:orient"]
 
-    Each quaternion has the sign that is nearer to the one before, so that USD's slerp turns the short way.
-    """
+
+def target_in_world(poses: PoseList) -> tuple[Float, Float]:
+    """Return q_world_body (N, 4) and t_world_body (N, 3), metres, of T_world_cam @ T_cam_body."""
     w, x, y, z = poses.q_cam_body.T
     # The camera's own quaternion is (1, -1, 0, 0) / sqrt(2): this is its Hamilton product with (w, x, y, z).
     q = np.stack([w + x, x - w, y + z, z - y], -1) / math.sqrt(2)
+    return by_short_ways(q), T_WORLD_CAM.directions(poses.t_cam_body) + 0.0  # no negative zeros
+
+
+def by_short_ways(q: Float) -> Float:
+    """Return the same rotations as the quaternions (N, 4), each with the sign that is nearer to the one before, so that
+    USD's slerp turns the short way."""
     turns = np.sign((q[1:] * q[:-1]).sum(-1))
     turns[turns == 0] = 1
-    q[1:] *= np.cumprod(turns)[:, None]
-    return q, T_WORLD_CAM.directions(poses.t_cam_body) + 0.0  # no negative zeros
+    return np.concatenate([q[:1], q[1:] * np.cumprod(turns)[:, None]])
 
 
 def _samples(prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, values: list[object]) -> None:

@@ -8,7 +8,7 @@ T_world_body = T_world_cam @ T_cam_body.
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdRender
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.frames import T_CAM_USDCAM
@@ -22,6 +22,7 @@ from spin_usd.stage.author.presets import Preset
 from spin_usd.stage.author.provenance import Origin, author_origin
 from spin_usd.stage.author.render_layer import SETTINGS, render_layer
 from spin_usd.stage.author.target.target_asset import TargetAsset
+from spin_usd.stage.author.target.target_prim import asset_reference, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets
@@ -117,28 +118,11 @@ def _author_world(stage: Usd.Stage, origin: Origin, seed: int) -> None:
 
 
 def _author_target(stage: Usd.Stage, target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
-    prim = UsdGeom.Xform.Define(stage, TARGET).GetPrim()
-    Usd.ModelAPI(prim).SetKind(Kind.Tokens.group)
-    prim.ApplyAPI(schema.TARGET_API)
-    prim.GetAttribute(schema.TARGET_NAME).Set(target.name)
-    if target.keypoints:
-        prim.GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([MODEL.AppendPath(target.keypoints)])
-    # Without a type the asset's own counts, which may be Mesh; one without a transform needs an Xform to be scaled.
-    model = stage.DefinePrim(MODEL, "" if target.xformable else "Xform")
+    reference = asset_reference(target, _file(target, folder))
     if selections:
         _write_model(target, folder, selections)
-        model.GetReferences().AddReference(f"./{MODEL_LAYER}")
-    else:
-        model.GetReferences().AddReference(_file(target, folder), target.prim or Sdf.Path())
-    if model.HasAPI(schema.TARGET_API):  # an asset made for spin_usd; here its parent is the target
-        model.RemoveAPI(schema.TARGET_API)
-    if not target.has_kind:
-        Usd.ModelAPI(model).SetKind(Kind.Tokens.component)
-    if target.metres_per_unit != 1:
-        scale = model.CreateAttribute(schema.UNITS_OP, Sdf.ValueTypeNames.Double3, custom=False)
-        scale.Set(Gf.Vec3d(target.metres_per_unit))
-        # Outermost: the asset's own operations stay in its own units.
-        UsdGeom.Xformable(model).CreateXformOpOrderAttr([schema.UNITS_OP, *target.order])
+        reference = Sdf.Reference(f"./{MODEL_LAYER}")
+    author_target(stage, TARGET, target, reference)
 
 
 def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str]) -> None:
