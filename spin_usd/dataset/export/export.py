@@ -62,7 +62,7 @@ def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progr
                 writer.write(output)
         progress("exporting picture", len(exported), len(exported))
         writer.finish()
-        for file in card_files(plan):
+        for file in (*layout.last(exported, request.out), *card_files(plan)):
             writer.write(file)
     finally:
         writer.close()

@@ -57,7 +57,9 @@ def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
         options=options,
     )
     bodies = len({part.target for part in dataset.parts.values()})
-    survey = Survey(format=to.name, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies)
+    survey = Survey(
+        format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies
+    )
     kept, identity = _look(chosen, layout, survey, progress)
     for limit in layout.limits:
         limit(survey)

@@ -14,11 +14,10 @@ import numpy as np
 from spin_usd.dataset.export.formats.pose_table import pose_table_layout
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
-from spin_usd.dataset.export.layout.file_name import folder_name
 from spin_usd.dataset.export.layout.images import JPEG, any_image
 from spin_usd.dataset.export.layout.index_file import IndexFile, csv_table
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
-from spin_usd.dataset.export.layout.limits import depth_at_most
+from spin_usd.dataset.export.layout.limits import depth_at_most, target_is_a_file_name
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
 from spin_usd.formats.image_file import write_image
 
@@ -73,14 +72,14 @@ def _detection(
         conventions=(*conventions, CLASS),
         indexes=indexes,
         files=files,
-        limits=(depth_at_most(1, remedy),) if depth else (),
+        limits=(target_is_a_file_name, *([depth_at_most(1, remedy)] if depth else [])),
         splits={"train": "train", "validation": validation, "test": "test"},
         visible_only=True,
     )
 
 
 def _files_2021(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split, file = folder_name(dataset.target), picture.split, f"{picture.name}.png"
+    label, split, file = dataset.target, picture.split, f"{picture.name}.png"
     yield any_image(picture, f"{split}_rgb/{label}/{file}")
     depth = ""
     if dataset.options["depth"] != "none":
@@ -90,13 +89,13 @@ def _files_2021(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[
 
 
 def _files_2022(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split, file = folder_name(dataset.target), picture.split, f"{picture.name}.png"
+    label, split, file = dataset.target, picture.split, f"{picture.name}.png"
     yield any_image(picture, f"{split}/{file}")
     yield IndexRow(path=f"{split}.csv", value=(file, label, rows_first(picture)))
 
 
 def _files_2024(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    label, split = folder_name(dataset.target), picture.split
+    label, split = dataset.target, picture.split
     image, mask = f"{picture.name}_img.jpg", f"{picture.name}_layer.jpg"
     yield any_image(picture, f"images/{label}/{split}/{image}")
     yield MadeFile(path=f"mask/{label}/{split}/{mask}", write=partial(_write_layers, picture))

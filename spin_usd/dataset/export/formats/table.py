@@ -1,6 +1,7 @@
 """The formats that there are. A new one is a file of its own and an entry here."""
 
 from spin_usd.dataset.export.formats.bop import BOP
+from spin_usd.dataset.export.formats.croissant import CROISSANT
 from spin_usd.dataset.export.formats.cubesat_cdt import CUBESAT_CDT
 from spin_usd.dataset.export.formats.shirt import SHIRT
 from spin_usd.dataset.export.formats.spark import SPARK
@@ -22,6 +23,7 @@ _ALL = (
     BOP,
     SWISSCUBE,
     WEBDATASET,
+    CROISSANT,
 )
 EXPORT_FORMATS = {each.name: each for each in _ALL}
 """By name."""

@@ -71,6 +71,11 @@ class ExportedPicture:
         """Return whether the picture has a file of that kind."""
         return kind in self.picture.files
 
+    @property
+    def file_set(self) -> tuple[str, ...]:
+        """The kinds of file that the picture has, with the endings of their names, such as "image.png"."""
+        return tuple(f"{kind}{Path(file.path).suffix}" for kind, file in sorted(self.picture.files.items()))
+
     def file(self, kind: str) -> Path:
         """Return the dataset's file of that kind. Raises InputError where it is missing, or reached over a link."""
         return file_at(self.picture.root, self.picture.files[kind].path)

@@ -19,12 +19,13 @@ which are asked after a survey (survey.py) has read every record.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.index_file import IndexFile
-from spin_usd.dataset.export.layout.output import Output
+from spin_usd.dataset.export.layout.output import MadeFile, Output
 from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.errors import InputError
 
@@ -33,6 +34,10 @@ Limit = Callable[[Survey], None]
 
 
 def _no_files(dataset: ExportedDataset) -> Iterator[Output]:
+    return iter(())
+
+
+def _nothing_last(dataset: ExportedDataset, out: Path) -> Iterator[MadeFile]:
     return iter(())
 
 
@@ -49,6 +54,7 @@ class Layout:
     files: the outputs of one picture
     shared: outputs that belong to no picture
     indexes: the files that rows go to, by their path
+    last: outputs that need the finished indexes, which lie in the folder given
     limits: what is refused before anything is written
     splits: the names that the format gives the splits "train", "validation" and "test"; None where any name will do
     several: whether it holds all targets of a picture, or the chosen one alone
@@ -60,6 +66,7 @@ class Layout:
     files: Callable[[ExportedDataset, ExportedPicture], Iterator[Output]]
     shared: Callable[[ExportedDataset], Iterator[Output]] = _no_files
     indexes: Callable[[ExportedDataset], Mapping[str, IndexFile]] = _no_indexes
+    last: Callable[[ExportedDataset, Path], Iterator[MadeFile]] = _nothing_last
     limits: tuple[Limit, ...] = ()
     splits: Mapping[str, str] | None = None
     several: bool = False

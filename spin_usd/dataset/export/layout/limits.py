@@ -3,6 +3,7 @@
 from spin_usd.dataset.export.layout.layout import Limit
 from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.errors import UnsupportedError
+from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE
 
 UINT16_MAX = 2**16 - 1
 INSTANCE = "instance"
@@ -38,6 +39,21 @@ def one_camera(survey: Survey) -> None:
         first, second = list(survey.cameras.values())[:2]
         found = f"has another camera than {first}, and {survey.format} has one for all pictures"
         raise UnsupportedError(found, where=second, do="choose variants of one camera with --variants")
+
+
+def same_files(survey: Survey) -> None:
+    """Raise UnsupportedError where pictures have different kinds of file: the format describes them once for all."""
+    if len(survey.file_sets) > 1:
+        first, second = list(survey.file_sets.values())[:2]
+        found = f"has other kinds of file than {first}, and {survey.format} describes them once for all pictures"
+        raise UnsupportedError(found, where=second, do="choose pictures that were rendered with the same labels")
+
+
+def target_is_a_file_name(survey: Survey) -> None:
+    """Raise UnsupportedError where the target's name, after which the format calls folders, cannot be one's."""
+    if not FRAME_NAME.fullmatch(survey.target):
+        found = f"{survey.target!r} cannot name a folder, and {survey.format} calls one after it"
+        raise UnsupportedError(found, where="the target's name", do=f"rename it in the stage: {FRAME_NAME_RULE}")
 
 
 def one_variant(survey: Survey) -> None:

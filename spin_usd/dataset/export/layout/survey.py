@@ -23,20 +23,25 @@ def _columns() -> dict[str, array[float]]:
 class Survey:
     """What is known of all pictures together; it grows by a few numbers a picture.
 
-    format: the name of the format, for sentences · parts: how many the dataset lists · targets: the dataset's · bodies:
-    how many have parts, occluders together counted as one · cameras: each camera, with the first picture that has it ·
-    farthest: the greatest z of a target's origin, metres, and its picture · tally: pictures by split and variant ·
-    kinds: pictures by the kinds of file that they have · columns: of each picture's target (NaN where there is none)
-    its "range" in metres; the angle "turn" of the rotation from the body's axes to the camera's, degrees; "azimuth"
-    (degrees) and "height" (sine of the elevation) of the camera as seen from it, in the body's axes; the angle "sun"
-    between the directions from it to the Sun and to the camera, degrees; and the share "visible" of it.
+    format: the name of the format, for sentences · target: the name of the target that formats of one target hold ·
+    parts: how many the dataset lists · targets: the dataset's · bodies: how many have parts, occluders together counted
+    as one · cameras: each camera, with the first picture that has it · file_sets: each set of files by kind and ending,
+    with the first picture that has it · farthest: the greatest z of a target's origin, metres, and its picture · tally:
+    pictures by split and variant · kinds: pictures by the kinds of file that they have.
+
+    columns: of each picture's target (NaN where there is none) its "range" in metres; the angle "turn" of the rotation
+    from the body's axes to the camera's, degrees; "azimuth" (degrees) and "height" (sine of the elevation) of the
+    camera as seen from it, in the body's axes; the angle "sun" between the directions from it to the Sun and to the
+    camera, degrees; and the share "visible" of it.
     """
 
     format: str
+    target: str
     parts: int
     targets: tuple[DescribedTarget, ...]
     bodies: int
     cameras: dict[Camera, str] = field(default_factory=dict)
+    file_sets: dict[tuple[str, ...], str] = field(default_factory=dict)
     farthest: tuple[float, str] = (0.0, "")
     tally: Counter[tuple[str, str]] = field(default_factory=Counter)
     kinds: Counter[str] = field(default_factory=Counter)
@@ -46,6 +51,7 @@ class Survey:
         """Count one more picture."""
         target = picture.target
         self.cameras.setdefault(picture.camera, picture.name)
+        self.file_sets.setdefault(picture.file_set, picture.name)
         for each in picture.targets:
             self.farthest = max(self.farthest, (float(each.t_cam_body[2]), picture.name))
         self.tally[picture.split, picture.variant] += 1
