@@ -9,6 +9,7 @@ from spin_usd.dataset.read.picture import Picture
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.progress import Progress
+from spin_usd.scene.model import NOMINAL
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE
 
 MAX_NAME = 240  # bytes of a file's name, an ending of its own included, that file systems take
@@ -28,15 +29,16 @@ def selected(
     dataset: Dataset, *, frames: str | None, variants: Sequence[str], progress: Progress
 ) -> tuple[Selected, ...]:
     """Return the pictures of these variants (names or patterns; all where none is given) and of the `frames`
-    "A:B:STEP", ordered by variant and by place in the stage. Raises InputError where there is none, and for a picture
-    that is not what its name says.
+    "A:B:STEP", ordered by variant, nominal first, and by place in the stage.
+
+    Raises InputError where there is none, and for a picture that is not what its name says.
 
     A picture is called after its frame; where several variants are exported FRAME-VARIANT. No variant has a "-" in its
     name, so no two pictures have the same.
     """
     chosen = _variants(dataset, variants)
     names = [name for name in dataset.names if name[1] in chosen]
-    found = sorted(_read(dataset, names, several=len(chosen) > 1, progress=progress), key=lambda each: each[1:3])
+    found = sorted(_read(dataset, names, several=len(chosen) > 1, progress=progress), key=_order)
     places = sorted({each.place for each in found})
     if frames is not None:
         kept = set(places[slice_of(frames)])
@@ -51,6 +53,10 @@ def poses_of(pictures: Sequence[Selected]) -> dict[str, str]:
     pose_of = {each.frame: each.pose for each in reversed(pictures)}
     first = {each.pose: each.frame for each in reversed(pictures)}
     return {frame: first[pose] for frame, pose in pose_of.items()}
+
+
+def _order(picture: Selected) -> tuple[bool, str, int]:
+    return picture.variant != NOMINAL, picture.variant, picture.place
 
 
 def _variants(dataset: Dataset, patterns: Sequence[str]) -> set[str]:
