@@ -119,9 +119,9 @@ def _shared(dataset: Dataset) -> str:
 
 
 def _shows(picture: ExportedPicture, layout: Layout) -> bool:
-    """Return whether a target that the format holds is visible, or may be: without a segmentation nobody knows."""
+    """Return whether a target that the format holds is visible."""
     targets = picture.targets if layout.several else (picture.target,)
-    return any(target.pixels_visible is None or target.pixels_visible > 0 for target in targets)
+    return any(target.pixels_visible > 0 for target in targets)
 
 
 def _refuse_lack(picture: ExportedPicture, layout: Layout, format_name: str) -> None:

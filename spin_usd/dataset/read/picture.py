@@ -133,7 +133,9 @@ class Picture:
             raise InputError(f"has no target {target_id!r}", where=self.root, do=f"choose among {known}")
         if INSTANCE in self.files:
             return np.asarray(self.label(INSTANCE) == target_id)
-        return np.asarray(self.segmentation > 0)
+        own = np.zeros(np.iinfo(np.uint16).max + 1, bool)
+        own[[part.id for part in self.parts.values() if part.target == target_id]] = True
+        return own[self.segmentation]
 
     @property
     def keypoints(self) -> Keypoints:

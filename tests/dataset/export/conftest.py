@@ -71,13 +71,10 @@ def two_variants(rendered, tmp_path_factory):
     """Six frames of two variants, as rendered (with distortion)."""
     frames = [f"img{number:06}" for number in range(1, 7)]
     pictures = [
-        {"frame": frame, "variant": variant, "index": index}
+        {"frame": frame, "variant": variant, "index": index, "t": [0.1, 0.2, 5.0 + index]}
         for variant in ("nominal", "noisy_1")
         for index, frame in enumerate(frames)
     ]
-    # A pose of its own for each frame, the same in both variants.
-    for picture in pictures:
-        picture["t"] = [0.1, 0.2, 5.0 + picture["index"]]
     return clone(rendered, tmp_path_factory.mktemp("two") / "dataset", pictures)
 
 

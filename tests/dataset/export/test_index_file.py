@@ -15,7 +15,7 @@ from spin_usd.dataset.export.writer import Writer
 from spin_usd.errors import UnsupportedError
 
 
-def written(tmp_path, index, rows) -> str:
+def written(tmp_path, index, rows):
     (tmp_path / "work").mkdir(exist_ok=True)
     writer = Writer(out=tmp_path, work=tmp_path / "work", indexes={"index": index}, copy=False)
     for section, value in rows:

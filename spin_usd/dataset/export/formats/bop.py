@@ -28,8 +28,8 @@ from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, json
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
-from spin_usd.dataset.export.layout.target_view import TargetView
 from spin_usd.dataset.export.models.body_models import body_models
+from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.geometry.bounds import in_front
 from spin_usd.geometry.rotation import matrix_from_quaternion
 
@@ -91,7 +91,7 @@ def _asked_for(dataset: ExportedDataset, picture: ExportedPicture, seen: list[di
             yield IndexRow(path=TARGETS, value={**place, "obj_id": target.id, "inst_count": 1})
 
 
-def _outline(dataset: ExportedDataset, picture: ExportedPicture, target: TargetView) -> Float:
+def _outline(dataset: ExportedDataset, picture: ExportedPicture, target: PicturedTarget) -> Float:
     """Return pixels (N, 2), whose centres are at whole numbers and a half, of points around the target's silhouette."""
     hull = body_models(dataset)[target.id].hull
     points = hull @ matrix_from_quaternion(target.q_cam_body).T + target.t_cam_body

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.dataset.export.layout.target_view import TargetView, targets_in
 from spin_usd.dataset.read.description import DescribedPart
 from spin_usd.dataset.read.picture import Picture
+from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.geometry.camera import Camera
 
@@ -49,12 +49,12 @@ class ExportedPicture:
         return self.picture.parts
 
     @cached_property
-    def targets(self) -> tuple[TargetView, ...]:
+    def targets(self) -> tuple[PicturedTarget, ...]:
         """All targets in order of their ids."""
-        return targets_in(self.picture)
+        return self.picture.targets
 
     @property
-    def target(self) -> TargetView:
+    def target(self) -> PicturedTarget:
         """The target that formats of one target hold."""
         return next(target for target in self.targets if target.name == self.target_name)
 

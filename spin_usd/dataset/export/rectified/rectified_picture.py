@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
-from spin_usd.dataset.export.layout.target_view import TargetView
 from spin_usd.dataset.export.rectified.resampling import Resampling, resampling
+from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.geometry.camera import Camera
 
 
@@ -49,7 +49,7 @@ class RectifiedPicture(ExportedPicture):
         return self._resampling.nearest(super().mask(target))
 
     @cached_property
-    def targets(self) -> tuple[TargetView, ...]:
+    def targets(self) -> tuple[PicturedTarget, ...]:
         """All targets in order of their ids."""
         return tuple(map(self._rectified, super().targets))
 
@@ -57,7 +57,7 @@ class RectifiedPicture(ExportedPicture):
     def _resampling(self) -> Resampling:
         return resampling(self.picture.camera)
 
-    def _rectified(self, target: TargetView) -> TargetView:
+    def _rectified(self, target: PicturedTarget) -> PicturedTarget:
         mask = self.mask(target.id)
         return replace(target, box_visible=frozen(_box(mask)), pixels_visible=int(mask.sum()))
 
