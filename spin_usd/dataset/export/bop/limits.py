@@ -1,17 +1,15 @@
 """Limits of BOP: depth that 16 bits do not hold, and silhouettes that nobody knows."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spin_usd.dataset.export.bop.entries import MILLIMETRES, UINT16_MAX
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
-from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
+from spin_usd.dataset.export.layout.exported_picture import AMODAL
 from spin_usd.dataset.export.layout.limits import INSTANCE
 from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.dataset.read.description import DescribedTarget
 from spin_usd.errors import UnsupportedError
 
-AMODAL = "mask_amodal"
 SCALES = (0.1, 1.0)
 """Steps of depth, millimetres. Beyond the last they would be too coarse: BOP's tools decide what is visible at 5 mm and
 15 mm."""
@@ -37,15 +35,6 @@ def amodal_known(survey: Survey) -> None:
     if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
-
-
-def amodal_mask(picture: ExportedPicture, target: int) -> NDArray[np.bool_]:
-    """Return (H, W): the target's silhouette as if nothing else were there. Of a body that is alone it is what is
-    visible."""
-    if not picture.has(AMODAL):
-        return picture.mask(target)
-    bit: NDArray[np.bool_] = (picture.label(AMODAL) >> np.uint16(target - 1)) & 1 > 0
-    return bit
 
 
 def _reach(targets: tuple[DescribedTarget, ...]) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from spin_usd.dataset.export.bop.entries import depth_numbers, model_entry
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
-from spin_usd.dataset.export.layout.images import VISIBLE, any_image
+from spin_usd.dataset.export.layout.images import VISIBLE, any_image, own_suffix
 from spin_usd.dataset.export.layout.index_file import write_json_file
 from spin_usd.dataset.export.layout.layout import FormatOption
 from spin_usd.dataset.export.layout.output import LinkedFile, MadeFile
@@ -42,8 +42,7 @@ def image_number(picture: ExportedPicture) -> int:
 
 def image_file(picture: ExportedPicture, folder: str) -> LinkedFile | MadeFile:
     """Return the image, in 8 bits."""
-    jpeg = picture.linkable("image", ".jpg")
-    return any_image(picture, f"{folder}/{image_number(picture):06d}.{'jpg' if jpeg else 'png'}")
+    return any_image(picture, f"{folder}/{image_number(picture):06d}{own_suffix(picture)}")
 
 
 def depth_file(picture: ExportedPicture, folder: str, scale: float) -> MadeFile:

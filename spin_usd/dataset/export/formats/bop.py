@@ -8,7 +8,7 @@ from typing import Any
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.export.bop.entries import camera_matrix, pose_entry, visibility_entry
-from spin_usd.dataset.export.bop.limits import amodal_known, amodal_mask, depth_fits, depth_scale
+from spin_usd.dataset.export.bop.limits import amodal_known, depth_fits, depth_scale
 from spin_usd.dataset.export.bop.scenes import (
     RECTIFY,
     RECTIFY_IT,
@@ -31,7 +31,6 @@ from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
 from spin_usd.dataset.export.models.body_models import body_models
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.geometry.bounds import in_front
-from spin_usd.geometry.rotation import matrix_from_quaternion
 
 DEPTH = "depth"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
@@ -69,7 +68,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
         yield depth_file(picture, f"{scene}/depth", scale)
     poses, seen = [], []
     for place, target in enumerate(picture.targets):
-        visible, amodal = picture.mask(target.id), amodal_mask(picture, target.id)
+        visible, amodal = picture.mask(target.id), picture.amodal_mask(target.id)
         yield mask_file(picture, f"{scene}/mask", place, amodal)
         yield mask_file(picture, f"{scene}/mask_visib", place, visible)
         poses.append(pose_entry(target.id, target.q_cam_body, target.t_cam_body))
@@ -94,7 +93,7 @@ def _asked_for(dataset: ExportedDataset, picture: ExportedPicture, seen: list[di
 def _outline(dataset: ExportedDataset, picture: ExportedPicture, target: PicturedTarget) -> Float:
     """Return pixels (N, 2), whose centres are at whole numbers and a half, of points around the target's silhouette."""
     hull = body_models(dataset)[target.id].hull
-    points = hull @ matrix_from_quaternion(target.q_cam_body).T + target.t_cam_body
+    points = hull @ target.T_cam_body[:3, :3].T + target.T_cam_body[:3, 3]
     return picture.camera.project(in_front(points))
 
 

@@ -1,6 +1,7 @@
 """The formats that there are. A new one is a file of its own and an entry here."""
 
 from spin_usd.dataset.export.formats.bop import BOP
+from spin_usd.dataset.export.formats.coco import COCO
 from spin_usd.dataset.export.formats.croissant import CROISSANT
 from spin_usd.dataset.export.formats.cubesat_cdt import CUBESAT_CDT
 from spin_usd.dataset.export.formats.shirt import SHIRT
@@ -10,6 +11,7 @@ from spin_usd.dataset.export.formats.speedplus import SPEEDPLUS
 from spin_usd.dataset.export.formats.swisscube import SWISSCUBE
 from spin_usd.dataset.export.formats.urso import URSO
 from spin_usd.dataset.export.formats.webdataset import WEBDATASET
+from spin_usd.dataset.export.formats.yolo import YOLO
 from spin_usd.dataset.export.layout.layout import ExportFormat
 from spin_usd.errors import InputError
 
@@ -20,6 +22,8 @@ _ALL = (
     SPARK,
     URSO,
     CUBESAT_CDT,
+    COCO,
+    YOLO,
     BOP,
     SWISSCUBE,
     WEBDATASET,

@@ -15,6 +15,8 @@ from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.geometry.camera import Camera
 
+AMODAL = "mask_amodal"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExportedPicture:
@@ -87,3 +89,10 @@ class ExportedPicture:
     def mask(self, target: int | None = None) -> NDArray[np.bool_]:
         """Return (H, W): the pixels in which the target with that id, or else `target`, is visible."""
         return self.picture.mask(self.target.id if target is None else target)
+
+    def amodal_mask(self, target: int) -> NDArray[np.bool_]:
+        """Return (H, W): the silhouette of the target with that id as if nothing else were there. Without the label
+        "mask_amodal" it is what is visible, which it is of a body alone."""
+        if not self.has(AMODAL):
+            return self.mask(target)
+        return np.asarray(self.label(AMODAL) >> np.uint16(target - 1) & 1 > 0)

@@ -32,6 +32,11 @@ def any_image(picture: ExportedPicture, path: str) -> LinkedFile | MadeFile:
     return MadeFile(path=path, write=partial(_write_eight, picture))
 
 
+def own_suffix(picture: ExportedPicture) -> str:
+    """Return the ending for which `any_image` makes no image that loses what the dataset's has: .jpg or .png."""
+    return ".jpg" if picture.linkable("image", ".jpg") else ".png"
+
+
 def mask_image(picture: ExportedPicture, path: str) -> MadeFile:
     """Return the mask of the target at `path`, a grey PNG: 255 where it is visible, else 0."""
     return MadeFile(path=path, write=partial(_write_mask, picture))

@@ -33,6 +33,13 @@ def bodies_told_apart(survey: Survey) -> None:
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE}")
 
 
+def has_keypoints(survey: Survey) -> None:
+    """Raise UnsupportedError where no target has keypoints, of which the format is made."""
+    if not any(target.keypoints.names for target in survey.targets):
+        do = "author the stage with --keypoints, and render again"
+        raise UnsupportedError(f"no target has keypoints, which {survey.format} is asked for", do=do)
+
+
 def one_camera(survey: Survey) -> None:
     """Raise UnsupportedError where pictures have different cameras: the format has one for all."""
     if len(survey.cameras) > 1:

@@ -10,14 +10,20 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.rectified.resampling import Resampling, resampling
+from spin_usd.dataset.read.description import DescribedTarget
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.geometry.camera import Camera
+from spin_usd.scene.mesh import BOX
+
+OUTSIDE = "outside"
 
 
 class RectifiedPicture(ExportedPicture):
     """The picture resampled: its image interpolated, its labels looked up in the nearest pixel.
 
-    What is counted or bounded by pixels is so anew.
+    What its targets say of pixels is said anew. Points are projected exactly; one in the frame is as visible as it was,
+    for the ray to it is the same. The box of the projected surface is not known, so it is NaN; whether a target is
+    truncated, and which share of it is visible, stay as they were with distortion.
     """
 
     @classmethod
@@ -51,15 +57,32 @@ class RectifiedPicture(ExportedPicture):
     @cached_property
     def targets(self) -> tuple[PicturedTarget, ...]:
         """All targets in order of their ids."""
-        return tuple(map(self._rectified, super().targets))
+        described = self.picture.description.targets
+        return tuple(map(self._rectified, self.picture.targets, described))
 
     @property
     def _resampling(self) -> Resampling:
         return resampling(self.picture.camera)
 
-    def _rectified(self, target: PicturedTarget) -> PicturedTarget:
+    def _rectified(self, target: PicturedTarget, described: DescribedTarget) -> PicturedTarget:
         mask = self.mask(target.id)
-        return replace(target, box_visible=frozen(_box(mask)), pixels_visible=int(mask.sum()))
+        keypoints = self._projected(target, described.keypoints.points)
+        size = (self.camera.width, self.camera.height)
+        states = zip(target.keypoint_states, keypoints, strict=True)
+        return replace(
+            target,
+            box_visible=frozen(_box(mask)),
+            box_amodal=frozen(np.full(4, np.nan)),
+            pixels_visible=int(mask.sum()),
+            pixels_amodal=int(self.amodal_mask(target.id).sum()),
+            box_3d=self._projected(target, np.where(BOX, described.box[1], described.box[0])),
+            keypoints=keypoints,
+            keypoint_states=tuple(OUTSIDE if _left(pixel, size) else state for state, pixel in states),
+        )
+
+    def _projected(self, target: PicturedTarget, points: Float) -> Float:
+        """Return the pixels (N, 2) of points (N, 3) in the target's axes."""
+        return frozen(self.camera.project(points @ target.T_cam_body[:3, :3].T + target.T_cam_body[:3, 3]))
 
 
 def _box(mask: NDArray[np.bool_]) -> Float:
@@ -67,3 +90,8 @@ def _box(mask: NDArray[np.bool_]) -> Float:
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
     ends = [columns[0], rows[0], columns[-1] + 1, rows[-1] + 1] if len(rows) else [np.nan] * 4
     return np.array(ends, np.float64)
+
+
+def _left(pixel: Float, size: tuple[int, int]) -> bool:
+    """Return whether the pixel (2,) lies outside an image of that size; False where there is none."""
+    return bool(((pixel < 0) | (pixel >= size)).any())
