@@ -3,10 +3,12 @@
 from collections.abc import Callable, Collection, Sequence
 from functools import wraps
 from inspect import signature
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from types import UnionType
 from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from spin_usd.errors import InputError
 
@@ -31,12 +33,19 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name, value in [*zip(names, args, strict=False), *kwargs.items()]:
+        given = [_plain(value) for value in args]
+        named = {name: _plain(value) for name, value in kwargs.items()}
+        for name, value in [*zip(names, given, strict=False), *named.items()]:
             if name in hints:
                 _refuse_unless_allowed(name, value, hints[name])
-        return function(*args, **kwargs)
+        return function(*given, **named)  # type: ignore[arg-type]
 
     return call
+
+
+def _plain(value: object) -> object:
+    """Return numpy's numbers and truth values as Python's; anything else as it is."""
+    return value.item() if isinstance(value, np.bool_ | np.number) else value
 
 
 def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
@@ -54,8 +63,8 @@ def _is_of(value: object, kind: Any) -> bool:
     """Return whether the value is of that type, a plain one, a sequence or a function. True is not a number."""
     if isinstance(value, bool):
         return kind is bool
-    if kind is float:
-        return isinstance(value, Real)
+    if kind in (int, float):
+        return isinstance(value, Integral if kind is int else Real)
     if isinstance(kind, type):
         return isinstance(value, kind)
     if get_origin(kind) is not Sequence:

@@ -31,6 +31,7 @@ def setting_of(
         raise InputError("measured is given without error", do="give error too")
     renderer = renderer or DEFAULT_RENDERER
     if error is not None:
+        effort_choice.error_bound(error)  # a wrong one is told before a measurement is asked for
         return effort_choice.by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
     tried = Effort() if samples is None else Effort(samples=samples)

@@ -9,6 +9,7 @@ import typer
 import spin_usd
 from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
+from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.errors import InputError
 
@@ -137,7 +138,7 @@ def author(
         print(json.dumps(report.as_json()))
         return
     show_notes(report.notes)
-    print(f"{report.root}   ({report.frames} pictures)")
+    print(f"{report.root}   ({counted(report.frames, 'frame')})")
     if report.views:
         print(summary(report.views))
 

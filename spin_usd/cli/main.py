@@ -56,6 +56,9 @@ def common(
     context.obj = {"quiet": quiet}
 
 
+RESUMED = {"demo", "render", "export", "measure"}
+"""Commands that go on where an earlier run was stopped."""
+
 COMMANDS = (demo, author, augment, plan, measure, render, check, export, diff, reproduce, doctor)
 for command in COMMANDS:
     app.command(cls=Command, epilog=examples_of(command.__name__))(command)
@@ -73,9 +76,8 @@ def run() -> NoReturn:
     except SystemExit as e:
         code = e.code
         if code == INTERRUPTED:
-            print(
-                "interrupted; a render, an export or a measurement run again takes up where it stopped", file=sys.stderr
-            )
+            resumes = "; run again, it takes up where it stopped" if RESUMED & set(arguments) else ""
+            print(f"interrupted{resumes}", file=sys.stderr)
     except SpinError as e:
         code = _report(e, str(e), e.exit_code, debug)
     except Exception as e:

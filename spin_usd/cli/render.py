@@ -81,5 +81,5 @@ def _sentence(report: "RenderReport", out: Path, prune: bool) -> str:
     """Say in one line what was made and what was there already."""
     removed = f", {report.pruned} removed" if prune or report.pruned else ""
     made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"
-    passes = f"{report.label_passes} label passes made, {report.labels_shared} shared"
-    return f"{out}   ({made}; {passes}; {report.renders} renders made, {report.renders_shared} shared)"
+    passes = f"{counted(report.label_passes, 'label pass', 'label passes')} made, {report.labels_shared} shared"
+    return f"{out}   ({made}; {passes}; {counted(report.renders, 'render')} made, {report.renders_shared} shared)"

@@ -24,7 +24,8 @@ def reproduce(
         print(json.dumps(made.as_json()))
     else:
         for file in made.files:
-            print(f"{'same     ' if file.same else 'DIFFERENT'}  {file.path}")
+            word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
+            print(f"{word:9}  {file.path}")
         changed = made.versions.items()
         show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
     if not made.same:

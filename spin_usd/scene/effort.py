@@ -93,6 +93,8 @@ def parse_effort(text: str) -> Effort:
     given: dict[str, Any] = {}
     for part in text.split(","):
         name, equals, value = (each.strip() for each in part.partition("="))
+        if name in kinds and not value:
+            raise InputError(f"effort setting {name} has no value", where=text, do=f"write {name}=value")
         if name not in kinds or not equals or name in given:
             do = f"write name=value,... with each at most once of {', '.join(kinds)}"
             raise InputError(f"{part.strip()!r} is not an effort setting", where=text, do=do)

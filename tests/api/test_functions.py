@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import spin_usd
@@ -98,7 +99,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
             "samples and error are given together",
         ),
         (lambda: spin_usd.plan("gone.usda", labels=["flow"]), "there is no label 'flow'"),
-        (lambda: spin_usd.check("gone"), "is neither a stage nor a dataset"),
+        (lambda: spin_usd.check("gone"), "does not exist"),
         (lambda: spin_usd.measure("gone.usda", seeds=1), "1 seeds are asked for"),
         (lambda: spin_usd.reproduce("gone", "img000001"), "is not a dataset"),
         (lambda: spin_usd.Dataset("gone"), "is not a dataset"),
@@ -122,3 +123,8 @@ def test_a_number_of_workers_that_cannot_be_started_is_refused(
     with pytest.raises(spin_usd.SpinError, match=f"workers is {workers}; make it 1 to 1024"):
         function(folder / "stage", out=tmp_path / "out", workers=workers)
     assert not list(tmp_path.iterdir())
+
+
+def test_numpy_s_numbers_are_numbers(folder: Path) -> None:
+    planned = spin_usd.plan(folder / "stage", samples=np.int64(2), seed=np.int32(4), labels_only=np.bool_(False))
+    assert planned.pictures == spin_usd.plan(folder / "stage", samples=2, seed=4).pictures

@@ -38,9 +38,12 @@ def check(path: Path, *, progress: Progress) -> CheckReport:
     """Check the stage or dataset at `path`. Raises InputError when it is neither."""
     if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
         return CheckReport(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
-    if (root := root_layer(path)).is_file():
+    root = root_layer(path)
+    if root.is_file() and root.suffix.lower().startswith(".usd"):
         return check_stage(root, progress=progress)
-    do = "give a .usda file, or a folder with dataset.json"
+    if not path.exists():
+        raise InputError("does not exist", where=path, do="check the path")
+    do = "give a stage's root layer, the folder of its dataset.usda, or a dataset's folder"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)
 
 

@@ -22,7 +22,7 @@ from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.source.channels import Channels
 from spin_usd.sensor.develop import develop
 from spin_usd.sensor.exposure import exposure_end, metered
-from spin_usd.sensor.tones import target_tones
+from spin_usd.sensor.target_tones import target_tones
 
 IMAGE = "image"
 RADIANCE = "radiance"

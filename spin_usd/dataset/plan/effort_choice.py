@@ -108,7 +108,7 @@ def by_quality(name: str, stage: Path, *, renderer: str) -> tuple[Effort, Chosen
 def by_error(asked: str, file: Path, *, renderer: str) -> tuple[Configuration, Chosen]:
     """Return the cheapest setting of `renderer` in the measurement in `file` with an error of at most `asked`, a number
     or "auto". Raises InputError where there is none."""
-    bound = None if asked == "auto" else _number(asked)
+    bound = error_bound(asked)
     measurement = read_measurement(file)
     choice = choose(measurement, error=bound, auto=bound is None, renderer=renderer)
     basis, expected = _basis(measurement, file), Expected.of(choice.outcome)
@@ -132,7 +132,10 @@ def _basis(measurement: Measurement, file: Path) -> Basis:
     return Basis(sha256=sha256_of(file), variant=measurement.variant, stage=measurement.stage)
 
 
-def _number(asked: str) -> float:
+def error_bound(asked: str) -> float | None:
+    """Return the largest error that `asked` allows; None for "auto". Raises InputError for what is not a number."""
+    if asked == "auto":
+        return None
     with suppress(ValueError):
         if "_" not in asked:  # which Python allows between digits
             return float(asked)

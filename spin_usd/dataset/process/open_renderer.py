@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from platform import python_version
 from typing import TYPE_CHECKING, Any
 
-from spin_usd.errors import UnsupportedError
+from spin_usd.errors import InputError, UnsupportedError
 
 if TYPE_CHECKING:
     from spin_usd.renderers.renderer import Renderer
@@ -87,9 +87,9 @@ DEFAULT_RENDERER = "blender"
 
 
 def renderer_entry(name: str) -> RendererEntry:
-    """Return the entry of the renderer `name`. Raises UnsupportedError where there is none."""
+    """Return the entry of the renderer `name`. Raises InputError where there is none."""
     if name not in RENDERERS:
-        raise UnsupportedError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
+        raise InputError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
     return RENDERERS[name]
 
 
@@ -109,7 +109,7 @@ def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -
 
     Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
     bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
-    Raises UnsupportedError for any other name.
+    Raises InputError for any other name.
     """
     entry = renderer_entry(name)
     options: dict[str, Any] = {"crop": crop, "keep": keep} if entry.skips_work else {}

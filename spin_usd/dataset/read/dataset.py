@@ -43,7 +43,10 @@ class Dataset(Sequence[Picture]):
     def __getitem__(self, place: SupportsIndex | slice) -> "Picture | Dataset":
         if isinstance(place, slice):
             return self._of(self._names[place])
-        return self._read(self._names[index(place)])
+        try:
+            return self._read(self._names[index(place)])
+        except IndexError:
+            raise IndexError(f"there is no picture {place}; {self.root} has {len(self)}") from None
 
     def __repr__(self) -> str:
         count = f"{len(self)} picture{'s' * (len(self) != 1)}"

@@ -43,7 +43,8 @@ class RenderRequest:
             found = f"{self.renderer} has no {' and no '.join(sorted(unused))}"
             raise InputError(found, where=self.effort.text, do=f"give it only {' and '.join(sorted(heeded))}")
         if self.image_suffix not in IMAGE_SUFFIXES:
-            raise InputError(f"images cannot be {self.image_suffix!r}", do=f"choose {' or '.join(IMAGE_SUFFIXES)}")
+            formats = " or ".join(suffix.removeprefix(".") for suffix in IMAGE_SUFFIXES)
+            raise InputError(f"images cannot be {self.image_suffix[1:]!r}", do=f"choose {formats}")
         if not self.kinds:
             raise InputError("no file is asked for", do="ask for labels, the image, or both")
 

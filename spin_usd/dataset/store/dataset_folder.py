@@ -85,10 +85,19 @@ class Store:
         held = self.held()
         if not held:
             return
-        if DESCRIPTION not in held:
+        if DESCRIPTION not in held and not {STAGE, RECORDS} < set(held) <= {*OWN, LOCK}:
             raise InputError(f"holds {held[0]} but no {DESCRIPTION}", where=self.root, do="choose an empty folder")
         self.refuse_strange()
-        read_json(self.description, "dataset-1")
+        if DESCRIPTION in held:
+            self._refuse_other_description()
+
+    def _refuse_other_description(self) -> None:
+        """Raise InputError where dataset.json is damaged or not a dataset's."""
+        try:
+            read_json(self.description, "dataset-1")
+        except InputError as e:
+            do = "if it is a dataset's, remove it and run spin-usd render again; if not, choose another folder"
+            raise InputError(e.found, where=self.description, do=do) from e
 
     def held(self) -> list[str]:
         """Return the names in the folder, but those of a run that goes on or was killed. Raises OutputError where there

@@ -18,7 +18,7 @@ def existing_stage(path: Path) -> Path:
     if not root.exists():
         raise InputError("does not exist", where=path, do="check the path, or make a stage with spin-usd author")
     if (root / DESCRIPTION).exists():
-        raise InputError("is a dataset, and a stage is expected", where=path, do=f"give the dataset's, {path / STAGE}")
+        raise InputError("is a dataset, and a stage is expected", where=path, do=f"give its stage, {path / STAGE}")
     if root.is_dir():
         raise InputError("is a folder without a dataset.usda", where=path, do="give the stage's root layer")
     return root

@@ -125,6 +125,18 @@ def test_a_picture_alone_is_the_picture_among_others(small_stage, blender_datase
     assert alone.items() <= digests(blender_dataset).items()
 
 
+def test_a_lost_description_is_written_again(small_stage, dataset) -> None:
+    path = dataset / "dataset.json"
+    before = path.read_bytes()
+    path.write_text("{}")
+    with pytest.raises(InputError, match="if it is a dataset's, remove it and run spin-usd render again"):
+        make(small_stage, dataset, frames="0:4")
+    path.unlink()
+    report = make(small_stage, dataset, frames="0:4")
+    assert (report.made, report.reused) == (0, 4)
+    assert path.read_bytes() == before
+
+
 def test_a_second_run_makes_nothing(small_stage, dataset) -> None:
     before = digests(dataset)
     report = make(small_stage, dataset, frames="0:4")

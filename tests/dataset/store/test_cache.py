@@ -209,7 +209,7 @@ def test_a_run_says_what_was_shared(stage, tmp_path, spin_usd) -> None:
     command = ["render", stage, "--out", tmp_path / "d", "--samples", 2, "--renderer", "raycast", "--frames", "0:1"]
     line = spin_usd(*command, "--variants", "nominal,dim").stdout
     assert "(2 pictures made, 0 already there, in " in line
-    assert "1 label passes made, 1 shared; 1 renders made, 1 shared)" in line
+    assert "1 label pass made, 1 shared; 1 render made, 1 shared)" in line
     report = json.loads(spin_usd(*command, "--variants", "nominal,dim", "--json").stdout)
     assert (report["made"], report["reused"], report["renders"], report["renders_shared"]) == (0, 2, 0, 0)
 

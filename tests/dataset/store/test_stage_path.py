@@ -21,7 +21,7 @@ MORE = {"render": ["--out", "out"], "diff": ["nominal", "noisy_1"]}
     ("name", "sentence"),
     [
         ("gone.usda", "gone.usda: does not exist; check the path, or make a stage with spin-usd author"),
-        ("dataset", "dataset: is a dataset, and a stage is expected; give the dataset's, dataset/stage"),
+        ("dataset", "dataset: is a dataset, and a stage is expected; give its stage, dataset/stage"),
         ("folder", "folder: is a folder without a dataset.usda; give the stage's root layer"),
     ],
 )
