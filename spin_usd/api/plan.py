@@ -7,6 +7,7 @@ from spin_usd.api.checked import checked
 from spin_usd.api.plan_report import PlanReport, report_of
 from spin_usd.api.request import render_request
 from spin_usd.dataset.render import request as rendering
+from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.progress import Progress, ignore
 
 
@@ -55,5 +56,7 @@ def plan(
         radiance=radiance,
         image_format=image_format,
     )
-    found = rendering.plan(request, progress=ignore if on_progress is None else on_progress, explain=explain)
-    return report_of(request, found, None if out is None else Path(out).absolute(), explained=explain)
+    dataset = None if out is None else Path(out).absolute()
+    had = Store(root=dataset).kinds if dataset else ()
+    found = rendering.plan(request, progress=ignore if on_progress is None else on_progress, explain=explain, had=had)
+    return report_of(request, found, dataset, explained=explain)

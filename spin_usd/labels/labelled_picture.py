@@ -1,7 +1,7 @@
 """A picture's labels side by side, as `check` compares them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -27,13 +27,20 @@ class LabelledPicture:
 
     camera: its intrinsics · poses: T_cam_body of each target, by id · target_of_part (P + 1,): the target of each part
     that the dataset lists, 0 of occluders and of the part 0, which is nothing · arrays: each label that the picture
-    has, by name, (H, W) or (H, W, C).
+    has, by name, (H, W) or (H, W, C) · class_of_part (P + 1,): class ids likewise · boxes: of each target (2, 3), body
+    axes, metres · towards_sun (3,): unit, camera axes, None where the record says nothing of a Sun · next_camera,
+    next_poses: of the next frame, None and empty where the record says nothing of it.
     """
 
     camera: Camera
     poses: Mapping[int, Transform]
     target_of_part: NDArray[np.uint16]
     arrays: Mapping[str, NDArray[Any]]
+    class_of_part: NDArray[np.uint16]
+    boxes: Mapping[int, Float]
+    towards_sun: Float | None = None
+    next_camera: Camera | None = None
+    next_poses: Mapping[int, Transform] = field(default_factory=dict)
 
     @property
     def parts(self) -> int:
@@ -61,13 +68,18 @@ class LabelledPicture:
     def points_cam(self) -> Float | None:
         """The dense pose's points (N, 3) at `target_pixels`, in the camera's axes, metres; None without one of both
         labels."""
+        return self.points_in(self.poses)
+
+    def points_in(self, poses: Mapping[int, Transform]) -> Float | None:
+        """Return the same with the targets in these `poses`; NaN where they have none."""
         dense = self.arrays.get("dense_pose")
         if dense is None or self.target_pixels is None or self.target_ids is None:
             return None
         ids, points = self.target_ids[self.target_pixels], dense[self.target_pixels].astype(np.float64)
-        for number, T_cam_body in self.poses.items():
-            points[ids == number] = T_cam_body.points(points[ids == number])
-        return points
+        placed = np.full(points.shape, np.nan)
+        for number, T_cam_body in poses.items():
+            placed[ids == number] = T_cam_body.points(points[ids == number])
+        return placed
 
 
 def largest_relative_difference(values: NDArray[Any], expected: Float) -> float:

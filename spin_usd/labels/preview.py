@@ -58,6 +58,32 @@ def by_position(metres: NDArray[np.float32]) -> RGB:
     return colours
 
 
+def by_bit(bits: NDArray[np.uint16]) -> RGB:
+    """Sets of ids (H, W), bit i - 1 for id i: each pixel has the colour of its least id; none is black."""
+    lowest = (bits & -bits.astype(np.int32)).astype(np.float64)
+    return by_id(np.where(bits > 0, np.log2(np.maximum(lowest, 1)) + 1, 0).astype(np.uint16))
+
+
+def by_direction(directions: NDArray[np.float32]) -> RGB:
+    """Unit vectors (H, W, 3): X, Y, Z from -1 to 1 as red, green, blue; 0, 0, 0 is black."""
+    colours = np.rint(127.5 + 127.5 * directions).astype(np.uint8)
+    colours[~directions.any(-1)] = 0
+    return colours
+
+
+def by_motion(flow: NDArray[np.float32]) -> RGB:
+    """Flow (H, W, 3), pixels, and what becomes of the point: its direction as the hue, its length, of the longest, as
+    the saturation; 0 in the third channel is black."""
+    known = flow[..., 2] > 0
+    length = np.hypot(flow[..., 0], flow[..., 1])
+    turn = np.arctan2(flow[..., 1], flow[..., 0]) / (2 * np.pi) % 1
+    share = length / max(float(length[known].max(initial=0)), np.finfo(np.float32).tiny)
+    hsv = np.stack([360 * turn, share, np.ones_like(turn)], -1).astype(np.float32)
+    colours = np.rint(255 * cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)).astype(np.uint8)
+    colours[~known] = 0
+    return colours
+
+
 def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
     """Rows of images, each reduced to `width` pixels by area averaging, with thin gutters between."""
     if not rows:

@@ -1,10 +1,20 @@
 """The labels that there are. A new one is a file of its own and an entry here."""
 
+from collections.abc import Iterable
+
+from spin_usd.labels.classes import CLASSES
 from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
+from spin_usd.labels.flow import FLOW
 from spin_usd.labels.instance import INSTANCE
+from spin_usd.labels.label import Label
+from spin_usd.labels.lit import LIT
+from spin_usd.labels.masks import MASK_AMODAL, MASK_VISIBLE
+from spin_usd.labels.nocs import NOCS
+from spin_usd.labels.normals import NORMALS_BODY, NORMALS_CAM
 from spin_usd.labels.range import RANGE
 from spin_usd.labels.segmentation import SEGMENTATION
+from spin_usd.scene.model import Scene
 
 _ALL = (
     DEPTH,
@@ -12,8 +22,16 @@ _ALL = (
     DENSE_POSE,
     INSTANCE,
     RANGE,
+    NORMALS_CAM,
+    NORMALS_BODY,
+    CLASSES,
+    MASK_VISIBLE,
+    MASK_AMODAL,
+    LIT,
+    NOCS,
+    FLOW,
 )
-LABELS = {label.name: label for label in _ALL}
+LABELS: dict[str, Label] = {label.name: label for label in _ALL}
 """By name, in the order in which they are made."""
 
 DEFAULT_LABELS = tuple(name for name, label in LABELS.items() if label.default)
@@ -21,3 +39,14 @@ DEFAULT_LABELS = tuple(name for name, label in LABELS.items() if label.default)
 
 LABELS_OF_SEVERAL = tuple(name for name, label in LABELS.items() if label.of_several)
 """Names of those that `render` writes beside any other label where a stage has several bodies."""
+
+
+def own_keys(names: Iterable[str], scene: Scene, geometry: str) -> dict[str, str]:
+    """Return the keys, by their names, of those of the labels that more decides than the geometry, whose key is given.
+    Other names than those of labels do not count."""
+    return {name: LABELS[name].key(scene, geometry) for name in names if name in LABELS and LABELS[name].decided_by}
+
+
+def take_next_frame(names: Iterable[str]) -> bool:
+    """Return whether one of the labels is made of the next frame too. Other names than those of labels do not count."""
+    return any(LABELS[name].takes_next_frame for name in names if name in LABELS)

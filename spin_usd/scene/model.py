@@ -86,7 +86,8 @@ class Scene:
     """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code.
 
     `target` and `T_cam_body` are the first target's, whose id is 1; `others` are the other bodies: targets in order of
-    their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`.
+    their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`. `next_frame`: the
+    scene of the stage's next frame, where a label asks for it.
     """
 
     frame: FrameId
@@ -100,6 +101,7 @@ class Scene:
     thin_lens: ThinLens | None = None
     shutter: Shutter | None = None
     others: tuple[Body, ...] = ()
+    next_frame: "Scene | None" = None
 
     def __post_init__(self) -> None:
         if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():

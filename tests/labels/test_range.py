@@ -6,11 +6,10 @@ import pytest
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from spin_usd.labels.labelled_picture import LabelledPicture
 from spin_usd.labels.range import faults
 from spin_usd.labels.table import LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
-from spin_usd.scene.derived.surface import visible_surface
+from tests.cases.labelled import followed, labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, pose, scene, soup, target
 
 FLOAT32 = 6e-8  # half a step of float32, relative
@@ -25,10 +24,11 @@ def labelled(request):
     """A scene, partly outside the frame, and its labels as the renderer's visible faces make them."""
     renderer = RaycastRenderer() if request.param == "raycast" else request.getfixturevalue("blender")
     points, faces, parts = soup(11, count=60)
-    made = scene(target(points, faces, parts=parts), camera=BARREL, T_cam_body=ASIDE)
-    surface = visible_surface(made, renderer.visibility(made))
-    assert len(surface.z) > 5000
-    return made, {name: label.make(made, surface) for name, label in LABELS.items()}
+    made = scene(target(points, faces, parts=parts), camera=BARREL, T_cam_body=ASIDE, lights=[sun((0.6, 0.0, 0.8))])
+    made = followed(made, pose((0.5, -0.35, 0.7, 0.25), (1.3, -0.7, 3.2)))
+    labels = labels_of(made, renderer)
+    assert (labels["depth"] > 0).sum() > 5000
+    return made, labels
 
 
 def opencv_rays(camera, rows, columns):
@@ -60,16 +60,9 @@ def test_range_is_how_far_a_ray_travels(labelled) -> None:
     assert np.quantile(np.abs(off), 0.999) < EDGE_ON
 
 
-def picture(made, labels, **changed):
-    arrays = {**labels, **changed}
-    kept = {name: array for name, array in arrays.items() if array is not None}
-    one = np.repeat([0, 1], [1, 60]).astype(np.uint16)  # 60 parts, all of the only target
-    return LabelledPicture(camera=made.camera, poses={1: made.T_cam_body}, target_of_part=one, arrays=kept)
-
-
 def test_every_label_agrees_with_the_others(labelled) -> None:
     made, labels = labelled
-    assert [fault for label in LABELS.values() for fault in label.faults(picture(made, labels))] == []
+    assert [fault for label in LABELS.values() for fault in label.faults(picture_of(made, labels))] == []
 
 
 @pytest.mark.parametrize("against", ["depth", "dense_pose"])
@@ -77,17 +70,17 @@ def test_a_range_that_is_off_is_found(labelled, against) -> None:
     made, labels = labelled
     others = {name: None for name in ("depth", "dense_pose") if name != against}
     off = labels["range"] * np.float32(1 + 5e-6)
-    (fault,) = faults(picture(made, labels, range=off, **others))
+    (fault,) = faults(picture_of(made, labels, range=off, **others))
     assert fault.code == "range"
     assert fault.message.startswith(f"range and {against.replace('_', ' ')} differ by 5.")
 
 
 def test_a_range_that_is_planar_depth_is_found(labelled) -> None:
     made, labels = labelled
-    assert {fault.code for fault in faults(picture(made, labels, range=labels["depth"]))} == {"range"}
+    assert {fault.code for fault in faults(picture_of(made, labels, range=labels["depth"]))} == {"range"}
 
 
 def test_a_range_of_other_pixels_is_found(labelled) -> None:
     made, labels = labelled
     more = labels["range"] + np.float32(labels["range"] == 0)
-    assert [fault.code for fault in faults(picture(made, labels, range=more, dense_pose=None))] == ["support"]
+    assert [fault.code for fault in faults(picture_of(made, labels, range=more, dense_pose=None))] == ["support"]

@@ -1,15 +1,17 @@
 """Rule: each label is of the picture's size, and agrees with the others as its own file in `labels` says."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.labelled_picture import LabelledPicture
 from spin_usd.labels.table import LABELS
+from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.finding import Finding
 
 
@@ -30,17 +32,38 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
-    camera, parts = picture.record["camera"], picture.inventory.description["parts"]
-    target_of_part = np.zeros(max(map(int, parts), default=0) + 1, np.uint16)
-    for number, part in parts.items():
-        target_of_part[int(number)] = part["target"]
+    record, description = picture.record, picture.inventory.description
+    parts, following = description["parts"], record.get("next")
+    ids = class_ids(part["class"] for part in parts.values())
     return LabelledPicture(
-        camera=Camera(**{**camera, "distortion": tuple(camera["distortion"])}),
-        poses={target["id"]: _pose(target["pose"]) for target in picture.record["targets"]},
-        target_of_part=target_of_part,
+        camera=_camera(record["camera"]),
+        poses=_poses(record["targets"]),
+        target_of_part=_by_part({number: part["target"] for number, part in parts.items()}),
         arrays={kind: array for kind, array in picture.arrays.items() if kind in LABELS},
+        class_of_part=_by_part({number: ids[part["class"]] for number, part in parts.items()}),
+        boxes={target["id"]: np.array(target["box"]) for target in description["targets"]},
+        towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
+        next_camera=_camera(following["camera"]) if following else None,
+        next_poses=_poses(following["targets"]) if following else {},
     )
+
+
+def _camera(recorded: Mapping[str, Any]) -> Camera:
+    return Camera(**{**recorded, "distortion": tuple(recorded["distortion"])})
+
+
+def _poses(recorded: Sequence[Mapping[str, Any]]) -> dict[int, Transform]:
+    """Return T_cam_body of each of the targets, by id."""
+    return {target["id"]: _pose(target["pose"]) for target in recorded}
 
 
 def _pose(recorded: Mapping[str, Any]) -> Transform:
     return Transform.from_quaternion(to="cam", of="body", q=recorded["q_cam_body"], t=recorded["t_cam_body"])
+
+
+def _by_part(values: Mapping[str, int]) -> NDArray[np.uint16]:
+    """Return (P + 1,) the values by the ids of parts; 0 of nothing."""
+    found = np.zeros(max(map(int, values), default=0) + 1, np.uint16)
+    for number, value in values.items():
+        found[int(number)] = value
+    return found

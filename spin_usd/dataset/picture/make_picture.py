@@ -15,6 +15,7 @@ from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import UnitLight
+from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
@@ -66,13 +67,15 @@ Made = tuple[str, NDArray[Any], Channels]
 """Kind of file, array of the whole frame, and what its channels are."""
 
 
-def make_labels(scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch) -> Iterator[Made]:
-    """Make the labels among `kinds`, from one pass."""
+def make_labels(
+    scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch, caster: RayCaster | None = None
+) -> Iterator[Made]:
+    """Make the labels among `kinds`, from one pass; those that cast rays of their own by the `caster`."""
     labels = [LABELS[kind] for kind in LABELS if kind in kinds]
     with watch(LABEL_PASS):
         visibility = renderer.visibility(scene)
     with watch("labels"):
-        surface = visible_surface(scene, visibility)
+        surface = visible_surface(scene, visibility, caster)
     for label in labels:
         with watch("labels"):
             array = label.make(scene, surface)

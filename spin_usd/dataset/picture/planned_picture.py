@@ -1,13 +1,15 @@
 """A picture that a run is to make, as it was planned."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedPicture:
     """One picture to make: where it stands in the stage, the keys of its content, the pixels to render, how many
     of those lie within the target's outline and about how many show it, into how many light groups, what of it costs
-    (see work.features), and the file that its pose was given for, "" where there is none."""
+    (see work.features), the file that its pose was given for, "" where there is none, and the keys of the labels asked
+    for that more decides than the geometry."""
 
     variant: str
     index: int
@@ -23,6 +25,7 @@ class PlannedPicture:
     light_groups: int
     features: tuple[str, ...]
     source_file: str = ""
+    label_keys: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def region_pixels(self) -> int:
@@ -36,7 +39,12 @@ class PlannedPicture:
             "radiance": self.radiance,
             "exposure": self.exposure,
             "targets": self.targets,
+            **self.label_keys,
         }
+
+    def label_key(self, name: str) -> str:
+        """Return the key of all that decides the label of that name."""
+        return self.label_keys.get(name, self.geometry)
 
     @property
     def name(self) -> str:

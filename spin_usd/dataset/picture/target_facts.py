@@ -52,16 +52,16 @@ class TargetFacts:
 
 
 class FactMaker:
-    """Makes the facts of picture after picture. Rays are cast by the `renderer` itself where it is the ray caster."""
+    """Makes the facts of picture after picture. `caster`: the `renderer` itself where it is the ray caster."""
 
     def __init__(self, renderer: Renderer) -> None:
-        self._caster = renderer if isinstance(renderer, RaycastRenderer) else RaycastRenderer()
+        self.caster = renderer if isinstance(renderer, RaycastRenderer) else RaycastRenderer()
 
     def facts(self, scene: Scene, shown: ShownBodies | None) -> list[TargetFacts]:
         """Return the facts of each of the scene's targets, in order of their ids. `shown`: what its labels show; None
         where no label says so."""
-        shown = shown or shown_by_rays(scene, self._caster)
-        return [_facts(scene, place, shown, self._caster) for place in range(len(scene.targets))]
+        shown = shown or shown_by_rays(scene, self.caster)
+        return [_facts(scene, place, shown, self.caster) for place in range(len(scene.targets))]
 
 
 def _facts(scene: Scene, place: int, shown: ShownBodies, caster: RaycastRenderer) -> TargetFacts:

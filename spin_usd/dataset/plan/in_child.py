@@ -17,6 +17,7 @@ from spin_usd.dataset.plan.work import features
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats import image_file
 from spin_usd.formats.chosen_frames import slice_of
+from spin_usd.labels.table import own_keys, take_next_frame
 from spin_usd.progress import Progress
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
@@ -67,6 +68,7 @@ def plan_pictures(
     chosen: Sequence[int],
     settings: Mapping[str, Any],
     image_suffix: str | None,
+    labels: Sequence[str],
     provenance: Sequence[str],
     explain: bool,
     progress: Progress,
@@ -75,8 +77,8 @@ def plan_pictures(
     also named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
     that. With `explain` also "skipped", as SkippedWorkCounter.taken has it.
 
-    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `progress` counts all
-    of them. Raises UnsupportedError where image files cannot hold a sensor's numbers.
+    `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `labels`: those that are
+    asked for. `progress` counts all of them. Raises UnsupportedError where image files cannot hold a sensor's numbers.
     """
     pictures = range(*chosen)
     extents, rendering = Extents(), RenderSettings.from_json(settings)
@@ -87,7 +89,7 @@ def plan_pictures(
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
         reader = StageReader(root, variant=variant, after=reader)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = _planned(reader, pictures, rendering, image_suffix, extents, views, counter, count)
+        planned = _planned(reader, pictures, rendering, image_suffix, labels, extents, views, counter, count)
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
@@ -145,17 +147,18 @@ def _planned(
     chosen: range,
     settings: RenderSettings,
     image_suffix: str | None,
+    labels: Sequence[str],
     extents: Extents,
     views: ViewCollector,
     counter: SkippedWorkCounter | None,
     progress: Callable[[int], None],
 ) -> dict[str, list[Any]]:
     """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
-    maker = KeyMaker(settings)
+    maker, with_next = KeyMaker(settings), take_next_frame(labels)
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     checked: Sensor | None = None
     for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
-        scene = reader.scene(frame)
+        scene = reader.scene(frame, with_next=with_next)
         if image_suffix and scene.sensor is not checked:
             checked = scene.sensor
             _check_bit_depth(reader, scene, image_suffix)
@@ -173,8 +176,12 @@ def _planned(
             keys.exposure,
             keys.targets,
             extent,
+            LightGroups.of(scene).count,
+            has,
+            frame.source_file,
+            own_keys(labels, scene, keys.geometry),
         )
-        for name, value in zip(COLUMNS, (*row, LightGroups.of(scene).count, has, frame.source_file), strict=True):
+        for name, value in zip(COLUMNS, row, strict=True):
             columns[name].append(value)
         if done % PROGRESS_EVERY == 0:
             progress(done)

@@ -15,7 +15,9 @@ from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 from spin_usd.scene.effort import Effort
 
-COLUMNS = ("index", "frame", "time_code", *KEYS, "targets", "extent", "light_groups", "features", "source_file")
+STATED = ("index", "frame", "time_code")  # by the stage
+COSTLY = ("extent", "light_groups", "features")
+COLUMNS = (*STATED, *KEYS, "targets", *COSTLY, "source_file", "label_keys")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 PLANNING = "planning: picture"
 STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
@@ -24,8 +26,8 @@ STAGE_SHARE = 2  # of the memory that children merged may take, at most so many 
 @dataclass(frozen=True, kw_only=True)
 class Question:
     """The question that a plan answers: the stage, the variants and the slice of its pictures wanted (as `--frames`),
-    how they are to be rendered, and the image files' extension (None for none). `copy_to`: a folder to copy the stage
-    to first. `explain`: what of the work the scenes do not need."""
+    how they are to be rendered, and the image files' extension (None for none). `labels`: those whose keys are
+    asked for. `copy_to`: a folder to copy the stage to first. `explain`: what of the work the scenes do not need."""
 
     stage: Path
     variants: tuple[str, ...]
@@ -34,6 +36,7 @@ class Question:
     effort: Effort
     seed: int | None
     image_suffix: str | None
+    labels: tuple[str, ...] = ()
     copy_to: Path | None = None
     explain: bool = False
 
@@ -105,6 +108,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
                 chosen=_part(chosen, number, count),
                 settings=asdict(settings),
                 image_suffix=question.image_suffix,
+                labels=question.labels,
                 provenance=variants[number::count],
                 explain=question.explain,
             )
@@ -161,7 +165,7 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
     for parts in zip(*answers, strict=True):  # of one variant
         for part in parts:
-            for index, frame, time_code, *keys, extent, groups, features, source_file in zip(
+            for index, frame, time_code, *keys, extent, groups, features, source_file, label_keys in zip(
                 *(part[name] for name in COLUMNS), strict=True
             ):
                 geometry, radiance, exposure, targets = (known.setdefault(key, key) for key in keys)
@@ -180,4 +184,5 @@ def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
                     light_groups=groups,
                     features=alike.setdefault(tuple(features), tuple(features)),
                     source_file=known.setdefault(source_file, source_file),
+                    label_keys=label_keys,
                 )

@@ -90,7 +90,7 @@ def variant_table(
         measured.add(renders.expected, renders.taken)
     wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)
     todo = [picture for picture in plan.pictures if not (store and is_finished(store, picture, wanted))]
-    labelled = set.intersection(*(held.get(kind, set()) for kind in options.labels)) if options.labels else set()
+    labelled = {kind: set(held.get(kind, set())) for kind in options.labels}
     rendered, exposed = set(held.get(RENDERS, set())), set[str]()
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
     rows: list[VariantRow] = []
@@ -122,11 +122,13 @@ def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
         yield _sum(name, alike)
 
 
-def _task(picture: PlannedPicture, options: RunOptions, labelled: set[str], rendered: set[str]) -> Task:
-    """Return how the picture is made when what the two sets name is there already, and add what it makes to them."""
-    label_pass = bool(options.labels) and picture.geometry not in labelled
+def _task(picture: PlannedPicture, options: RunOptions, labelled: dict[str, set[str]], rendered: set[str]) -> Task:
+    """Return how the picture is made when the labels and renders with these keys are there already, and add what it
+    makes to them."""
+    label_pass = any(picture.label_key(kind) not in made for kind, made in labelled.items())
     render = options.lit and picture.radiance not in rendered
-    labelled.add(picture.geometry)
+    for kind, made in labelled.items():
+        made.add(picture.label_key(kind))
     rendered.add(picture.radiance)
     return Task(picture=picture, label_pass=label_pass, render=render)
 

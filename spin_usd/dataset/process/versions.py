@@ -6,7 +6,7 @@ from importlib.metadata import version
 import spin_usd
 
 LIBRARIES = ("usd-core", "bpy", "numpy", "OpenImageIO", "jsonschema", "trimesh", "embreex", "opencv-python-headless")
-DECISIVE = ("usd-core", "numpy", "OpenImageIO")
+DECISIVE = ("usd-core", "numpy", "OpenImageIO", "embreex")
 
 
 def library_versions() -> dict[str, str]:

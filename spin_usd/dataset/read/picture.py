@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.read.description import DescribedPart, Description
+from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
@@ -148,6 +149,21 @@ class Picture:
         none."""
         points = self.keypoints.points @ self.T_cam_body[:3, :3].T + self.T_cam_body[:3, 3]
         return frozen(self.camera.project(points))
+
+    def heatmaps(self, size: tuple[int, int] = (192, 128), *, sigma: float = 2.0) -> NDArray[np.float32]:
+        """Return (K, height, width) float32: for each keypoint a Gaussian of height 1 around its place, in maps of the
+        whole frame of `size` (width, height).
+
+        `sigma` is in pixels of the map. Hidden keypoints have one too; a map is 0 all over where the keypoint is
+        outside the frame. Raises InputError for a size or a sigma that is not positive.
+        """
+        frame = (self.camera.width, self.camera.height)
+        return heatmaps_of(self.keypoint_pixels, frame, size=size, sigma=sigma)
+
+    def relative_pose(self, other: "Picture") -> Float:
+        """Return (4, 4) float64, from this picture's camera axes to those of the `other`, along with the target: where
+        a point of the target here, (x, y, z, 1) in the camera's axes, is there. `dataset[i + 1]` is the next frame."""
+        return frozen(other.T_cam_body @ np.linalg.inv(self.T_cam_body))
 
     @cached_property
     def image(self) -> NDArray[Any]:

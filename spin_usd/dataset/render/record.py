@@ -10,11 +10,16 @@ from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
 from spin_usd.dataset.picture.shown_bodies import ShownBodies
 from spin_usd.dataset.picture.target_facts import TargetFacts
 from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.labels.lit import LIT
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
+
+OF_THE_SUN = {IMAGE, RADIANCE, LIT.name}
+"""The kinds of file that depend on where the Sun is."""
 
 
 @dataclass(kw_only=True)
@@ -47,25 +52,18 @@ def make_record(
     """Return the picture's record, by schema record-1. `stage`: what in_child.stage_provenance says of it."""
     scene = picture.scene
     camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
-    sun = sunlight(scene.lights, pose) if files.keys() & {IMAGE, RADIANCE} else None  # labels stay when the Sun moves
+    sun = sunlight(scene.lights, pose) if files.keys() & OF_THE_SUN else None  # other labels stay when it moves
     return {
         "schema": "record-1",
         "frame": scene.frame.name,
         "index": scene.frame.index,
         "variant": scene.frame.variant,
         **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
-        "camera": {
-            "width": camera.width,
-            "height": camera.height,
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-            "distortion": list(camera.distortion),
-        },
+        "camera": recorded_camera(camera),
         "pose": recorded_pose(pose),
         "targets": [recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         **({"sun": recorded_sun(sun)} if sun else {}),
+        **({"next": recorded_next(scene.next_frame)} if scene.next_frame else {}),
         **({"tones": picture.tones} if picture.tones else {}),
         "files": files,
         "provenance": {
@@ -89,6 +87,19 @@ def make_record(
     }
 
 
+def recorded_camera(camera: Camera) -> dict[str, Any]:
+    """Return what the record says of a camera."""
+    return {
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        "distortion": list(camera.distortion),
+    }
+
+
 def recorded_target(body: Body, facts: TargetFacts) -> dict[str, Any]:
     """Return what the record says of a target."""
     return {
@@ -103,6 +114,15 @@ def recorded_target(body: Body, facts: TargetFacts) -> dict[str, Any]:
 def recorded_pose(T_cam_body: Transform) -> dict[str, Any]:
     """Return what the record says of a pose."""
     return {"q_cam_body": T_cam_body.quaternion.tolist(), "t_cam_body": T_cam_body.translation.tolist()}
+
+
+def recorded_next(following: Scene) -> dict[str, Any]:
+    """Return what the record says of the next frame."""
+    return {
+        "frame": following.frame.name,
+        "camera": recorded_camera(following.camera),
+        "targets": [{"id": body.id, "pose": recorded_pose(body.T_cam_body)} for body in following.targets],
+    }
 
 
 def recorded_sun(sun: Sunlight) -> dict[str, Any]:

@@ -81,7 +81,7 @@ def _render(
     """Bring the folder that is held by `lease` to what the request asks for."""
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     copied = store.stage.resolve() if own else lease.work / STAGE
-    planned = plan(request, progress=progress, copy_to=None if own else copied)
+    planned = plan(request, progress=progress, copy_to=None if own else copied, had=store.kinds)
     if not own:
         refuse_changed(store.stage)
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()

@@ -1,5 +1,6 @@
 """The request that a user makes to `render` or `plan`, and the plan of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,8 +56,16 @@ class RenderRequest:
         return tuple(kind for kind in KINDS if kind in wanted)
 
 
-def plan(request: RenderRequest, *, progress: Progress, explain: bool = False, copy_to: Path | None = None) -> Plan:
-    """Plan what a run would make. With `explain` the plan also says what work is skipped, and why.
+def plan(
+    request: RenderRequest,
+    *,
+    progress: Progress,
+    explain: bool = False,
+    copy_to: Path | None = None,
+    had: Sequence[str] = (),
+) -> Plan:
+    """Plan what a run would make. With `explain` the plan also says what work is skipped, and why. `had`: the kinds of
+    file that the dataset has, which pictures that are made again keep.
 
     Writes nothing, unless `copy_to` is given: then the stage is first copied into that folder, and the copy is planned.
     """
@@ -68,6 +77,7 @@ def plan(request: RenderRequest, *, progress: Progress, explain: bool = False, c
         effort=request.effort,
         seed=request.seed,
         image_suffix=request.image_suffix if request.image else None,
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *had)),
         copy_to=copy_to,
         explain=explain,
     )

@@ -22,7 +22,7 @@ class RenderTask:
     @property
     def needs(self) -> set[str]:
         """The keys of the passes that it needs, which other pictures may need too."""
-        keys = {self.picture.geometry} if set(self.kinds) & set(LABELS) else set()
+        keys = {self.picture.label_key(kind) for kind in self.kinds if kind in LABELS}
         return keys | ({self.picture.radiance} if self.renders else set())
 
     @property

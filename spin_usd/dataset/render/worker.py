@@ -37,7 +37,7 @@ from spin_usd.dataset.store.tree import remove_file
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import LABELS, own_keys, take_next_frame
 from spin_usd.scene.derived.content_keys import KeyMaker
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
@@ -73,8 +73,10 @@ class Worker:
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
-            scene = reader.scene(reader.frames[index])
-        picture = CurrentPicture(scene=scene, kinds=kinds, keys=asdict(self._keys.keys(scene)), watch=watch)
+            scene = reader.scene(reader.frames[index], with_next=take_next_frame(kinds))
+        keys = self._keys.keys(scene)
+        of_content = {**asdict(keys), **own_keys(kinds, scene, keys.geometry)}
+        picture = CurrentPicture(scene=scene, kinds=kinds, keys=of_content, watch=watch)
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(picture, keep_render=keep_render)
         with watch("files"):
@@ -108,15 +110,16 @@ class Worker:
     def _labels(self, picture: CurrentPicture, writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
         """Make the labels: those that the cache has, and one pass for those that it has not."""
         wanted = [kind for kind in LABELS if kind in picture.kinds]
-        key = picture.keys["geometry"]
+        keys = {kind: picture.keys.get(kind, picture.keys["geometry"]) for kind in wanted}
         with picture.watch("cache"):
-            found = {kind: entry for kind in wanted if (entry := self.cache.find(kind, key))}
+            found = {kind: entry for kind, key in keys.items() if (entry := self.cache.find(kind, key))}
         for kind, entry in found.items():
             writing[kind] = writers.submit(self._link, picture.scene, entry)
         missing = [kind for kind in wanted if kind not in found]
         if missing:
-            for kind, array, channels in make_labels(picture.scene, self.renderer, missing, picture.watch):
-                writing[kind] = writers.submit(self._label, picture.scene, key, kind, array, channels)
+            made = make_labels(picture.scene, self.renderer, missing, picture.watch, self.facts.caster)
+            for kind, array, channels in made:
+                writing[kind] = writers.submit(self._label, picture.scene, keys[kind], kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
         elif found:
             picture.shown = self._shown_by_cached(picture, found)

@@ -1,12 +1,13 @@
 """The cache of renders and labels by content: each is computed once and serves every picture of the dataset.
 
 cache/renders/<2>/<radiance key>.<versions>.<sha256>.exr    the target in unit light (dataset.rendered)
-cache/<label>/<2>/<geometry key>.<versions>.<sha256>.<...>  hard links of the pictures' own label files
+cache/<label>/<2>/<key>.<versions>.<sha256>.<...>           hard links of the pictures' own label files
 
-<2> is the key's start, <versions> the start of a digest of the software that made it: another Blender's never serves.
-A file's name holds the digest of its bytes, so a name cannot come apart from its file, and nothing is served or removed
-that is not what was written; what was damaged is made again under the same name. A picture's bytes are the same with
-any cache and with none: the whole folder may be deleted when no run is on.
+A label's key is that of the geometry, or its own where more decides it. <2> is the key's start, <versions> the start of
+a digest of the software that made it: another Blender's never serves. A file's name holds the digest of its bytes, so a
+name cannot come apart from its file, and nothing is served or removed that is not what was written; what was damaged is
+made again under the same name. A picture's bytes are the same with any cache and with none: the whole folder may be
+deleted when no run is on.
 """
 
 import json
@@ -107,9 +108,10 @@ def held_keys(store: Store) -> dict[str, set[str]]:
 def uses(record: Mapping[str, Any]) -> set[Purpose]:
     """Return the purposes that a picture with this `record` (record-1) was, or could have been, made from."""
     provenance, kinds = record["provenance"], set(record["files"])
-    of = dict.fromkeys(kinds & set(LABELS), "geometry") | ({RENDERS: "radiance"} if kinds & {IMAGE, RADIANCE} else {})
     keys, versions = provenance["keys"], provenance["versions"]
-    return {Purpose(kind=kind, key=keys[of[kind]], versions=made_by(versions, kind)) for kind in of}
+    of = {kind: keys.get(kind, keys["geometry"]) for kind in kinds & set(LABELS)}
+    of |= {RENDERS: keys["radiance"]} if kinds & {IMAGE, RADIANCE} else {}
+    return {Purpose(kind=kind, key=key, versions=made_by(versions, kind)) for kind, key in of.items()}
 
 
 def used(store: Store) -> set[Purpose]:

@@ -62,6 +62,11 @@ class Store:
     def lock(self) -> Path:
         return self.root / LOCK
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of file that pictures have, or had."""
+        return tuple(kind for kind in KINDS if type_of(self.root / kind) is NodeType.FOLDER)
+
     def work(self, token: str) -> Path:
         """Temporary files of the run whose lock has that token; gone when none is running."""
         return self.root / f".work-{token}"

@@ -108,7 +108,8 @@ def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mappi
     decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
     try:
         keys = record["provenance"]["keys"]
-        return all(keys[key] == picture.keys[key] for key in (*decisive, "targets"))
+        own = had.keys() & picture.label_keys.keys()
+        return all(keys[key] == picture.keys[key] for key in (*decisive, "targets", *own))
     except (KeyError, TypeError):
         return False
 

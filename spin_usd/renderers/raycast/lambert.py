@@ -8,7 +8,6 @@ diffuse, so that it is not black.
 """
 
 from collections.abc import Iterator
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,26 +19,16 @@ from spin_usd.scene.derived.body_faces import BodyFaces, by_body
 from spin_usd.scene.derived.faces import groups_of, materials_of
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.lookup import material_values
+from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, surface_points, weights_at
-from spin_usd.scene.light import AreaLight, DistantLight, DomeLight, Links
+from spin_usd.scene.light import AreaLight, DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
 
-LIFT = 1e-5  # of the target's radius: shadow rays start this far above the surface; float32 is good to 1e-7 there
 # Successive points of this step, modulo one, fill the unit square evenly: M. Roberts, "The unreasonable effectiveness
 # of quasirandom sequences" (2018).
 PLASTIC = 1.324717957244746
 STEP = np.array([1 / PLASTIC, 1 / PLASTIC**2])
-
-
-class RayCaster(Protocol):
-    """The part of a renderer that shading needs."""
-
-    def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]: ...
-
-    def shadowed(
-        self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
-    ) -> NDArray[np.bool_]: ...
 
 
 def radiance(scene: Scene, caster: RayCaster, xy: Float) -> tuple[Float, Float]:
@@ -62,11 +51,11 @@ def _shade(scene: Scene, groups: LightGroups, caster: RayCaster, of: BodyFaces, 
     weights = weights_at(target.mesh, face, body)
     colours = _diffuse_colours(target, face, weights)
     normals = shading_normals(one, face, body)
-    lifted = body + LIFT * target.mesh.radius * geometric_normals(one, face, body)
+    above = lifted(target.mesh, body, geometric_normals(one, face, body))
     for light in (scene.lights[index] for index in groups.placed):
         assert not isinstance(light, DomeLight)
         arriving = beam(light, one.T_cam_body, body)
-        yield _lambert(scene, caster, light, arriving, of, normals, lifted) * colours
+        yield _lambert(scene, caster, light, arriving, of, normals, above) * colours
     if groups.surroundings:
         yield colours * sum(mean_radiance(light) for light in scene.lights if isinstance(light, DomeLight))
     if groups.emission:
@@ -80,9 +69,9 @@ def _lambert(
     arriving: Beam,
     of: BodyFaces,
     normals: Float,
-    lifted: Float,
+    above: Float,
 ) -> Float:
-    """Return (N, 3) radiance of white diffuse points on a body's faces (N,), whose shadow rays start at `lifted`
+    """Return (N, 3) radiance of white diffuse points on a body's faces (N,), whose shadow rays start `above` them
     (N, 3)."""
     cosine = (normals * arriving.to_light).sum(1)
     lit = cosine > 0
@@ -92,27 +81,8 @@ def _lambert(
         some = np.flatnonzero(lit)
         to_light = arriving.to_light if arriving.to_light.ndim == 1 else arriving.to_light[some]
         distance = None if arriving.distance is None else arriving.distance[some]
-        lit[some] = ~_shadowed(scene, caster, of.alone, lifted[some], to_light, distance, light.shadowed_by)
+        lit[some] = ~in_shadow(scene, of.alone, above[some], to_light, caster, distance, light.shadowed_by)
     return arriving.irradiance / np.pi * np.where(lit, cosine, 0)[:, None]
-
-
-def _shadowed(
-    scene: Scene,
-    caster: RayCaster,
-    one: Scene,
-    body: Float,
-    to_light: Float,
-    distance: Float | None,
-    blockers: Links,
-) -> NDArray[np.bool_]:
-    """Return (N,) True where any body of the scene stands between the points `body` (N, 3) of the body alone in `one`
-    and a light, as RayCaster.shadowed has it of one."""
-    dark = caster.shadowed(one.target, body, to_light, distance, blockers)
-    for other in scene.apart:
-        if other is not one:
-            T = other.T_cam_body.inverse() @ one.T_cam_body
-            dark |= caster.shadowed(other.target, T.points(body), T.directions(to_light), distance, blockers)
-    return dark
 
 
 def _diffuse_colours(target: Target, face: NDArray[np.int32], weights: Float) -> Float:

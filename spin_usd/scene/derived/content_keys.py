@@ -69,7 +69,7 @@ class KeyMaker:
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
         shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
         if scene.others:  # those that do not show are seen in reflections, and cast shadows
-            shading += [[_placed(body), self._shading(body)] for body in scene.bodies]
+            shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         radiance = digest([geometry, shading, self._effort, settings.seed, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
@@ -117,11 +117,11 @@ def geometry_key(scene: Scene, renderer: str) -> str:
         target, pose = scene.target, scene.T_cam_body
         return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
     each = zip(scene.bodies, scene.parts_before, scene.apart, strict=True)
-    shown = [[*_placed(body), before] for body, before, one in each if not one.region.empty]
+    shown = [[*placed(body), before] for body, before, one in each if not one.region.empty]
     return digest(renderer, shown, scene.camera.key)
 
 
-def _placed(body: Body) -> list[Any]:
+def placed(body: Body) -> list[Any]:
     """Return what decides where a body is seen, and as which target."""
     target = body.target
     return [body.id, target.mesh.key, target.cut_out_key, *_pose(body.T_cam_body)]

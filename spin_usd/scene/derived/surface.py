@@ -10,6 +10,7 @@ target's faces are for each of several bodies given that body's own scene, of Sc
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
 from spin_usd.scene.derived.body_faces import by_body
 from spin_usd.scene.derived.faces import corners_of, normals_of, parts_of
+from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Visibility
@@ -35,9 +37,11 @@ class Surface:
 
     rows, columns (N,) pixel indices in the whole frame · xy (N, 2): (x, y, 1) is the pixel's ray in the camera's axes ·
     place (N,): which of Scene.bodies · target (N,) uint16: its id, 0 of an occluder · face (N,): of its own mesh ·
-    part (N,) uint16 ids in labels · z (N,) planar depth in metres · body (N, 3) metres in its own axes.
+    part (N,) uint16 ids in labels · z (N,) planar depth in metres · body (N, 3) metres in its own axes · alone: what is
+    seen of each of Scene.bodies as if it were alone · caster: for labels that cast rays.
     """
 
+    scene: Scene
     region: Region
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
@@ -48,6 +52,22 @@ class Surface:
     part: NDArray[np.uint16]
     z: Float
     body: Float
+    alone: tuple[Visibility, ...]
+    caster: RayCaster | None = None
+
+    @cached_property
+    def normals(self) -> Float:
+        """Unit geometric normals (N, 3) in the axes of each point's own body, facing the camera."""
+        found = np.empty((len(self.face), 3))
+        for one, rows in self.of_bodies(self.scene):
+            found[rows] = geometric_normals(one, self.face[rows], self.body[rows])
+        return found
+
+    @property
+    def rays(self) -> RayCaster:
+        """The caster of rays from its points."""
+        assert self.caster, "the surface was made without a ray caster"
+        return self.caster
 
     def of_bodies(self, scene: Scene) -> Iterator[tuple[Scene, NDArray[np.intp]]]:
         """Yield the scene of each body alone that is seen, and which of the points (M,) are its own."""
@@ -56,9 +76,14 @@ class Surface:
             if len(rows):
                 yield one, rows
 
+    def of_targets(self, scene: Scene) -> Iterator[tuple[Scene, NDArray[np.intp]]]:
+        """Yield the same of the bodies that are targets."""
+        return ((one, rows) for one, rows in self.of_bodies(scene) if self.target[rows[0]])
 
-def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
-    """Return the surface points behind the visible faces, each exactly on its own pixel's ray."""
+
+def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | None = None) -> Surface:
+    """Return the surface points behind the visible faces, each exactly on its own pixel's ray. `caster`: for labels
+    that cast rays from there."""
     region = visibility.region
     width = max(region.width, 1)
     seen = np.flatnonzero(visibility.face.ravel() >= 0)
@@ -71,6 +96,7 @@ def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
         part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.parts_before[of.place])
         z[of.rows], body[of.rows] = surface_points(of.alone, of.face, xy[of.rows])
     return Surface(
+        scene=scene,
         region=region,
         rows=rows + region.y0,
         columns=columns + region.x0,
@@ -81,6 +107,8 @@ def visible_surface(scene: Scene, visibility: Visibility) -> Surface:
         part=part,
         z=z,
         body=body,
+        alone=visibility.apart,
+        caster=caster,
     )
 
 

@@ -24,13 +24,19 @@ class Sunlight:
 def sunlight(lights: Sequence[Light], T_cam_body: Transform) -> Sunlight | None:
     """Return the sunlight of the brightest distant light, behind a planet or not; None where no distant light
     shines."""
-    suns = [light for light in lights if isinstance(light, DistantLight)]
-    sun = max(suns, key=_brightness, default=None)
-    if sun is None or _brightness(sun) == 0:
+    sun = brightest(lights)
+    if sun is None:
         return None
     towards = -np.array(sun.direction_cam) + 0.0  # no negative zeros
     body = T_cam_body.inverse().directions(towards) + 0.0
     return Sunlight(towards_cam=towards, towards_body=body, obscured=sun.obscuration)
+
+
+def brightest(lights: Sequence[Light]) -> DistantLight | None:
+    """Return the brightest distant light, behind a planet or not; None where none shines."""
+    suns = [light for light in lights if isinstance(light, DistantLight)]
+    sun = max(suns, key=_brightness, default=None)
+    return sun if sun and _brightness(sun) else None
 
 
 def phase_angle(towards_sun: Float, t_cam_body: Float) -> float:

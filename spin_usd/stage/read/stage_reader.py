@@ -112,9 +112,9 @@ class StageReader:
                     selections[name if prim == default else f"{prim.GetPath()}{{{name}}}"] = variant
         return selections
 
-    def scene(self, frame: FrameId) -> Scene:
-        """Read everything that a picture of `frame` needs, at the middle of its exposure. The target is the same object
-        as long as it does not change."""
+    def scene(self, frame: FrameId, *, with_next: bool = False) -> Scene:
+        """Read everything that a picture of `frame` needs, at the middle of its exposure, and `with_next` the next
+        frame, which some labels need. The target is the same object as long as it does not change."""
         opening = self._opening_at(frame.time_code)
         time = Usd.TimeCode(opening.middle)
         world = UsdGeom.XformCache(time)
@@ -137,7 +137,13 @@ class StageReader:
             thin_lens=self._thin_lens.at(time),
             shutter=Shutter(poses=first.poses, readout=opening.readout) if first.poses else None,
             others=tuple(others),
+            next_frame=self._next_frame(frame) if with_next else None,
         )
+
+    def _next_frame(self, frame: FrameId) -> Scene | None:
+        """Read the frame after `frame`; None of the last."""
+        after = self.frames[frame.index + 1 : frame.index + 2]
+        return self.scene(after[0]) if after else None
 
     def target_at(self, time_code: float) -> Target:
         """Read the first target alone at a time code, metres."""

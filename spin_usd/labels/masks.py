@@ -1,0 +1,90 @@
+"""Masks: the pixels of each target, what hides it taken away, and as if nothing else were there.
+
+A file holds the masks of all targets, for they overlap: bit i - 1 of a pixel, whose value is 2 ** (i - 1), is set where
+target i covers it.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.errors import UnsupportedError
+from spin_usd.labels.label import Label
+from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
+from spin_usd.labels.preview import by_bit
+from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.model import Scene
+from spin_usd.scene.source.channels import Channels
+
+MOST = 16  # targets, a bit each
+
+
+def mask_visible(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
+    """Return (H, W) uint16: the bit of the target that is seen. Raises UnsupportedError for more than 16 targets."""
+    bits = np.array([0, *_bits(scene)], np.uint16)
+    frame = np.zeros(scene.camera.frame.shape, np.uint16)
+    frame[surface.rows, surface.columns] = bits[surface.target]
+    return frame
+
+
+def mask_amodal(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
+    """Return (H, W) uint16: the bits of the targets that would be seen if each were alone. Raises UnsupportedError for
+    more than 16 targets."""
+    frame = np.zeros(scene.camera.frame.shape, np.uint16)
+    for bit, alone in zip(_bits(scene), surface.alone, strict=False):  # targets come before occluders
+        frame[alone.region.slices] |= np.where(alone.face >= 0, np.uint16(bit), np.uint16(0))
+    return frame
+
+
+def _bits(scene: Scene) -> list[int]:
+    """Return the value of the bit of each of the scene's targets."""
+    count = len(scene.targets)
+    if count > MOST:
+        do = "leave the masks out of --labels: instance holds any number of targets"
+        raise UnsupportedError(f"masks hold {MOST} targets at most, and the stage has {count}", do=do)
+    return [1 << (body.id - 1) for body in scene.targets]
+
+
+def faults_visible(picture: LabelledPicture) -> Iterator[LabelFault]:
+    """The visible mask is of the target that each pixel shows."""
+    ids = picture.target_ids
+    if ids is not None and ((1 << ids.astype(np.int64)) >> 1 != picture.arrays["mask_visible"]).any():
+        yield LabelFault(code="support", message="mask_visible and instance or segmentation show different targets")
+
+
+def faults_amodal(picture: LabelledPicture) -> Iterator[LabelFault]:
+    """A target is where it is seen."""
+    visible = picture.arrays.get("mask_visible")
+    if visible is not None and (visible & ~picture.arrays["mask_amodal"]).any():
+        yield LabelFault(code="support", message="mask_visible covers pixels outside mask_amodal")
+
+
+MASK_VISIBLE = Label(
+    name="mask_visible",
+    make=mask_visible,
+    channels=Channels(
+        meaning="which target is seen, 16-bit: bit i - 1 is set for target i; 0 = none",
+        dtype="uint16",
+        holds={"Y": "a bit a target"},
+    ),
+    suffix=".png",
+    usd_type="int",
+    file_bytes=0.01,
+    preview=by_bit,
+    faults=faults_visible,
+)
+MASK_AMODAL = Label(
+    name="mask_amodal",
+    make=mask_amodal,
+    channels=Channels(
+        meaning="which targets would be seen if each were alone, 16-bit: bit i - 1 is set for target i; 0 = none",
+        dtype="uint16",
+        holds={"Y": "a bit a target"},
+    ),
+    suffix=".png",
+    usd_type="int",
+    file_bytes=0.01,
+    preview=by_bit,
+    faults=faults_amodal,
+)

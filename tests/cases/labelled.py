@@ -1,0 +1,53 @@
+"""Scenes with all their labels, and what `check` sees of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from spin_usd.labels.labelled_picture import LabelledPicture
+from spin_usd.labels.table import LABELS
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.scene.derived.part_classes import class_of_parts
+from spin_usd.scene.derived.surface import visible_surface
+from spin_usd.scene.light import DistantLight
+from spin_usd.scene.photometry.sunlight import sunlight
+
+CASTER = RaycastRenderer()
+
+
+def sun(direction=(0.0, 0.0, 1.0), **fields):
+    return DistantLight(path="/sun", direction_cam=direction, irradiance=(1.0, 1.0, 1.0), **fields)
+
+
+def followed(scene, T_cam_body, *, camera=None, target=None):
+    """`scene`, and after it a frame with that pose."""
+    later = replace(scene, T_cam_body=T_cam_body, camera=camera or scene.camera, target=target or scene.target)
+    return replace(scene, next_frame=later)
+
+
+def surface_of(scene, renderer=CASTER):
+    return visible_surface(scene, renderer.visibility(scene), CASTER)
+
+
+def labels_of(scene, renderer=CASTER):
+    """All labels by name."""
+    surface = surface_of(scene, renderer)
+    return {name: label.make(scene, surface) for name, label in LABELS.items()}
+
+
+def picture_of(scene, labels, **changed):
+    """What `check` sees of the labels, some of them `changed`; those changed to None are not there."""
+    arrays = {name: array for name, array in {**labels, **changed}.items() if array is not None}
+    light, following = sunlight(scene.lights, scene.T_cam_body), scene.next_frame
+    parts = [body.id for body in scene.bodies for _ in body.target.parts]
+    return LabelledPicture(
+        camera=scene.camera,
+        poses={body.id: body.T_cam_body for body in scene.targets},
+        target_of_part=np.array([0, *parts], np.uint16),
+        arrays=arrays,
+        class_of_part=class_of_parts(scene),
+        boxes={body.id: body.target.mesh.box for body in scene.targets},
+        towards_sun=light.towards_cam if light else None,
+        next_camera=following.camera if following else None,
+        next_poses={body.id: body.T_cam_body for body in following.targets} if following else {},
+    )
