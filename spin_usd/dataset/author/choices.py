@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from spin_usd.arrays import digest
 from spin_usd.dataset.author.additions import Additions
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
+from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.lights_and_environment import open_surroundings
@@ -22,9 +24,9 @@ class Choices:
 
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
     the environment replace the preset's · augment: a specification to write over the stage · prim: the path of the prim
-    that is taken of a USD target · additions: what is written over the stage before that · any_size: take a target of a
-    size that no craft has, and one inside which the camera is · also, occluders: further targets, and what is fixed to
-    the camera, each "MODEL" or "MODEL:POSES".
+    that is taken of a USD target · sample: the text of a sampling specification that is in no file · additions: what is
+    written over the stage before that · any_size: take a target of a size that no craft has, and one inside which the
+    camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or "MODEL:POSES".
     """
 
     target: str | Path
@@ -32,6 +34,7 @@ class Choices:
     units_per_metre: float | None = None
     prim: str | None = None
     seed: int = 0
+    sample: str | None = None
     preset: str | Path | None = None
     lights: str | Path | None = None
     environment: str | Path | None = None
@@ -74,7 +77,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         *(other_body(each, occluder=True) for each in choices.occluders),
     )
     files |= layers | dict(choices.additions.files) | _files_of(others)
-    inputs = {role: (file.name, sha256_of(file)) for role, file in files.items()}
+    inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
     return Sources(
         camera=camera,
         camera_file=camera_file,
@@ -102,6 +105,7 @@ def _options(choices: Choices) -> dict[str, Option]:
     """Return what was given that decides pictures beside the files, by the names of `author`'s options."""
     options = {
         "seed": choices.seed,
+        "sample": choices.sample,
         "units_per_metre": choices.units_per_metre,
         "prim": choices.prim,
         "channels": choices.additions.channels,
@@ -109,6 +113,13 @@ def _options(choices: Choices) -> dict[str, Option]:
         "sun_from_target": choices.additions.sun_from_target,
     }
     return {name: value for name, value in options.items() if value is not None}
+
+
+def _digest(file: Path) -> str:
+    """Return the digest of a file, or of the pose lists in a folder."""
+    if not file.is_dir():
+        return sha256_of(file)
+    return digest([sha256_of(each) for each in pose_files(file)])
 
 
 def _preset(given: str) -> Preset:

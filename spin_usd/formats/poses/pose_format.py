@@ -20,8 +20,15 @@ class PoseFormat:
     """A format of pose lists.
 
     recognises: whether a file is of it, from its path and its first characters · read: the file's entries in order;
-    raises InputError that names the file and the entry.
+    raises InputError that names the file and the entry · lists: the files in the folder of a data set that may be its
+    lists, in order; they are those that the format recognises.
     """
 
     recognises: Callable[[Path, str], bool]
     read: Callable[[Path], Iterator[PoseEntry]]
+    lists: Callable[[Path], Sequence[Path]] = lambda folder: ()
+
+
+def files_like(*patterns: str) -> Callable[[Path], Sequence[Path]]:
+    """Return a function that finds the files in a folder whose paths match one of the patterns, in their order."""
+    return lambda folder: [file for pattern in patterns for file in sorted(folder.glob(pattern)) if file.is_file()]

@@ -1,13 +1,15 @@
-"""A file of poses, in any of the formats of the table, to a PoseList."""
+"""A file of poses, or a folder of such files, in any of the formats of the table, to a PoseList."""
 
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.formats.poses.pose_format import PoseFormat
+from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
 from spin_usd.formats.poses.pose_formats import POSE_FORMATS
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, PoseList, repeated_name
@@ -17,20 +19,64 @@ HEAD_BYTES = 4096
 
 
 def read_pose_list(path: str | Path) -> PoseList:
-    """Read the poses of the file at `path`, in its order. Raises InputError that names the file and the entry."""
+    """Read the poses of the file at `path`, in its order, or of the lists in the folder of a data set.
+
+    Raises InputError that names the file and the entry.
+    """
     path = Path(path)
-    entries = list(_format_of(path).read(path))
-    if not entries:
-        raise InputError("holds no poses: its list is empty", where=path)
-    files = tuple(entry.filename for entry in entries)
-    names = [_picture_name(file, f"{path}, entry {i}") for i, file in enumerate(files)]
+    lists = _lists_in(path) if path.is_dir() else ((path, _format_of(path)),)
+    entries = [entry for file, of in lists for entry in _entries(file, of)]
+    if len(lists) > 1 and repeated_name([entry.name for entry in entries]):
+        entries = [replace(entry, name=f"{_place(entry.list, path)}_{entry.name}") for entry in entries]
+    names = [entry.name for entry in entries]
     if pair := repeated_name(names):
-        where = f"{path}, entry {pair[1]} ({names[pair[1]]!r})"
-        raise InputError(f"names the same picture as entry {pair[0]}", where=where, do="give every pose its own name")
-    q = np.array([entry.q_cam_body for entry in entries], np.float64)
-    t = np.array([entry.t_cam_body for entry in entries], np.float64)
-    _check_norms(q, names, path)
+        do = "give every pose its own name"
+        raise InputError(f"names the same picture as entry {pair[0]}", where=entries[pair[1]].where, do=do)
+    q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
+    t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
+    _check_norms(q, entries)
+    files = tuple(entry.pose.filename for entry in entries)
     return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedPose:
+    """An entry of a list, the name of its picture, and where it stands, for messages."""
+
+    name: str
+    pose: PoseEntry
+    list: Path
+    where: str
+
+
+def _entries(file: Path, of: PoseFormat) -> Iterator[NamedPose]:
+    """Yield the entries of the list. Raises InputError."""
+    empty = True
+    for i, pose in enumerate(of.read(file)):
+        empty = False
+        name = _picture_name(pose.filename, f"{file}, entry {i}")
+        yield NamedPose(name=name, pose=pose, list=file, where=f"{file}, entry {i} ({name!r})")
+    if empty:
+        raise InputError("holds no poses: its list is empty", where=file)
+
+
+def pose_files(path: Path) -> tuple[Path, ...]:
+    """Return the files that `read_pose_list` reads. Raises InputError."""
+    return tuple(file for file, _ in _lists_in(path)) if path.is_dir() else (path,)
+
+
+def _lists_in(folder: Path) -> tuple[tuple[Path, PoseFormat], ...]:
+    """Return the lists of the first format that has some in the folder. Raises InputError where there is none."""
+    for each in POSE_FORMATS:
+        if found := tuple((file, each) for file in each.lists(folder) if _format_of(file) == each):
+            return found
+    do = "give a pose list, or the folder of a data set that has one"
+    raise InputError("holds no pose list of a known format", where=folder, do=do)
+
+
+def _place(file: Path, folder: Path) -> str:
+    """Return where a list is in the folder, as the beginning of a picture's name."""
+    return "_".join(file.relative_to(folder).with_suffix("").parts)
 
 
 def _format_of(path: Path) -> PoseFormat:
@@ -52,13 +98,11 @@ def _picture_name(filename: str, where: str) -> str:
     return name
 
 
-def _check_norms(q: Float, names: list[str], path: Path) -> None:
+def _check_norms(q: Float, entries: Sequence[NamedPose]) -> None:
     norm = np.linalg.norm(q, axis=1)
     off = np.flatnonzero(np.abs(norm - 1) > QUATERNION_NORM_TOLERANCE)
     if not len(off):
         return
     i = int(off[0])
     found = "is zero, which is not a rotation" if norm[i] == 0 else f"has norm {norm[i]:.9g}, expected 1"
-    raise InputError(
-        f"the quaternion {found}", where=f"{path}, entry {i} ({names[i]!r})", do="give a unit quaternion, scalar first"
-    )
+    raise InputError(f"the quaternion {found}", where=entries[i].where, do="give a unit quaternion, scalar first")

@@ -6,16 +6,17 @@ t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q
 """
 
 from collections.abc import Iterator, Sequence
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.formats.json_file import read_json_file
-from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
+from spin_usd.formats.poses.numbers import finite_numbers
+from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 
 QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
 POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
+NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2")
 
 
 def read(path: Path) -> Iterator[PoseEntry]:
@@ -48,21 +49,11 @@ def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: st
     key = next((k for k in keys if k in entry), None)
     if key is None:
         raise InputError(f"has neither '{keys[0]}' nor '{keys[1]}'", where=where)
-    values = entry[key]
-    if not isinstance(values, list) or len(values) != count:
-        raise InputError(f"'{key}' is not a list of {count} numbers", where=where)
-    if not all(type(v) in (float, int) for v in values):
-        raise InputError(f"'{key}' holds something else than numbers: {values!r}", where=where)
-    try:
-        numbers = [float(v) for v in values]
-    except OverflowError:
-        numbers = [float("inf")]
-    if not all(map(isfinite, numbers)):
-        raise InputError(f"'{key}' holds NaN or infinity", where=where)
-    return numbers
+    return finite_numbers(entry[key], count, f"'{key}'", where)
 
 
 SPEEDPLUS = PoseFormat(
     recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
     read=read,
+    lists=files_like(*(f"{folder}{name}.json" for folder in ("", "*/") for name in NAMES)),
 )

@@ -1,0 +1,75 @@
+"""The numbers of a pose, as formats write them: each checked, each error with its place."""
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.formats.text_file import read_text
+from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
+
+ROUNDED = 1e-5  # by which a matrix of six decimals misses being a rotation
+
+
+def csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yield where each row of a CSV file with headings is, for messages, and its cells by heading. Raises
+    InputError."""
+    rows = csv.DictReader(read_text(path).splitlines(), skipinitialspace=True)
+    for row in rows:
+        yield f"{path}, line {rows.line_num}", {key: cell or "" for key, cell in row.items() if key}
+
+
+def cells(row: Mapping[str, str], columns: Sequence[str], where: str) -> list[float]:
+    """Return the numbers in these columns. Raises InputError."""
+    for column in columns:
+        if column not in row:
+            raise InputError(f"has no column {column!r}", where=where, do=f"give {', '.join(columns)}")
+    try:
+        values = [float(row[column]) for column in columns]
+    except ValueError:
+        bad = next(column for column in columns if not _is_number(row[column]))
+        raise InputError(f"{bad} is {row[bad]!r}, not a number", where=where) from None
+    return finite_numbers(values, len(columns), ", ".join(columns), where)
+
+
+def finite_numbers(values: Any, count: int, name: str, where: str) -> list[float]:
+    """Return `count` finite numbers. Raises InputError that calls them `name`."""
+    if not isinstance(values, list) or len(values) != count:
+        raise InputError(f"{name} is not a list of {count} numbers", where=where)
+    if not all(type(v) in (float, int) for v in values):
+        raise InputError(f"{name} holds something else than numbers: {values!r}", where=where)
+    try:
+        numbers = [float(v) for v in values]
+    except OverflowError:
+        numbers = [float("inf")]
+    if not all(map(isfinite, numbers)):
+        raise InputError(f"{name} holds NaN or infinity", where=where)
+    return numbers
+
+
+def quaternion_of(rows: Any, name: str, where: str) -> list[float]:
+    """Return the unit quaternion, scalar first, of nine numbers, a rotation matrix row by row. Raises InputError."""
+    matrix = np.array(finite_numbers(rows, 9, name, where)).reshape(3, 3)
+    off, right_handed = off_rotation(matrix)
+    if off > ROUNDED or not right_handed:
+        raise InputError(f"{name} is no rotation (off by {off:.3g})", where=where, do="give it row by row")
+    return list(map(float, quaternion_from_matrix(_nearest_rotation(matrix))))
+
+
+def _nearest_rotation(matrix: Float) -> Float:
+    """Return the rotation (3, 3) nearest to one that was rounded."""
+    u, _, v = np.linalg.svd(matrix)
+    return np.asarray(u @ v)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
