@@ -29,7 +29,7 @@ BUNDLED: Mapping[str, BundledKind] = {
     "preset": BundledKind(pattern="presets/*.usda", instead="a preset layer"),
     "lights": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Lights"),
     "environment": BundledKind(pattern="environments/*.usda", instead="a layer", default_prim="Environment"),
-    "example": BundledKind(pattern="examples/*.toml", instead="an example file"),
+    "sample": BundledKind(pattern="examples/*.toml", instead="a .toml file, or text such as range=3..10"),
     "specification": BundledKind(pattern="augmentations/*.toml", instead="a .toml file"),
 }
 

@@ -1,4 +1,4 @@
-"""A stage from a pose list, a model and a camera, or from an example."""
+"""A stage from a pose list or sampled poses, a model and a camera."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ def author(
     *,
     out: str | Path,
     poses: str | Path | None = None,
-    example: str | Path | None = None,
+    sample: str | Path | None = None,
     count: int | None = None,
     target: str | Path | None = None,
     camera: str | Path | None = None,
@@ -40,9 +40,11 @@ def author(
 
     Args:
         out: the folder to make.
-        poses: a pose list, SPEED+, SPEED, SHIRT or SPIN JSON; then `target` and `camera` are needed too.
-        example: instead of it the name of an example, or a TOML file, which samples poses and light from the seed.
-        count: how many pictures of the example; all if not given.
+        poses: a pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, BOP, COCO, WebDataset or
+            spin_usd's own; then `target` and `camera` are needed too.
+        sample: instead of it what poses and light are sampled from: text such as "range=3..10 inside=0.9", a TOML file,
+            or a name; `target` and `camera` are needed where it names none.
+        count: how many pictures are sampled; all if not given.
         target: a target's name, or an OBJ, PLY, STL, glTF, GLB or USD file.
         camera: a camera's name, a SPEED+ camera.json, or a camera layer.
         units_per_metre: the model's units in a metre, 100 for centimetres.
@@ -91,24 +93,24 @@ def author(
         "also": _texts(also),
         "occluders": _texts(occluder),
     }
-    call, source = _source(_text(poses), _text(example), count, choices)
+    call, source = _source(_text(poses), _text(sample), count, choices)
     with Child() as child:
         return AuthorReport.from_json(child.call(call, **source, **choices))
 
 
 def _source(
-    poses: str | None, example: str | None, count: int | None, choices: Mapping[str, Any]
+    poses: str | None, sample: str | None, count: int | None, choices: Mapping[str, Any]
 ) -> tuple[str, dict[str, Any]]:
     """Return the child's call, and its arguments that say where the pictures come from. Raises InputError."""
-    if poses is None and example is None:
-        do = "give a pose list as poses, or let the sampler make poses from an example"
-        raise InputError("neither poses nor example is given", do=do)
-    if poses is not None and example is not None:
-        raise InputError("poses and example are given together", do="give one of them")
-    if example is not None:
-        return "author_example", {"example": example, "count": count}
+    if poses is None and sample is None:
+        do = "give a pose list as poses, or say what to sample: sample='range=3..10 inside=0.9 count=100'"
+        raise InputError("neither poses nor sample is given", do=do)
+    if poses is not None and sample is not None:
+        raise InputError("poses and sample are given together", do="give one of them")
+    if sample is not None:
+        return "author_sample", {"sample": sample, "count": count}
     if count is not None:
-        raise InputError("count is given without example", do="choose poses with frames")
+        raise InputError("count is given without sample", do="choose poses with frames")
     for name in ("target", "camera"):
         if choices[name] is None:
             raise InputError(f"poses is given without {name}", do=f"give {name} too")

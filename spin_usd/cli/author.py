@@ -1,4 +1,4 @@
-"""`spin-usd author`: writes a stage from a pose list, an example, or as one page."""
+"""`spin-usd author`: writes a stage from a pose list, from sampled poses, or as one page."""
 
 import json
 from pathlib import Path
@@ -18,18 +18,23 @@ def author(
     context: typer.Context,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder to make.")],
     poses: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Pose list: SPEED+, SPEED, SHIRT or SPIN JSON.")
-    ] = None,
-    example: Annotated[
-        str | None,
+        Path | None,
         typer.Option(
-            metavar="NAME_OR_FILE",
-            help="The sampler: makes poses and light from the seed instead of reading --poses, as a published data set "
-            f"has them ({named('example')}) or as a TOML file says; --target, --camera, --preset, --lights and "
-            "--environment stand in place of its own.",
+            metavar="PATH",
+            help="A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, BOP, COCO, WebDataset "
+            "or spin_usd's own.",
         ),
     ] = None,
-    count: Annotated[int | None, typer.Option(metavar="N", help="Pictures of the example; all if not given.")] = None,
+    sample: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TEXT_OR_NAME_OR_FILE",
+            help="What poses and light are sampled from, by the seed, instead of reading --poses: text such as "
+            f"'range=3..10 inside=0.9', a TOML file, or a name ({named('sample')}); --target, --camera, --preset, "
+            "--lights and --environment stand in place of its own.",
+        ),
+    ] = None,
+    count: Annotated[int | None, typer.Option(metavar="N", help="Pictures to sample; all if not given.")] = None,
     target: Annotated[
         str | None,
         typer.Option(metavar="NAME_OR_FILE", help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file."),
@@ -104,7 +109,7 @@ def author(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Make a layered stage OUT/dataset.usda from a pose list, a model and a camera, or from an example."""
+    """Make a layered stage OUT/dataset.usda from a pose list or sampled poses, a model and a camera."""
     from spin_usd.scene.derived.view_text import summary
 
     if minimal:
@@ -113,7 +118,7 @@ def author(
     report = spin_usd.author(
         out=out,
         poses=poses,
-        example=example,
+        sample=sample,
         count=count,
         target=target,
         camera=camera,

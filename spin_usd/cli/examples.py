@@ -5,7 +5,8 @@ EXAMPLES = {
         "spin-usd author --poses poses.json --target tango --camera speedplus --out my_stage",
         "spin-usd author --poses poses.json --target craft.glb --camera camera.json --channels rgb "
         "--keypoints keypoints.json --parts parts.csv --out my_stage",
-        "spin-usd author --example speedplus --count 100 --target tango --camera speedplus --out sampled",
+        "spin-usd author --sample 'range=3..10 inside=0.9 count=100' --target tango --camera speedplus --out sampled",
+        "spin-usd author --sample speedplus --count 100 --out likeness",
         "spin-usd author --minimal --out by_hand",
     ),
     "augment": (

@@ -43,10 +43,10 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
 
         return author_stage(**arguments).as_json()
 
-    def author_example(**arguments: Any) -> Any:
-        from spin_usd.dataset.author.author import author_example
+    def author_sample(**arguments: Any) -> Any:
+        from spin_usd.dataset.author.author import author_sample
 
-        return author_example(**arguments).as_json()
+        return author_sample(**arguments).as_json()
 
     def augment(**arguments: Any) -> Any:
         from spin_usd.dataset.author.augment import augment_stage
@@ -118,7 +118,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
     return {
         "augment": augment,
         "author": author,
-        "author_example": author_example,
+        "author_sample": author_sample,
         "check_stage": check_stage,
         "diff": diff,
         "measure": measure,

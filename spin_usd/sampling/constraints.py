@@ -11,7 +11,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.scene.sky import Sky
 
-SUN = ("sun.direction",)
+SUN = ("sun.direction", "sun.from_target")
 PLANET = ("earth.direction", "earth.altitude")
 GROUPS = (SUN, PLANET)
 """The parameters that are sampled together, in this order: the planet's place never changes the Sun's."""

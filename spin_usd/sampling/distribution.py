@@ -1,4 +1,4 @@
-"""Distributions of numbers, directions and choices.
+"""Distributions of numbers, directions and choices; those of rotations are in `attitudes`.
 
 Sampled numbers are rounded to DIGITS significant digits, so that mathematical libraries whose last bit differs give the
 same text everywhere, and a reader of a layer sees whole numbers.
@@ -144,22 +144,10 @@ class Directions:
         """Sample one direction; equal solid angles are equally likely, because the cosine from the axis is uniform."""
         z = rng.uniform(math.cos(math.radians(self.most)), math.cos(math.radians(self.least)))
         turn, sine = rng.uniform(0, 2 * math.pi), math.sqrt(max(1 - z * z, 0.0))
-        across, up, axis = _frame(self.axis)
+        across, up, axis = axes_about(self.axis)
         direction = sine * math.cos(turn) * across + sine * math.sin(turn) * up + z * axis
         x, y, z = (rounded(round(float(value), DIGITS)) for value in direction)
         return x, y, z
-
-
-@dataclass(frozen=True, kw_only=True)
-class Attitudes:
-    """Rotations, every one alike, as unit quaternions (w, x, y, z) with w not below zero."""
-
-    def sample(self, rng: np.random.Generator) -> tuple[float, float, float, float]:
-        """Four normal numbers, normalised (Marsaglia 1972)."""
-        q = rng.normal(size=4)
-        q *= (1 if q[0] >= 0 else -1) / np.linalg.norm(q)
-        w, x, y, z = (rounded(round(float(value), DIGITS)) for value in q)
-        return w, x, y, z
 
 
 def _check_range(low: float, high: float) -> None:
@@ -169,8 +157,8 @@ def _check_range(low: float, high: float) -> None:
 
 
 @lru_cache(maxsize=16)
-def _frame(axis: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Three orthogonal unit vectors, the last along `axis`."""
+def axes_about(axis: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return three orthogonal unit vectors, the last along `axis`."""
     z = np.array(axis, np.float64) / np.linalg.norm(axis)
     x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
     x /= np.linalg.norm(x)

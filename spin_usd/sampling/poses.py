@@ -1,68 +1,129 @@
-"""Poses sampled one by one: range, place in the image, and attitude."""
+"""Poses sampled one by one: range, attitude, and place in the frame."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
+from spin_usd.geometry.framing import Framing, framed_shares, framings
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.sampling.distribution import Distribution
 
-MAX_TRIES = 10_000  # of a place and an attitude in the picture
+PLACES = (1, 4, 16, 64, 256)  # tried at once for one range and attitude, one after another
+MAX_POSES = 30  # ranges and attitudes tried for one picture
+
+
+class PlaceLaw(Protocol):
+    """The distribution of the body's origin in the picture."""
+
+    def rays(self, rng: np.random.Generator, camera: Camera, count: int) -> Float:
+        """Return sampled directions (count, 3), camera frame, with z = 1; as many as one after another would be."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
-class PositionLaw:
-    """The distribution of the body's origin: `range` metres from the camera, `across` and `down` pixels from the
-    principal point, as a lens without distortion would show it.
+class OffsetLaw:
+    """The distribution of the origin's offset: `across` and `down` pixels from the principal point, as a lens without
+    distortion would show it.
 
     frame: width and height of the pictures whose pixels these are; in others they are the same share of the frame.
     """
 
-    range: Distribution
     across: Distribution
     down: Distribution
     frame: tuple[int, int]
 
+    def rays(self, rng: np.random.Generator, camera: Camera, count: int) -> Float:
+        u, v = _pairs(self.across, self.down, rng, count)
+        wider, taller = camera.width / self.frame[0], camera.height / self.frame[1]
+        return np.asarray(np.array([u * wider / camera.fx, v * taller / camera.fy, np.ones(count)]).T)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShareLaw:
+    """The distribution of the origin's pixel: `u` of the frame's width from its left edge, `v` of its height from its
+    top, as the lens shows it."""
+
+    u: Distribution
+    v: Distribution
+
+    def rays(self, rng: np.random.Generator, camera: Camera, count: int) -> Float:
+        u, v = _pairs(self.u, self.v, rng, count)
+        return camera.rays(np.stack([u * camera.width, v * camera.height], -1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositionLaw:
+    """The distribution of the body's origin: `range` metres from the camera, and its place in the picture."""
+
+    range: Distribution
+    place: PlaceLaw
+
     def sample(self, rng: np.random.Generator, camera: Camera) -> Float:
         """Sample a position (3,), metres, camera frame."""
-        away, u, v = (number(law, rng) for law in (self.range, self.across, self.down))
-        wider, taller = camera.width / self.frame[0], camera.height / self.frame[1]
-        ray = np.array([u * wider / camera.fx, v * taller / camera.fy, 1.0])
-        place: Float = away * ray / np.linalg.norm(ray)
+        place: Float = at_range(number(self.range, rng), self.place.rays(rng, camera, 1))[0]
         return place
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseLaw:
-    """The distribution of a pose. `attitude` gives q_cam_body. whole: all of the body is in the picture."""
+class Inside:
+    """At least `least` and at most `most` of the body is in the picture, 1 being all of its outline."""
 
-    place: PositionLaw
+    least: float
+    most: float = 1.0
+
+    def holds(self, camera: Camera, hull: Float, rotations: Float, translations: Float) -> NDArray[np.bool_]:
+        """Return (M,) whether that is so at the poses T_cam_body (M, 3, 3), (M, 3) of a body whose hull has the corners
+        (N, 3), body frame, metres."""
+        if self.least == 1:
+            return np.asarray(framings(camera, hull, rotations, translations) == Framing.WHOLE)
+        shares = framed_shares(camera, hull, rotations, translations)
+        return np.asarray((self.least <= shares) & (shares <= self.most))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseLaw:
+    """The distribution of a pose. `attitude` gives q_cam_body. Range and attitude keep their distributions with
+    `inside`, which has the place in the picture sampled again."""
+
+    position: PositionLaw
     attitude: Distribution
-    whole: bool = False
+    inside: Inside | None = None
 
     def sample(self, rng: np.random.Generator, camera: Camera, hull: Float) -> tuple[Float, Float]:
         """q_cam_body (4,) and t_cam_body (3,), metres, of a body whose hull has the corners `hull` (N, 3), body frame.
 
-        Raises InputError when none of MAX_TRIES poses has all of it in the picture.
+        Raises InputError when for none of MAX_POSES ranges and attitudes a place is inside.
         """
-        for _ in range(MAX_TRIES):
-            q, t = quaternion(self.attitude, rng), self.place.sample(rng, camera)
-            if not self.whole or in_frame(camera, hull, q[None], t[None]):
-                return q, t
+        for _ in range(MAX_POSES):
+            q, away = quaternion(self.attitude, rng), number(self.position.range, rng)
+            rotation = matrix_from_quaternion(q)
+            for count in PLACES:
+                t = at_range(away, self.position.place.rays(rng, camera, count))
+                if self.inside is None:
+                    return q, t[0]
+                good = self.inside.holds(camera, hull, np.broadcast_to(rotation, (count, 3, 3)), t)
+                if good.any():
+                    return q, t[good.argmax()]
         raise InputError(
-            f"none of {MAX_TRIES} poses has all of the target in the picture",
-            do="put it farther away or nearer to the middle, or leave out 'whole'",
+            f"none of {MAX_POSES * sum(PLACES)} poses has as much of the target in the picture as 'inside' asks for",
+            do="put it farther away or nearer to the middle, or change 'inside'",
         )
 
 
-def in_frame(camera: Camera, hull: Float, q_cam_body: Float, t_cam_body: Float) -> bool:
-    """Return whether the corners (N, 3), body frame, lie in the picture at all of the poses (M, 4), (M, 3)."""
-    rotations = np.array([matrix_from_quaternion(q) for q in q_cam_body])
-    uv = camera.project(np.einsum("mij,nj->mni", rotations, hull) + t_cam_body[:, None])
-    return bool(((uv >= 0) & (uv <= (camera.width, camera.height))).all())  # NaN is not
+def at_range(away: float, rays: Float) -> Float:
+    """Return the points (N, 3) along `rays` (N, 3) that are `away` metres off."""
+    places: Float = away * rays / np.linalg.norm(rays, axis=1, keepdims=True)
+    return places
+
+
+def _pairs(first: Distribution, second: Distribution, rng: np.random.Generator, count: int) -> Float:
+    """Return sampled numbers (2, count) of both, sampled in turn."""
+    return np.array([[number(law, rng) for law in (first, second)] for _ in range(count)]).T
 
 
 def quaternion(law: Distribution, rng: np.random.Generator) -> Float:

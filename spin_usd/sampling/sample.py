@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.sampling.attitudes import Attitudes, AttitudesAround, Facing
 from spin_usd.sampling.distribution import (
-    Attitudes,
     Choice,
     Directions,
     Distribution,
@@ -44,6 +44,8 @@ KINDS: Mapping[str, DistributionKind] = {
     "choice": DistributionKind(make=Choice, required=("values",), optional=("weights",), numbers=("values",)),
     "directions": DistributionKind(make=Directions, optional=("axis", "least", "most")),
     "attitudes": DistributionKind(make=Attitudes),
+    "attitudes_around": DistributionKind(make=AttitudesAround, required=("around", "most")),
+    "facing": DistributionKind(make=Facing, required=("axis", "most"), optional=("towards", "least")),
 }
 
 

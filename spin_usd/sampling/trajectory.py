@@ -1,49 +1,30 @@
-"""Sequences: a body in free fall near the camera, turning as a body does that nothing turns.
+"""Sequences: a body and a camera that move near one another on an orbit, the body turning as nothing turns it.
 
-The camera's craft is on a circular orbit and looks along its flight: its x is against the orbit's normal, its y
-towards the Earth, its z forward, but for a fixed `tilt`. Relative motion is Clohessy and Wiltshire's ("Terminal
-guidance system for satellite rendezvous", 1960) and exact for the linear equations; in a laboratory the period is
-infinite and motion straight. Turning is relative to these axes.
+Two cameras are known. That of a craft that looks along its flight, past which the target falls: its x is against the
+orbit's normal, its y towards the Earth, its z forward. And that of a craft that moves about the target and points at
+it: its x is as near as can be to the orbit's normal reversed; behind the target both are the same. A fixed `tilt` turns
+either.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
+from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.sampling.distribution import Distribution
-from spin_usd.sampling.poses import PositionLaw, in_frame, number, quaternion
+from spin_usd.sampling.poses import Inside, PositionLaw, quaternion
+from spin_usd.sampling.relative_motion import RelativeMotion, RelativeOrbit, between, free_fall
+from spin_usd.sampling.turning import Spin, Tumble, turn
 
-# Rows: the camera's x, y, z before its tilt, in the orbit's axes (up, forward, normal).
+# Rows: the forward-looking camera's x, y, z before its tilt, in the orbit's axes (up, forward, normal).
 CAM_FROM_ORBIT = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
+NORMAL, FORWARD = np.eye(3)[2], np.eye(3)[1]
+ALONG_NORMAL = 1e-9  # a sine: a camera that looks along the normal itself takes the flight for its x
 MAX_SEQUENCES = 1000  # tried for one that stays in range and in the picture
-
-
-@dataclass(frozen=True, kw_only=True)
-class RelativeOrbit:
-    """The elements of a relative orbit, metres and radians: at the time 0 the mean place is `forward` ahead and `up`
-    above, which makes it drift; the ellipse of the eccentricities has the semi-axes `eccentric` (up) and twice that
-    (forward), the oscillation across the orbit `inclined`; `phase` and `inclined_phase` are theirs at that time."""
-
-    forward: float
-    up: float = 0.0
-    eccentric: float = 0.0
-    phase: float = 0.0
-    inclined: float = 0.0
-    inclined_phase: float = 0.0
-
-    def state(self, mean_motion: float) -> Float:
-        """Position and velocity (6,) at the time 0, orbit's axes."""
-        n, e, i = mean_motion, self.eccentric, self.inclined
-        cosine, sine = math.cos(self.phase), math.sin(self.phase)
-        place = [self.up + e * cosine, self.forward - 2 * e * sine, i * math.cos(self.inclined_phase)]
-        velocity = [-n * e * sine, -1.5 * n * self.up - 2 * n * e * cosine, -n * i * math.sin(self.inclined_phase)]
-        return np.array([*place, *velocity])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,126 +36,114 @@ class Transfer:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spin:
-    """Torque-free rotation of a body of revolution: `degrees` a picture about `axis` (body frame) at the start, with
-    `symmetry` its axis and `inertia` the moment about that over the moment across. With 1 it turns steadily."""
+class Chaser:
+    """The camera's craft, whose `motion` is in the axes of the target's orbit; the camera points at the target."""
 
-    degrees: Distribution
-    axis: Distribution
-    symmetry: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    inertia: float = 1.0
-
-    def turns(self, rng: np.random.Generator, pictures: int) -> Float:
-        """R_start_body (pictures, 3, 3)."""
-        axis = np.array(self.axis.sample(rng), np.float64)
-        rate = math.radians(number(self.degrees, rng))
-        return torque_free(rate * axis / np.linalg.norm(axis), self.symmetry, self.inertia, np.arange(pictures))
+    motion: RelativeMotion
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectoryLaw:
-    """`step` seconds between pictures · `period` of the orbit, seconds · tilt: the camera's turn about its x and y,
-    radians · centre_of_mass: about which it turns, body frame, metres · range: metres, which it never leaves."""
+    """`path`: of the target past the camera's craft, or of that about the target · `step` seconds between pictures ·
+    `period` of the orbit, seconds · tilt: the camera's turn about its x and y, radians · centre_of_mass: about which
+    the target turns, body frame, metres · range: metres, which it never leaves · sun: the direction to the Sun, in the
+    orbit's axes at the start; it stays among the stars."""
 
-    path: RelativeOrbit | Transfer
-    spin: Spin
+    path: RelativeOrbit | Transfer | Chaser
+    spin: Spin | Tumble
     attitude: Distribution
     step: float
     period: float = math.inf
     tilt: tuple[float, float] = (0.0, 0.0)
     centre_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
     range: tuple[float, float] = (0.0, math.inf)
-    whole: bool = False
+    inside: Inside | None = None
+    sun: Distribution | None = None
 
     def sample(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.
 
-        Raises InputError when none of MAX_SEQUENCES stays in range and, with `whole`, in the picture.
+        Raises InputError when none of MAX_SEQUENCES stays in range and, as far as `inside` asks, in the picture.
         """
         for _ in range(MAX_SEQUENCES):
             q, t = self._sequence(rng, camera, pictures)
             away = np.linalg.norm(t, axis=1)
-            near = self.range[0] <= away.min() and away.max() <= self.range[1]
-            if near and (not self.whole or in_frame(camera, hull, q, t)):
+            if self.range[0] <= away.min() and away.max() <= self.range[1] and self._is_inside(camera, hull, q, t):
                 return q, t
         raise InputError(
             f"none of {MAX_SEQUENCES} sequences keeps the target in range and in the picture",
             do="widen the range, or bring start and end nearer to the middle of the picture",
         )
 
+    def sun_directions(self, rng: np.random.Generator, pictures: int) -> Float:
+        """Return unit vectors (pictures, 3) to the Sun, camera frame; `sun` is not None."""
+        assert self.sun is not None
+        towards = np.array(self.sun.sample(rng), np.float64)
+        axes = self._cam_from_orbit(pictures) @ self._orbit_from_start(pictures)
+        return np.asarray(axes @ (towards / np.linalg.norm(towards)))
+
+    def _is_inside(self, camera: Camera, hull: Float, q: Float, t: Float) -> bool:
+        return self.inside is None or bool(self.inside.holds(camera, hull, matrices_from_quaternions(q), t).all())
+
     def _sequence(self, rng: np.random.Generator, camera: Camera, pictures: int) -> tuple[Float, Float]:
+        """Return the poses (pictures, 4), (pictures, 3) of one sampled sequence."""
         start = matrix_from_quaternion(quaternion(self.attitude, rng))
-        rotations = start @ self.spin.turns(rng, pictures)
-        times = self.step * np.arange(pictures, dtype=np.float64)
-        mass = self._path(rng, camera, times)
-        origin = mass - rotations @ np.array(self.centre_of_mass)
+        axes = self._cam_from_orbit(pictures)
+        at_start = axes[0].T @ start @ self.spin.turns(rng, self._times(pictures))  # R_orbit_body, or of the stars
+        if self.spin.inertial:
+            at_start = self._orbit_from_start(pictures) @ at_start
+        rotations = axes @ at_start
+        origin = self._path(rng, camera, axes) - rotations @ np.array(self.centre_of_mass)
         return np.array([quaternion_from_matrix(r) for r in rotations]), origin
 
-    def _path(self, rng: np.random.Generator, camera: Camera, times: Float) -> Float:
-        """Return the centre of mass (N, 3), camera frame."""
-        to_cam, n = tilted(self.tilt) @ CAM_FROM_ORBIT, 2 * math.pi / self.period
+    def _path(self, rng: np.random.Generator, camera: Camera, axes: Float) -> Float:
+        """Return the target's centre of mass (N, 3), camera frame; axes: R_cam_orbit (N, 3, 3)."""
+        times, n = self._times(len(axes)), self._mean_motion
+        if isinstance(self.path, Chaser):
+            return np.asarray(-np.einsum("nij,nj->ni", axes, self.path.motion.places(n, times)))
         if isinstance(self.path, RelativeOrbit):
             state = self.path.state(n)
         else:
-            first, last = (to_cam.T @ place.sample(rng, camera) for place in (self.path.start, self.path.end))
+            first, last = (axes[0].T @ place.sample(rng, camera) for place in (self.path.start, self.path.end))
             state = between(first, last, n, float(times[-1]))
-        path: Float = free_fall(state, n, times)[:, :3] @ to_cam.T
+        path: Float = free_fall(state, n, times)[:, :3] @ axes[0].T
         return path
 
+    def _cam_from_orbit(self, pictures: int) -> Float:
+        """Return R_cam_orbit (pictures, 3, 3)."""
+        if not isinstance(self.path, Chaser):
+            return np.stack([tilted(self.tilt) @ CAM_FROM_ORBIT] * pictures)
+        places = self.path.motion.places(self._mean_motion, self._times(pictures))
+        return np.array([tilted(self.tilt) @ pointing(-place) for place in places])
 
-def free_fall(state: Float, mean_motion: float, times: ArrayLike) -> Float:
-    """States (N, 6), position and velocity in the orbit's axes (up, forward, normal), at the times (N), seconds, of a
-    body that has `state` (6,) at the time 0."""
-    return np.array([transition(mean_motion, time) @ state for time in np.asarray(times, np.float64)])
+    def _orbit_from_start(self, pictures: int) -> Float:
+        """Return (pictures, 3, 3) from the orbit's axes at the start, which stay among the stars, to those of each
+        picture."""
+        return np.array([turn(-self._mean_motion * time * NORMAL) for time in self._times(pictures)])
 
+    def _times(self, pictures: int) -> Float:
+        """Return the seconds (pictures,) of the pictures."""
+        return self.step * np.arange(pictures, dtype=np.float64)
 
-def transition(mean_motion: float, time: float) -> Float:
-    """Return the matrix (6, 6) that takes a state by Clohessy and Wiltshire's equations through `time` seconds."""
-    n, a = mean_motion, mean_motion * time
-    if n == 0:
-        return np.eye(6) + time * np.eye(6, k=3)
-    s, c = math.sin(a), math.cos(a)
-    return np.array(
-        [
-            [4 - 3 * c, 0, 0, s / n, 2 * (1 - c) / n, 0],
-            [6 * (s - a), 1, 0, 2 * (c - 1) / n, (4 * s - 3 * a) / n, 0],
-            [0, 0, c, 0, 0, s / n],
-            [3 * n * s, 0, 0, c, 2 * s, 0],
-            [6 * n * (c - 1), 0, 0, -2 * s, 4 * c - 3, 0],
-            [0, 0, -n * s, 0, 0, c],
-        ]
-    )
+    @property
+    def _mean_motion(self) -> float:
+        return 2 * math.pi / self.period
 
 
-def between(start: Float, end: Float, mean_motion: float, time: float) -> Float:
-    """Return the state (6,) at `start` (3,) that falls to `end` (3,) in `time` seconds, which are fewer than half an
-    orbit."""
-    if time == 0:
-        return np.concatenate([start, np.zeros(3)])
-    matrix = transition(mean_motion, time)
-    velocity = np.linalg.solve(matrix[:3, 3:], end - matrix[:3, :3] @ start)
-    return np.concatenate([start, velocity])
-
-
-def torque_free(rate: Float, symmetry: ArrayLike, inertia: float, times: ArrayLike) -> Float:
-    """R_start_body (N, 3, 3) at the times (N) of a body of revolution whose angular velocity at the time 0 is `rate`
-    (3,), body frame: it turns about its axis while that precesses about the angular momentum, both steadily.
-
-    Source: H. Goldstein, "Classical Mechanics", chapter 5 (the force-free symmetric top).
-    """
-    axis = np.asarray(symmetry, np.float64) / np.linalg.norm(symmetry)
-    about = float(rate @ axis)
-    momentum = rate + (inertia - 1) * about * axis  # over the moment across
-    return np.array([_turn(momentum * time) @ _turn((1 - inertia) * about * axis * time) for time in np.asarray(times)])
+def pointing(towards: Float) -> Float:
+    """Return the rotation (3, 3) from the orbit's axes to those of a camera that looks along `towards` (3,), orbit's
+    axes. Raises InputError where that has no direction."""
+    length = float(np.linalg.norm(towards))
+    if not length > 0:
+        raise InputError("the camera is at the target's centre of mass", do="keep the chaser away from the target")
+    z = towards / length
+    x = -NORMAL + (NORMAL @ z) * z
+    if np.linalg.norm(x) < ALONG_NORMAL:
+        x = FORWARD - (FORWARD @ z) * z
+    x = x / np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z])
 
 
 def tilted(angles: tuple[float, float]) -> Float:
     """Return the rotation (3, 3) to the axes of a camera turned by these angles, radians, about its x and its y."""
-    return (_turn(np.array([angles[0], 0, 0])) @ _turn(np.array([0, angles[1], 0]))).T
-
-
-def _turn(vector: Float) -> Float:
-    """Return the rotation (3, 3) about `vector` (3,) by its length, radians."""
-    angle = float(np.linalg.norm(vector))
-    axis = vector / angle if angle else np.zeros(3)
-    return matrix_from_quaternion([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])
+    return (turn(np.array([angles[0], 0, 0])) @ turn(np.array([0, angles[1], 0]))).T

@@ -1,92 +1,36 @@
-"""Trajectories obey the equations of relative motion and of a free top, as an integrator of SciPy's does."""
+"""Trajectories: what the camera sees of bodies that fall and turn, and where the Sun is."""
 
 import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
-from spin_usd.sampling.distribution import Attitudes, Directions, Fixed, Normal, Uniform
-from spin_usd.sampling.poses import PositionLaw
+from spin_usd.sampling.attitudes import Attitudes
+from spin_usd.sampling.distribution import Directions, Fixed, Normal, Uniform
+from spin_usd.sampling.poses import Inside, OffsetLaw, PositionLaw
+from spin_usd.sampling.relative_motion import Approach, FreeFall, RelativeOrbit
 from spin_usd.sampling.stream import stream
-from spin_usd.sampling.trajectory import (
-    RelativeOrbit,
-    Spin,
-    TrajectoryLaw,
-    Transfer,
-    between,
-    free_fall,
-    torque_free,
-    transition,
-)
+from spin_usd.sampling.trajectory import Chaser, TrajectoryLaw, Transfer
+from spin_usd.sampling.turning import Spin, Tumble
 
 CAMERA = Camera(width=1440, height=1080, fx=1745, fy=1747, cx=737, cy=528)
-N = 2 * math.pi / 5900
-INTEGRATOR = 1e-8  # metres, radians: what solve_ivp leaves at rtol 1e-11
+PERIOD = 5900.0
+N = 2 * math.pi / PERIOD
 HULL = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)])
-
-
-def hill(_, s):
-    return [*s[3:], 3 * N**2 * s[0] + 2 * N * s[4], -2 * N * s[3], -(N**2) * s[2]]
-
-
-def test_free_fall_solves_hills_equations() -> None:
-    start = np.array([0.3, 8, -0.2, 1e-3, -2e-3, 5e-4])
-    times = np.linspace(0, 12000, 7)
-    want = solve_ivp(hill, (0, 12000), start, t_eval=times, rtol=1e-11, atol=1e-13).y.T
-    assert np.abs(free_fall(start, N, times) - want).max() < INTEGRATOR
-
-
-def test_without_an_orbit_motion_is_straight() -> None:
-    start = np.array([1.0, 2, 3, 0.1, 0.2, 0.3])
-    assert np.allclose(free_fall(start, 0, [10])[0, :3], [2, 4, 6])
-    assert np.allclose(transition(1e-9, 10), transition(0, 10), atol=1e-7)
-
-
-def test_a_transfer_arrives() -> None:
-    start, end = np.array([0.1, 8, 0.2]), np.array([-0.3, 3, 0.1])
-    state = between(start, end, N, 600)
-    assert np.allclose(free_fall(state, N, [0, 600])[:, :3], [start, end])
-
-
-def test_an_orbit_without_an_offset_upwards_closes() -> None:
-    state = RelativeOrbit(forward=7.6, eccentric=0.05, phase=0.4, inclined=0.04, inclined_phase=1).state(N)
-    assert np.allclose(free_fall(state, N, [2 * math.pi / N])[0], state)
-
-
-def test_an_offset_upwards_drifts_back_by_three_pi_times_it_in_each_orbit() -> None:
-    state = RelativeOrbit(forward=7.6, up=0.1).state(N)
-    assert free_fall(state, N, [2 * math.pi / N])[0, 1] == pytest.approx(7.6 - 3 * math.pi * 0.1)
-
-
-@pytest.mark.parametrize("inertia", [0.6, 1.0, 1.7])
-def test_the_top_obeys_eulers_equations(inertia) -> None:
-    rate = np.array([0.03, -0.02, 0.05])
-    moments = np.array([1, 1, inertia])
-
-    def euler(_, y):
-        w, q = y[:3], y[3:]
-        turn = Rotation.from_quat(q) * Rotation.from_quat([*(w / 2), 0]) if np.linalg.norm(w) else None
-        dq = np.linalg.norm(w) / 2 * turn.as_quat(canonical=False) * np.linalg.norm(q)
-        return [*(-np.cross(w, moments * w) / moments), *dq]
-
-    times = np.linspace(0, 60, 5)
-    found = solve_ivp(euler, (0, 60), [*rate, 0, 0, 0, 1], t_eval=times, rtol=1e-11, atol=1e-13).y.T
-    for made, q in zip(torque_free(rate, (0, 0, 1), inertia, times), found[:, 3:], strict=True):
-        assert (Rotation.from_matrix(made).inv() * Rotation.from_quat(q)).magnitude() < INTEGRATOR
 
 
 AROUND, FRAME = Normal(mean=0, sigma=100), (CAMERA.width, CAMERA.height)
 
 
 def law(**changes):
-    ends = [PositionLaw(range=Uniform(low=1.5, high=10), across=AROUND, down=AROUND, frame=FRAME) for _ in range(2)]
+    place = OffsetLaw(across=AROUND, down=AROUND, frame=FRAME)
+    ends = [PositionLaw(range=Uniform(low=1.5, high=10), place=place) for _ in range(2)]
     spin = Spin(degrees=Fixed(value=1.5), axis=Directions())
     fields = {"path": Transfer(start=ends[0], end=ends[1]), "spin": spin, "attitude": Attitudes(), "step": 0.1}
-    return TrajectoryLaw(**fields | {"period": 5900.0, "range": (1.5, 10.0), "whole": True} | changes)
+    return TrajectoryLaw(**fields | {"period": 5900.0, "range": (1.5, 10.0), "inside": Inside(least=1.0)} | changes)
 
 
 def test_pictures_follow_one_another_steadily() -> None:
@@ -114,3 +58,67 @@ def test_a_tilted_camera_sees_the_target_where_it_was_turned_from() -> None:
 def test_what_cannot_stay_in_the_picture_is_said() -> None:
     with pytest.raises(InputError, match="none of 1000 sequences"):
         law(path=RelativeOrbit(forward=8), range=(1, 2)).sample(stream(1, "a"), CAMERA, HULL, 2)
+
+
+def chasing(motion, **changes):
+    still = Spin(degrees=Fixed(value=0.0), axis=Fixed(value=(0.0, 0.0, 1.0)))
+    fields = {"path": Chaser(motion=motion), "spin": still, "attitude": Fixed(value=(1.0, 0.0, 0.0, 0.0))}
+    return TrajectoryLaw(**fields | {"step": 100.0, "period": PERIOD} | changes)
+
+
+ELLIPSE = RelativeOrbit(forward=0.0, eccentric=8.0, inclined=4.0)
+
+
+def test_the_camera_points_at_the_target_from_wherever_it_is() -> None:
+    _, t = chasing(ELLIPSE).sample(stream(1, "a"), CAMERA, HULL, 60)
+    assert np.abs(t[:, :2]).max() < 1e-12
+    assert t[:, 2] == pytest.approx(np.linalg.norm(ELLIPSE.places(N, 100.0 * np.arange(60)), axis=1))
+
+
+def test_a_craft_that_holds_behind_sees_what_one_that_looks_along_its_flight_sees() -> None:
+    behind = chasing(RelativeOrbit(forward=-8.0)).sample(stream(1, "a"), CAMERA, HULL, 5)
+    along = chasing(None, path=RelativeOrbit(forward=8.0)).sample(stream(1, "a"), CAMERA, HULL, 5)
+    for mine, theirs in zip(behind, along, strict=True):
+        np.testing.assert_allclose(mine, theirs, atol=1e-12)
+
+
+def test_the_stars_turn_once_an_orbit_before_a_craft_that_holds() -> None:
+    """Behind the target, looking forward: a Sun ahead at the start is overhead (-y) a quarter of an orbit later."""
+    law = chasing(RelativeOrbit(forward=-8.0), sun=Fixed(value=(0.0, 1.0, 0.0)), step=PERIOD / 4)
+    suns = law.sun_directions(stream(1, "a"), 5)
+    want = [[0, 0, 1], [0, -1, 0], [0, 0, -1], [0, 1, 0], [0, 0, 1]]
+    assert suns == pytest.approx(np.array(want), abs=1e-12)
+
+
+def test_a_body_that_does_not_turn_among_the_stars_keeps_its_face_to_the_sun() -> None:
+    still = Tumble(rate=Fixed(value=0.0), axis=Directions(), inertia=((2.0, 0, 0), (0, 3.0, 0), (0, 0, 4.0)))
+    law = chasing(ELLIPSE, spin=still, sun=Directions(), attitude=Attitudes())
+    q, _ = law.sample(stream(1, "a"), CAMERA, HULL, 40)
+    towards = Rotation.from_quat(q, scalar_first=True).inv().apply(law.sun_directions(stream(2, "a"), 40))
+    assert np.ptp(towards, axis=0).max() < 1e-9
+
+
+def test_an_approach_comes_straight_along_the_radius() -> None:
+    """From below: the camera sees the target, and its own right is against the orbit's normal."""
+    law = chasing(Approach(start=(-30.0, 0.0, 0.0), end=(-5.0, 0.0, 0.0)))
+    q, t = law.sample(stream(1, "a"), CAMERA, HULL, 6)
+    assert t[:, 2] == pytest.approx([30, 25, 20, 15, 10, 5])
+    assert (q == q[0]).all()
+
+
+def test_free_fall_from_rest_above_moves_behind() -> None:
+    """A higher orbit is slower."""
+    places = FreeFall(place=(10.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0)).places(N, np.array([0.0, 60.0]))
+    assert places[0].tolist() == [10, 0, 0]
+    assert places[1, 0] > 10
+    assert places[1, 1] < 0
+
+
+def test_a_camera_at_the_target_is_refused() -> None:
+    with pytest.raises(InputError, match="at the target's centre of mass"):
+        chasing(RelativeOrbit(forward=0.0)).sample(stream(1, "a"), CAMERA, HULL, 2)
+
+
+def test_a_camera_may_look_along_the_orbits_normal() -> None:
+    law = chasing(Approach(start=(0.0, 0.0, 9.0), end=(0.0, 0.0, 5.0)))
+    assert law.sample(stream(1, "a"), CAMERA, HULL, 3)[1][:, 2] == pytest.approx([9, 7, 5])

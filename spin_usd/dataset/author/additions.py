@@ -13,13 +13,11 @@ from spin_usd.formats.parts_file import read_parts_file
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
-from spin_usd.stage.augment.sun_and_planet import body_direction
 from spin_usd.stage.author.add_keypoints import add_keypoints
 from spin_usd.stage.author.add_parts import add_parts
 from spin_usd.stage.author.camera_layer import set_channels
 
 CHANNELS = ("mono", "rgb")
-SUN = "sun.direction"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,13 +61,9 @@ class Additions:
     def sun(self, stage: Any) -> SampledValues | None:
         """Return the values that turn the Sun of the opened `stage`; None where no direction was asked for. Raises
         InputError for a stage without a Sun."""
-        if self.sun_from_camera is not None:
-            return sampled_values(open_base(stage)[0], {SUN: self.sun_from_camera}, {})
-        if self.sun_from_target is not None:
-            base = open_base(stage)[0]
-            directions = body_direction(base, np.array(self.sun_from_target))
-            return sampled_values(base, {}, {SUN: [tuple(map(float, each)) for each in directions]})
-        return None
+        given = {"sun.direction": self.sun_from_camera, "sun.from_target": self.sun_from_target}
+        asked = {name: direction for name, direction in given.items() if direction is not None}
+        return sampled_values(open_base(stage)[0], asked, {}) if asked else None
 
 
 def read_additions(

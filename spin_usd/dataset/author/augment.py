@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.author.reports import AugmentReport
-from spin_usd.dataset.author.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.dataset.author.sample.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.tree import strange

@@ -1,19 +1,18 @@
-"""`spin-usd author`: pose list or example + model + camera -> a layered stage."""
+"""`spin-usd author`: pose list or sampling specification + model + camera -> a layered stage."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from spin_usd.arrays import Float
 from spin_usd.dataset.author.additions import Additions, read_additions
 from spin_usd.dataset.author.augment import augment_stage
 from spin_usd.dataset.author.choices import Choices, Sources, open_sources
-from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import ExamplePicture, example_pictures, sample_light, sample_poses
 from spin_usd.dataset.author.model import OtherBody, model_unit, write_model
 from spin_usd.dataset.author.plausible_target import notes_on_far_keypoints, refuse_implausible, refuse_size
 from spin_usd.dataset.author.reports import AuthorReport
+from spin_usd.dataset.author.sample.part_pictures import PartPicture, part_pictures, sample_light, sample_poses
+from spin_usd.dataset.author.sample.spec import open_spec
 from spin_usd.dataset.author.size import check_written
 from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
@@ -30,7 +29,7 @@ from spin_usd.stage.augment.sampled_values import SampledValues, overlaid
 from spin_usd.stage.author.camera_layer import lens_of
 from spin_usd.stage.author.other_bodies import add_occluder, add_target
 from spin_usd.stage.author.presets import Preset
-from spin_usd.stage.author.target.extent import box_corners
+from spin_usd.stage.author.target.extent import box_corners, hull_corners
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.target_notes import target_notes
 from spin_usd.stage.author.write_stage import ROOT, write_stage
@@ -56,12 +55,12 @@ def author_stage(
     """
     chosen = chosen_frames(read_pose_list(poses), frames)
     wanted = Choices(**choices, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, lambda camera, corners: chosen)
+    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, lambda camera, asset: chosen)
 
 
-def author_example(
+def author_sample(
     *,
-    example: str | Path,
+    sample: str | Path,
     out: str | Path,
     count: int | None = None,
     frames: str | None = None,
@@ -69,29 +68,34 @@ def author_example(
     additions: Mapping[str, Any] = MappingProxyType({}),
     **choices: Any,
 ) -> AuthorReport:
-    """Write the stage of an example into the new folder `out`: `example` is one's name, or a file; `count` of its
-    pictures, all unless given, and of those what `frames`, "A:B:STEP", chooses. `choices` are those of Choices, and
-    stand instead of the example's; `additions` are those of read_additions.
+    """Write a stage of sampled pictures into the new folder `out`: `sample` is a specification's name, its file, or its
+    text; `count` of its pictures, all unless given, and of those what `frames`, "A:B:STEP", chooses. `choices` are
+    those of Choices, and stand instead of the specification's; `additions` are those of read_additions.
 
     Raises as author_stage.
     """
-    found = open_example(example)
-    chosen = _chosen(example_pictures(found, count), frames)
-    usual = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
-    given = {name: value for name, value in choices.items() if value is not None}
-    source = found.file.name
+    found = open_spec(sample, count)
+    chosen = _chosen(part_pictures(found, count), frames)
+    own = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
+    given = own | {name: value for name, value in choices.items() if value is not None}
+    if missing := next((name for name in ("target", "camera") if given[name] is None), None):
+        raise InputError(f"names no {missing}", where=found.source, do=f"give {missing} too")
 
-    def pictures(camera: Camera, corners: Float) -> PoseList:
-        return sample_poses(chosen, seed, camera, corners, source)
+    def pictures(camera: Camera, asset: TargetAsset) -> PoseList:
+        framed = any(picture.part.law.inside for picture in chosen)  # nothing else asks for the hull
+        hull = hull_corners(asset) if framed else box_corners(asset)
+        return sample_poses(chosen, seed, camera, hull, found.source)
 
     def light(stage: Any) -> SampledValues:
         return sample_light(stage, chosen, seed, found.constraints)
 
-    wanted = Choices(seed=seed, **usual | given, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"example": found.file}, frames, pictures, light)
+    wanted = Choices(
+        seed=seed, sample=None if found.file else str(sample), **given, additions=read_additions(**additions)
+    )
+    return _author(wanted, Path(out), {"sample": found.file} if found.file else {}, frames, pictures, light)
 
 
-def _chosen(made: tuple[ExamplePicture, ...], frames: str | None) -> tuple[ExamplePicture, ...]:
+def _chosen(made: tuple[PartPicture, ...], frames: str | None) -> tuple[PartPicture, ...]:
     chosen = made if frames is None else made[slice_of(frames)]
     if not chosen:
         raise InputError(f"frames {frames!r} chooses none of {len(made)} pictures")
@@ -103,13 +107,13 @@ def _author(
     out: Path,
     files: Mapping[str, Path],
     frames: str | None,
-    pictures: Callable[[Camera, Float], PoseList],
+    pictures: Callable[[Camera, TargetAsset], PoseList],
     light: Callable[[Any], SampledValues] | None = None,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
     `files` are those that the pictures come from, and `frames` is what it chooses of them; `pictures` gives the poses
-    for a lens and the corners (8, 3) of a target; `light` gives what is sampled for the opened stage.
+    for a lens and a target; `light` gives what is sampled for the opened stage.
     """
     sources = open_sources(choices, files)
     with new_folder(out) as folder:
@@ -119,7 +123,7 @@ def _author(
         unit = model_unit(sources.target_file, asset, choices.units_per_metre)
         if light is not None and not choices.any_size:
             refuse_size(corners, unit)  # poses are sampled for it, and would never have all of it in the picture
-        poses = pictures(lens, corners)
+        poses = pictures(lens, asset)
         write_stage(
             folder,
             poses=poses,

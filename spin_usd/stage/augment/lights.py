@@ -1,6 +1,6 @@
 """Parameters of lights: the Sun, which is the strongest distant light, and the fills, which are all others."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
@@ -17,9 +17,11 @@ from spin_usd.stage.augment.attribute_change import (
     attribute_of,
     moves_in_time,
 )
+from spin_usd.stage.augment.body_axes import cam_from_body
 from spin_usd.stage.read.camera.camera import find_camera
 from spin_usd.stage.read.lights.distant import read_distant_light
 from spin_usd.stage.read.lights.lights import find_lights
+from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.conversion import quatd
 from spin_usd.stage.usd.transforms import placement
 
@@ -59,19 +61,44 @@ def camera_from_world(world: UsdGeom.XformCache, camera: Usd.Prim, base: BaseSta
     return T_CAM_USDCAM @ found.transform.inverse()
 
 
-def sun_direction(base: BaseStage, _: tuple[str, ...]) -> AttributeChange:
-    """Rotate the Sun so that its own z axis has the sampled direction."""
+def sun_direction(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Rotate the Sun so that its own z axis has the sampled direction, camera axes."""
     sun, camera = find_sun(base), find_camera(base.stage)
     moves = moves_in_time(camera) or moves_in_time(sun.GetParent())
     still = None if moves else _parent_from_cam(base, sun, camera, base.times[0])
 
-    def values(sampled: ParameterValues, time: float) -> tuple[object, ...]:
+    def direction(sampled: Float, time: float) -> Float:
         rotation = _parent_from_cam(base, sun, camera, time) if still is None else still
-        return (quatd(_rotation_of_z(rotation @ np.array(sampled["sun.direction"]))),)
+        return np.asarray(rotation @ sampled)
+
+    return _turned_sun(sun, names, direction, moves)
+
+
+def sun_from_target(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
+    """Rotate the Sun so that its own z axis has the sampled direction, body axes: it turns with the target."""
+    sun, camera, target = find_sun(base), find_camera(base.stage), find_target(base.stage)
+    moves = any(map(moves_in_time, (camera, target, sun.GetParent())))
+
+    def direction(sampled: Float, time: float) -> Float:
+        T_cam_body, _ = cam_from_body(base, target, camera, time)
+        return np.asarray(_parent_from_cam(base, sun, camera, time) @ T_cam_body.directions(sampled))
+
+    return _turned_sun(sun, names, direction, moves)
+
+
+def _turned_sun(
+    sun: Usd.Prim, names: tuple[str, ...], direction: Callable[[Float, float], Float], varies: bool
+) -> AttributeChange:
+    """Return the change of the Sun's rotation; `direction` gives that to it, in its parent's axes, for the sampled
+    direction and a time code."""
+    (name,) = names
+
+    def values(sampled: ParameterValues, time: float) -> tuple[object, ...]:
+        return (quatd(_rotation_of_z(direction(np.array(sampled[name]), time))),)
 
     orient = ChangedAttribute(prim=str(sun.GetPath()), name=f"xformOp:orient{SAMPLED}", type="quatd")
     return AttributeChange(
-        parameters=("sun.direction",), attributes=(orient,), values=values, varies=moves, fixed=(order(sun, orient),)
+        parameters=names, attributes=(orient,), values=values, varies=varies, fixed=(order(sun, orient),)
     )
 
 

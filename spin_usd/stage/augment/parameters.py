@@ -55,6 +55,12 @@ _ALL = (
         make=lights.sun_direction,
         kind=DIRECTION,
     ),
+    Parameter(
+        name="sun.from_target",
+        description="Direction to the Sun in the target's body axes, instead of sun.direction.",
+        make=lights.sun_from_target,
+        kind=DIRECTION,
+    ),
     _strength("sun.irradiance", "The Sun's irradiance on a plane that faces it.", "W/m2"),
     _strength("sun.factor", "Factor on the Sun's irradiance."),
     _strength("fill.factor", "Factor on the intensity of every light but the Sun."),

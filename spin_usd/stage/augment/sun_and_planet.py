@@ -4,16 +4,14 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
-from spin_usd.geometry.frames import T_CAM_USDCAM
-from spin_usd.geometry.transform import Transform
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage, moves_in_time
+from spin_usd.stage.augment.body_axes import cam_from_body
 from spin_usd.stage.augment.lights import find_sun, sun_directions
 from spin_usd.stage.augment.planet import find_planet, planet_centres, radii
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.lights.lights import find_lights
 from spin_usd.stage.read.target.target import find_target
-from spin_usd.stage.usd.transforms import between, placement
 
 RIM_STEPS = 16  # on each side of the picture
 
@@ -46,22 +44,6 @@ def _target(base: BaseStage) -> tuple[Float, float]:
     return np.array(centres), float(box.GetSize().GetLength()) / 2 * base.metres
 
 
-def body_direction(base: BaseStage, direction: Float) -> Float:
-    """Turn a direction (3,) in the target's own axes into camera axes (N, 3), one for each of the base's times."""
-    target, camera = find_target(base.stage), find_camera(base.stage)
-    return np.array([_cam_body(base, target, camera, time)[0].directions(direction) for time in base.times])
-
-
 def _centre(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float, middle: Float) -> Float:
-    T_cam_body, scale = _cam_body(base, target, camera, time)
+    T_cam_body, scale = cam_from_body(base, target, camera, time)
     return T_cam_body.points(middle * scale)
-
-
-def _cam_body(base: BaseStage, target: Usd.Prim, camera: Usd.Prim, time: float) -> tuple[Transform, float]:
-    """Return T_cam_body, metres, and the scale of the body's axes in the world."""
-    world = UsdGeom.XformCache(Usd.TimeCode(time))
-    usdcam, body = (
-        placement(world.GetLocalToWorldTransform(prim), frame=frame, metres=base.metres, where=prim.GetPath())
-        for prim, frame in ((camera, "usdcam"), (target, "body"))
-    )
-    return T_CAM_USDCAM @ between(usdcam.transform, body.transform), body.scale

@@ -80,7 +80,7 @@ def test_all_of_them_reach_the_dataset(inputs: dict[str, Any], tmp_path: Path, s
         "render", inputs["out"], "--out", tmp_path / "made", "--renderer", "raycast", "--samples", 1, "--frames", ":1"
     )
     dataset = json.loads((tmp_path / "made" / "dataset.json").read_text())
-    assert dataset["keypoints"] == KEYPOINTS  # to the last bit
+    assert dataset["targets"][0]["keypoints"] == KEYPOINTS  # to the last bit
     assert {(part["name"], part["class"]) for part in dataset["parts"].values()} == {
         ("bus", "body"), ("panel", "solar_panel"), ("boom", "spacecraft"),
     }  # fmt: skip
@@ -261,7 +261,7 @@ def test_a_sun_that_is_given_from_the_target_turns_with_it(
     inputs: dict[str, Any], tmp_path: Path, spin_usd: Any, source: str
 ) -> None:
     files = [f"--{name}={inputs[name]}" for name in ("camera", "target", "out")]
-    pictures = [f"--poses={inputs['poses']}"] if source == "poses" else ["--example=speedplus", "--count=3"]
+    pictures = [f"--poses={inputs['poses']}"] if source == "poses" else ["--sample=speedplus", "--count=3"]
     spin_usd("author", *files, *pictures, "--sun-from-target=0,3,4")
     made = scenes(str(inputs["out"] / "dataset.usda"))
     directions = [-np.array(scene.lights[0].direction_cam) for scene in made]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import trimesh
 
-from spin_usd.dataset.author.author import author_example, author_stage
+from spin_usd.dataset.author.author import author_sample, author_stage
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.views import ViewKind
@@ -120,7 +120,7 @@ def test_a_size_that_no_craft_has_is_refused_with_the_likely_unit(craft: Path, u
     with pytest.raises(InputError, match=rf"the target is {size} m.*did you mean --units-per-metre 100 \(1.1 x 0.8"):
         author(craft, (0, 0, 5), (0, 0, 8), (2000, 0, 100), units=units)
     with pytest.raises(InputError, match=rf"the target is {size} m.*did you mean --units-per-metre"):
-        author_example(example="urso", out=craft.parent / "s", count=2, target=craft, units_per_metre=units)
+        author_sample(sample="urso", out=craft.parent / "s", count=2, target=craft, units_per_metre=units)
 
 
 def test_gltf_and_usd_say_their_unit_in_their_own_words(tmp_path: Path) -> None:

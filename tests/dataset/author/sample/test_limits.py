@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from spin_usd.dataset.author.sample_pictures import SampledPictures, sample_pictures, samples_for
+from spin_usd.dataset.author.sample.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import samples_of
 from spin_usd.sampling.sample import sample_all

@@ -2,18 +2,20 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.author.limits import check_ends, cut, limited
+from spin_usd.dataset.author.sample.limits import check_ends, cut, limited
 from spin_usd.errors import InputError
 from spin_usd.formats.spec_file import SampleEntry
 from spin_usd.sampling.constraints import CONSTRAINTS, GROUPS, PLANET_BEHIND, Constraint, planet_behind
+from spin_usd.sampling.distribution import Value
 from spin_usd.sampling.sample import ParameterValues, Sample, Shared, distribution_of, sample_all, sample_one
 from spin_usd.scene.sky import Sky
 from spin_usd.stage.augment.attribute_change import BaseStage
+from spin_usd.stage.augment.body_axes import body_rotations
 from spin_usd.stage.augment.factor_limits import check_factor, factor_limits, is_material_factor
 from spin_usd.stage.augment.parameters import parameter_named
 from spin_usd.stage.augment.sampled_values import SampledValues, sampled_values
@@ -152,13 +154,28 @@ class _Resampling:
         self, draws: ParameterValues, wanted: list[_AskedConstraint], sky: Sky
     ) -> tuple[_AskedConstraint, np.ndarray] | None:
         """Return the first that does not hold, and the indices of the pictures where any does not."""
-        now = _seen(draws, sky)
+        now = self._seen(draws, sky)
         count = len(self._pictures.names)
         held = [np.broadcast_to(want.constraint.holds(now, want.degrees), count) for want in wanted]
         for want, holds in zip(wanted, held, strict=True):
             if not holds.all():
                 return want, np.flatnonzero(~np.logical_and.reduce(held))
         return None
+
+    def _seen(self, draws: ParameterValues, sky: Sky) -> Sky:
+        """Return `sky` as it is with what is sampled."""
+        if "sun.direction" in draws:
+            sky = replace(sky, sun=_directions(draws.of("sun.direction")))
+        if "sun.from_target" in draws:
+            sun = np.squeeze(self._R_cam_body @ _directions(draws.of("sun.from_target"))[..., None], -1)
+            sky = replace(sky, sun=sun)
+        if sky.planet is not None and any(parameter in draws for parameter in GROUPS[1]):
+            sky = replace(sky, planet=_planet(draws, sky.planet, sky.radii[1]))
+        return sky
+
+    @cached_property
+    def _R_cam_body(self) -> Float:
+        return body_rotations(self._base)
 
     def _again(self, draws: ParameterValues, moving: list[Sample], wrong: np.ndarray, again: int) -> ParameterValues:
         constant, per_frame = dict(draws.constant), dict(draws.per_frame)
@@ -182,24 +199,20 @@ def _refuse_without(want: _AskedConstraint, sky: Sky) -> None:
         raise InputError(f"{want.name} is asked for, but the stage has no Sun", do="select lights with one")
 
 
-def _seen(draws: ParameterValues, sky: Sky) -> Sky:
-    """Return `sky` as it is with what is sampled."""
-    if "sun.direction" in draws:
-        sun = np.array(draws.of("sun.direction"), np.float64)
-        sky = replace(sky, sun=sun / np.linalg.norm(sun, axis=1, keepdims=True))
-    if sky.planet is not None and any(parameter in draws for parameter in GROUPS[1]):
-        sky = replace(sky, planet=_planet(draws, sky.planet, sky.radii[1]))
-    return sky
-
-
 def _planet(draws: ParameterValues, own: Float, longest: float) -> Float:
     """Return where the planet's centre is, (N, 3) or (1, 3), in the axes and units of `own`."""
     far = np.linalg.norm(own, axis=1, keepdims=True)
     direction = own / far
     if "earth.direction" in draws:
-        direction = np.array(draws.of("earth.direction"), np.float64)
-        direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+        direction = _directions(draws.of("earth.direction"))
     if "earth.altitude" in draws:
         far = np.array(draws.of("earth.altitude"), np.float64)[:, None] + longest
     placed: Float = direction * far
     return placed
+
+
+def _directions(sampled: Sequence[Value]) -> Float:
+    """Return sampled directions as unit vectors (N, 3)."""
+    given = np.array(sampled, np.float64)
+    unit: Float = given / np.linalg.norm(given, axis=1, keepdims=True)
+    return unit

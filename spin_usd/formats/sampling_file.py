@@ -1,4 +1,4 @@
-"""Example files: a published data set's likeness as TOML. What may stand in one is in schemas/example-1.schema.json."""
+"""Sampling specifications as TOML files. What may stand in one is in schemas/sample-1.schema.json."""
 
 import tomllib
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 from spin_usd.errors import InputError
 
 
-def read_example_file(path: str | Path) -> dict[str, Any]:
+def read_sampling_file(path: str | Path) -> dict[str, Any]:
     """Read the tables of the file at `path`, not yet held against their schema. Raises InputError that names the
     file."""
     try:

@@ -1,4 +1,4 @@
-"""Examples: each authors a stage without findings, as its file says, from the seed and the pictures' names alone."""
+"""Likenesses of published sets: each authors a stage without findings, as its file says, from seed and names alone."""
 
 import json
 from collections import Counter
@@ -9,9 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import ks_2samp
 
-from spin_usd.dataset.author.author import author_example
-from spin_usd.dataset.author.example import open_example
-from spin_usd.dataset.author.example_pictures import example_pictures, sample_poses
+from spin_usd.dataset.author.author import author_sample
+from spin_usd.dataset.author.sample.part_pictures import part_pictures, sample_poses
+from spin_usd.dataset.author.sample.spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
@@ -19,7 +19,7 @@ from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer
 from spin_usd.stage.author.camera_layer import lens_of, open_camera_layer
-from spin_usd.stage.author.target.extent import box_corners
+from spin_usd.stage.author.target.extent import hull_corners
 from spin_usd.stage.author.target.target_asset import describe
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
@@ -37,11 +37,11 @@ EARTH_RADIUS = 6378137.0
 
 
 def sampled(name, count=None, seed=0, step=1):
-    example = open_example(name)
-    camera = lens_of(open_camera_layer(bundled("camera", example.camera)))
-    corners = box_corners(describe(bundled("target", example.target), example.target))
-    chosen = example_pictures(example, count)[::step]
-    return camera, chosen, sample_poses(chosen, seed, camera, corners, name)
+    spec = open_spec(name)
+    camera = lens_of(open_camera_layer(bundled("camera", spec.camera)))
+    hull = hull_corners(describe(bundled("target", spec.target), spec.target))
+    chosen = part_pictures(spec, count)[::step]
+    return camera, chosen, sample_poses(chosen, seed, camera, hull, name)
 
 
 def offsets(camera, t):
@@ -67,23 +67,23 @@ def tree(folder):
 
 
 def test_these_travel_along() -> None:
-    assert bundled_names("example") == NAMES
+    assert bundled_names("sample") == tuple(sorted((*NAMES, "fly_around", "inspection")))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_example_names_its_schema_for_editors(name) -> None:
     first = (stages() / "examples" / f"{name}.toml").read_text().splitlines()[0]
     file = (stages() / "examples" / first.removeprefix("#:schema ")).resolve()
-    assert file == (schemas() / "example-1.schema.json").resolve()
-    assert json.loads(file.read_text())["$id"] == "example-1"
+    assert file == (schemas() / "sample-1.schema.json").resolve()
+    assert json.loads(file.read_text())["$id"] == "sample-1"
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
-    report = author_example(example=name, out=tmp_path / "stage", count=3)
+    report = author_sample(sample=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
     reader, renderer = StageReader(report.root), RaycastRenderer()
-    chosen = example_pictures(open_example(name), 3)
+    chosen = part_pictures(open_spec(name), 3)
     assert [frame.name for frame in reader.frames] == [shot.name for shot in chosen]
     for scene, _, _ in lit(report.root):
         assert (renderer.visibility(scene).face >= 0).sum() > 200
@@ -95,8 +95,8 @@ LIT = {"shirt": 70, "speed": 90, "speedplus": 90}  # degrees of the Sun from beh
 @pytest.mark.parametrize("name", NAMES)
 def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
     """The Sun is in its cone and above the limb, the Earth's surface behind the target, in pictures spread over all."""
-    step = open_example(name).count // 24
-    report = author_example(example=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
+    step = open_spec(name).count // 24
+    report = author_sample(sample=name, out=tmp_path / "stage", frames=f"::{step}", seed=3)
     suns = []
     for scene, sun, planet in lit(report.root):
         suns.append(sun)
@@ -111,7 +111,7 @@ def test_the_light_is_as_the_example_says(name, tmp_path) -> None:
 
 
 def test_a_sequence_has_one_sun(tmp_path) -> None:
-    report = author_example(example="swisscube", out=tmp_path / "stage", frames="60:240:20")
+    report = author_sample(sample="swisscube", out=tmp_path / "stage", frames="60:240:20")
     suns = np.array([sun for _, sun, _ in lit(report.root)])
     same = np.isclose(suns[:, None], suns[None], atol=1e-8).all(2)
     sequence = np.arange(60, 240, 20) // 100
@@ -124,7 +124,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
     for most, suffix in ((4096, "usda"), (5, "usdc")):
         monkeypatch.setattr(sampled_layer, "MAX_FRAMES_IN_TEXT", most)
         out = tmp_path / suffix
-        report = author_example(example="speedplus", out=out, count=6)
+        report = author_sample(sample="speedplus", out=out, count=6)
         assert [file.name for file in (out / "layers").glob("sampled.*")] == [f"sampled.{suffix}"]
         assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
         found.append([(sun.tolist(), planet is None) for _, sun, planet in lit(report.root)])
@@ -133,7 +133,7 @@ def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(tmp_path) -> None:
     for folder, seed in (("a", 4), ("b", 4), ("c", 5)):
-        author_example(example="spark", out=tmp_path / folder, count=2, seed=seed)
+        author_sample(sample="spark", out=tmp_path / folder, count=2, seed=seed)
     assert tree(tmp_path / "a") == tree(tmp_path / "b")
     for layer in ("poses.usdc", "sampled.usda"):
         assert tree(tmp_path / "a")[f"layers/{layer}"] != tree(tmp_path / "c")[f"layers/{layer}"]
@@ -153,7 +153,7 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) 
     """Not even where it was sampled again for a constraint."""
     found = []
     for count in (4, 12):
-        report = author_example(example=name, out=tmp_path / str(count), count=count)
+        report = author_sample(sample=name, out=tmp_path / str(count), count=count)
         names = [frame.name for frame in StageReader(report.root).frames]
         skies = [np.vstack([s, *([p.T_cam_planet.matrix[:3, :3]] if p else [])]) for _, s, p in lit(report.root)]
         found.append(dict(zip(names, skies, strict=True)))
@@ -162,18 +162,18 @@ def test_a_pictures_light_does_not_depend_on_how_many_there_are(name, tmp_path) 
 
 
 def test_a_count_is_shared_out_among_the_parts() -> None:
-    example = open_example("swisscube")
-    assert Counter(shot.part.name for shot in example_pictures(example, 10)) == {
+    example = open_spec("swisscube")
+    assert Counter(shot.part.name for shot in part_pictures(example, 10)) == {
         "training": 7,
         "validation": 1,
         "testing": 2,
     }
-    assert len(example_pictures(example)) == example.count
+    assert len(part_pictures(example)) == example.count
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_names_are_unique_and_counts_are_the_published_ones(name) -> None:
-    chosen = example_pictures(open_example(name))
+    chosen = part_pictures(open_spec(name))
     names = [shot.name for shot in chosen]
     assert repeated_name(names) is None
     assert all(FRAME_NAME.fullmatch(each) for each in names)
@@ -201,7 +201,7 @@ def test_speedplus_has_the_distributions_of_the_published_poses(shared) -> None:
 
 
 def test_speedplus_has_the_earth_behind_its_second_half(tmp_path) -> None:
-    report = author_example(example="speedplus", out=tmp_path / "stage", frames="::2500")
+    report = author_sample(sample="speedplus", out=tmp_path / "stage", frames="::2500")
     visible = [planet is not None for _, _, planet in lit(report.root)]
     names = [frame.name for frame in StageReader(report.root).frames]
     assert visible == [int(name[3:]) >= 30000 for name in names]
@@ -248,17 +248,17 @@ def test_sequences_move_and_turn_steadily(name) -> None:
 
 
 def test_another_target_stands_instead(tmp_path) -> None:
-    report = author_example(example="speedplus", out=tmp_path / "stage", count=1, target="cubesat", camera="speed")
+    report = author_sample(sample="speedplus", out=tmp_path / "stage", count=1, target="cubesat", camera="speed")
     assert (report.target, report.camera) == ("cubesat", "speed.usda")
 
 
 def test_frames_are_chosen_among_the_pictures(tmp_path) -> None:
-    report = author_example(example="swisscube", out=tmp_path / "stage", frames="50::25000")
+    report = author_sample(sample="swisscube", out=tmp_path / "stage", frames="50::25000")
     assert [frame.name for frame in StageReader(report.root).frames] == ["training_0000_000050", "training_0250_000050"]
 
 
 CONSTRAINTS = "[constraints]\nsun_from_boresight_deg = 10\nsun_from_boresight_at_most_deg = 9\n"
-ROOT = 'schema = "example-1"\ntitle = "mine"\ncamera = "spark"\ntarget = "cubesat"\n'
+ROOT = 'schema = "sample-1"\ntitle = "mine"\ncamera = "spark"\ntarget = "cubesat"\n'
 PART = """
 [[part]]
 name = "a"
@@ -269,7 +269,7 @@ range = {{ distribution = "uniform", low = {low}, high = 3 }}
 across = {{ distribution = "fixed", value = 0 }}
 down = {{ distribution = "fixed", value = 0 }}
 attitude = {{ distribution = "attitudes" }}
-whole = true
+inside = 1
 {more}
 """
 SUN = '[part.sample]\n"{}" = {{ distribution = "directions" }}'
@@ -282,7 +282,7 @@ def example_file(folder, names="img{picture}", low="1", more="", root=ROOT, part
 
 
 def test_an_example_of_ones_own(tmp_path) -> None:
-    report = author_example(example=example_file(tmp_path), out=tmp_path / "stage")
+    report = author_sample(sample=example_file(tmp_path), out=tmp_path / "stage")
     assert (report.frames, report.target) == (4, "cubesat")
 
 
@@ -290,7 +290,7 @@ def test_an_example_of_ones_own(tmp_path) -> None:
     ("changes", "word"),
     [
         ({"root": ROOT + 'colour = "red"\n'}, "colour"),
-        ({"root": ROOT.replace("example-1", "example-9")}, "example-1"),
+        ({"root": ROOT.replace("sample-1", "example-9")}, "sample-1"),
         ({"root": "= 3"}, "not TOML"),
         ({"root": ROOT.replace("spark", "sparkle")}, "sparkle"),
         ({"names": "img{picture.__class__}"}, "names"),
@@ -308,7 +308,7 @@ def test_an_example_of_ones_own(tmp_path) -> None:
 )
 def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word) -> None:
     with pytest.raises(InputError) as raised:
-        author_example(example=example_file(tmp_path, **changes), out=tmp_path / "stage")
+        author_sample(sample=example_file(tmp_path, **changes), out=tmp_path / "stage")
     assert word in str(raised.value)
     assert not (tmp_path / "stage").exists()
 
@@ -318,17 +318,17 @@ def test_what_is_wrong_with_an_example_is_said(tmp_path, changes, word) -> None:
 )
 def test_names_and_counts_that_are_not_there_are_said(tmp_path, name, count, word) -> None:
     with pytest.raises(InputError, match=word):
-        author_example(example=name, out=tmp_path / "stage", count=count)
+        author_sample(sample=name, out=tmp_path / "stage", count=count)
 
 
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        ([], "neither poses nor example"),
-        (["--example", "shirt", "--poses", "x.json"], "poses"),
+        ([], "neither poses nor sample"),
+        (["--sample", "shirt", "--poses", "x.json"], "poses"),
         (["--poses", "x.json"], "target"),
         (["--poses", "x.json", "--target", "tango", "--camera", "speed", "--count", "2"], "count"),
-        (["--example", "nasa"], "nasa"),
+        (["--sample", "nasa"], "nasa"),
     ],
 )
 def test_the_command_says_what_it_lacks_in_one_sentence(tmp_path, spin_usd, options, word) -> None:
@@ -339,7 +339,7 @@ def test_the_command_says_what_it_lacks_in_one_sentence(tmp_path, spin_usd, opti
 
 
 def test_the_command_authors_an_example(tmp_path: Path, spin_usd) -> None:
-    done = spin_usd("author", "--example", "speedplus", "--count", 2, "--out", tmp_path / "stage", "--json")
+    done = spin_usd("author", "--sample", "speedplus", "--count", 2, "--out", tmp_path / "stage", "--json")
     assert json.loads(done.stdout)["frames"] == 2
 
 
@@ -350,15 +350,15 @@ def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
     small = {"Nu": lens.width // 3, "Nv": lens.height // 3, "cameraMatrix": matrix, "distCoeffs": lens.distortion}
     file = tmp_path / "third.json"
     file.write_text(json.dumps(small))
-    own = author_example(example="speedplus", out=tmp_path / "own", count=100)
-    third = author_example(example="speedplus", out=tmp_path / "third", count=100, camera=file)
+    own = author_sample(sample="speedplus", out=tmp_path / "own", count=100)
+    third = author_sample(sample="speedplus", out=tmp_path / "third", count=100, camera=file)
     assert own.views.of["cut_off"] == third.views.of["cut_off"]
 
 
 def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> None:
     """What an augmentation changes beats the example's own light in every picture."""
     out = tmp_path / "stage"
-    spin_usd("author", "--example", "speedplus", "--count", 2, "--out", out, "--augment", "isda")
+    spin_usd("author", "--sample", "speedplus", "--count", 2, "--out", out, "--augment", "isda")
     reader = StageReader(out / "dataset.usda")
     changed = StageReader(out / "dataset.usda", variant="isda_1")
     assert {"nominal", "isda_1", "isda_2", "isda_3"} <= set(reader.variants)

@@ -1,0 +1,141 @@
+"""A sampling specification in one line, such as "range=3..10 attitude=uniform inside=0.9 count=1000".
+
+Its words are those of a file (schemas/sample-1.schema.json): numbers are 5, 3..10 (uniform) or log(3..10); directions
+are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W,X,Y,Z:DEGREES. `uniform` is any.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from spin_usd.errors import InputError
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+SPAN = re.compile(rf"({NUMBER})\.\.({NUMBER})")
+LOG_SPAN = re.compile(rf"log\(({NUMBER})\.\.({NUMBER})\)")
+NEAR = re.compile(rf"({NUMBER}(?:,{NUMBER})*)(?::({NUMBER}))?")
+UNIFORM = "uniform"
+NAMES = "img{picture:06d}"
+
+Words = Mapping[str, Any]
+
+
+def is_sampling_text(given: str) -> bool:
+    """Return whether `given` is such a line, and not a name or a file."""
+    return "=" in given
+
+
+def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
+    """Return the tables that `text` is short for; `count` pictures, unless the text itself says how many. Raises
+    InputError that names the word."""
+    words = _words(text)
+    pictures = _whole(_number("count", words.pop("count"))) if "count" in words else count
+    if pictures is None:
+        raise InputError("says not how many pictures", where=f"sample {text!r}", do="add count=100")
+    poses, sample, constraints = _sorted(words)
+    part = {"name": "sample", "names": NAMES, "pictures": pictures, "poses": poses, "sample": sample}
+    return {"schema": "sample-1", "part": [part], "constraints": constraints}
+
+
+def _words(text: str) -> dict[str, str]:
+    words: dict[str, str] = {}
+    for word in text.split():
+        key, equals, value = word.partition("=")
+        if not (key and equals and value):
+            raise InputError(f"{word!r} is not key=value", where="sample", do="write for example range=3..10 count=100")
+        if key in words:
+            raise InputError("is given twice", where=f"sample {key!r}", do="keep one of them")
+        words[key] = value
+    return words
+
+
+def _sorted(words: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return what poses are sampled from, what else is sampled in each picture, and the constraints."""
+    poses: dict[str, Any] = {}
+    sample: dict[str, Any] = {}
+    constraints: dict[str, Any] = {}
+    for key, value in words.items():
+        if key in POSE_WORDS:
+            name, read = POSE_WORDS[key]
+            if name in poses:
+                raise InputError("is given beside attitude", where=f"sample {key!r}", do="keep one of them")
+            poses[name] = read(key, value)
+        elif key.endswith("_deg"):
+            constraints[key] = _number(key, value)
+        elif "." in key:
+            sample[key] = {**_sampled(key, value), "per": "frame"}
+        else:
+            raise InputError("is not known", where=f"sample {key!r}", do=f"use {', '.join(POSE_WORDS)}, {OTHERS}")
+    return {"attitude": {"distribution": "attitudes"}, **poses}, sample, constraints
+
+
+OTHERS = "count, a parameter such as sun.direction, or a constraint such as target_lit_deg"
+
+
+def _numbers(key: str, value: str) -> Words:
+    """Return a distribution of numbers."""
+    for pattern, kind in ((SPAN, UNIFORM), (LOG_SPAN, "log_uniform")):
+        if found := pattern.fullmatch(value):
+            return {"distribution": kind, "low": float(found[1]), "high": float(found[2])}
+    return {"distribution": "fixed", "value": _number(key, value)}
+
+
+def _attitude(key: str, value: str) -> Words:
+    if value == UNIFORM:
+        return {"distribution": "attitudes"}
+    around, most = _near(key, value, 4, "W,X,Y,Z or W,X,Y,Z:DEGREES")
+    if most is None:
+        return {"distribution": "fixed", "value": around}
+    return {"distribution": "attitudes_around", "around": around, "most": most}
+
+
+def _facing(key: str, value: str) -> Words:
+    axis, most = _near(key, value, 3, "X,Y,Z:DEGREES, an axis of the body")
+    return {"distribution": "facing", "axis": axis, "most": most or 0.0}
+
+
+def _inside(key: str, value: str) -> float | list[float]:
+    found = SPAN.fullmatch(value)
+    return [float(found[1]), float(found[2])] if found else _number(key, value)
+
+
+def _sampled(key: str, value: str) -> Words:
+    """Return a distribution of directions, or a fixed truth."""
+    if value in ("true", "false"):
+        return {"distribution": "fixed", "value": value == "true"}
+    if value == UNIFORM:
+        return {"distribution": "directions"}
+    axis, most = _near(key, value, 3, "X,Y,Z or X,Y,Z:DEGREES")
+    return {"distribution": "directions", "axis": axis, "most": most or 0.0}
+
+
+def _near(key: str, value: str, count: int, form: str) -> tuple[list[float], float | None]:
+    """Return `count` numbers, and how many degrees may be between them and a sample; None where that is not said."""
+    found = NEAR.fullmatch(value)
+    numbers = [float(number) for number in found[1].split(",")] if found else []
+    if found is None or len(numbers) != count:
+        raise InputError(f"{value!r} is not {form}", where=f"sample {key!r}", do=f"write so, or {key}={UNIFORM}")
+    return numbers, None if found[2] is None else float(found[2])
+
+
+def _number(key: str, value: str) -> float:
+    if not re.fullmatch(NUMBER, value):
+        do = "write a number, or LOW..HIGH where numbers are sampled"
+        raise InputError(f"{value!r} is not a number", where=f"sample {key!r}", do=do)
+    return float(value)
+
+
+def _whole(number: float) -> int | float:
+    """Return a whole number as such; the schema refuses another."""
+    return int(number) if number.is_integer() else number
+
+
+POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
+    "range": ("range", _numbers),
+    "attitude": ("attitude", _attitude),
+    "facing": ("attitude", _facing),
+    "inside": ("inside", _inside),
+    "u_share": ("u_share", _numbers),
+    "v_share": ("v_share", _numbers),
+}
+"""The words for poses: the key of the table that each is short for, and how its value is read."""

@@ -1,0 +1,106 @@
+"""Motion near a body on a circular orbit, in its axes: x up, y forward, z along the orbit's normal (Hill's axes).
+
+Relative motion is Clohessy and Wiltshire's ("Terminal guidance system for satellite rendezvous", 1960), and exact for
+the linear equations; with an infinite period it is straight.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spin_usd.arrays import Float
+
+
+class RelativeMotion(Protocol):
+    """A craft's motion in the orbit's axes."""
+
+    def places(self, mean_motion: float, times: Float) -> Float:
+        """Return the places (N, 3), metres, at the times (N), seconds; `mean_motion` in radians a second."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelativeOrbit:
+    """The elements of a relative orbit, metres and radians: at the time 0 the mean place is `forward` ahead and `up`
+    above, which makes it drift; the ellipse of the eccentricities has the semi-axes `eccentric` (up) and twice that
+    (forward), the oscillation across the orbit `inclined`; `phase` and `inclined_phase` are theirs at that time."""
+
+    forward: float
+    up: float = 0.0
+    eccentric: float = 0.0
+    phase: float = 0.0
+    inclined: float = 0.0
+    inclined_phase: float = 0.0
+
+    def state(self, mean_motion: float) -> Float:
+        """Position and velocity (6,) at the time 0, orbit's axes."""
+        n, e, i = mean_motion, self.eccentric, self.inclined
+        cosine, sine = math.cos(self.phase), math.sin(self.phase)
+        place = [self.up + e * cosine, self.forward - 2 * e * sine, i * math.cos(self.inclined_phase)]
+        velocity = [-n * e * sine, -1.5 * n * self.up - 2 * n * e * cosine, -n * i * math.sin(self.inclined_phase)]
+        return np.array([*place, *velocity])
+
+    def places(self, mean_motion: float, times: Float) -> Float:
+        return free_fall(self.state(mean_motion), mean_motion, times)[:, :3]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeFall:
+    """Free fall from a place, metres, with a velocity, metres a second, at the time 0; orbit's axes."""
+
+    place: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+
+    def places(self, mean_motion: float, times: Float) -> Float:
+        return free_fall(np.array([*self.place, *self.velocity]), mean_motion, times)[:, :3]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approach:
+    """A straight way from `start` to `end`, metres, orbit's axes, at a steady speed and held there by thrust: along x
+    it is an R-bar approach, along y a V-bar approach; it ends with the last of the times."""
+
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+
+    def places(self, mean_motion: float, times: Float) -> Float:
+        start, end = np.array(self.start), np.array(self.end)
+        share = times[:, None] / max(float(times[-1]), np.finfo(float).tiny)
+        return np.asarray(start + share * (end - start))
+
+
+def free_fall(state: Float, mean_motion: float, times: ArrayLike) -> Float:
+    """States (N, 6), position and velocity, at the times (N), seconds, of a body that has `state` (6,) at the time
+    0."""
+    return np.array([transition(mean_motion, time) @ state for time in np.asarray(times, np.float64)])
+
+
+def transition(mean_motion: float, time: float) -> Float:
+    """Return the matrix (6, 6) that takes a state by Clohessy and Wiltshire's equations through `time` seconds."""
+    n, a = mean_motion, mean_motion * time
+    if n == 0:
+        return np.eye(6) + time * np.eye(6, k=3)
+    s, c = math.sin(a), math.cos(a)
+    return np.array(
+        [
+            [4 - 3 * c, 0, 0, s / n, 2 * (1 - c) / n, 0],
+            [6 * (s - a), 1, 0, 2 * (c - 1) / n, (4 * s - 3 * a) / n, 0],
+            [0, 0, c, 0, 0, s / n],
+            [3 * n * s, 0, 0, c, 2 * s, 0],
+            [6 * n * (c - 1), 0, 0, -2 * s, 4 * c - 3, 0],
+            [0, 0, -n * s, 0, 0, c],
+        ]
+    )
+
+
+def between(start: Float, end: Float, mean_motion: float, time: float) -> Float:
+    """Return the state (6,) at `start` (3,) that falls to `end` (3,) in `time` seconds, which are fewer than half an
+    orbit."""
+    if time == 0:
+        return np.concatenate([start, np.zeros(3)])
+    matrix = transition(mean_motion, time)
+    velocity = np.linalg.solve(matrix[:3, 3:], end - matrix[:3, :3] @ start)
+    return np.concatenate([start, velocity])

@@ -1,0 +1,129 @@
+"""Torque-free turning: of a body of revolution in closed form, of any body by integration."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.rotation import matrices_from_quaternions, matrix_from_quaternion
+from spin_usd.sampling.distribution import Distribution
+from spin_usd.sampling.poses import number
+
+RELATIVE = 1e-12  # of the integrator, a step; energy then keeps to 1e-10 over a thousand radians
+STEADY = 1e-14  # relative: a body that turns about a principal axis turns steadily
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spin:
+    """Torque-free rotation of a body of revolution, in the axes of the orbit: `degrees` a picture about `axis` (body
+    frame) at the start, with `symmetry` its axis and `inertia` the moment about that over the moment across. With 1 it
+    turns steadily."""
+
+    degrees: Distribution
+    axis: Distribution
+    symmetry: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    inertia: float = 1.0
+    inertial = False
+
+    def turns(self, rng: np.random.Generator, times: Float) -> Float:
+        """Return R_start_body (N, 3, 3) at the times (N) of the pictures."""
+        rate = _rate(self.axis, self.degrees, rng)
+        return torque_free(rate, self.symmetry, self.inertia, np.arange(len(times)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tumble:
+    """Torque-free rotation of a rigid body relative to the stars: `rate` degrees a second about `axis` (body frame) at
+    the start; `inertia`: its tensor (3 rows of 3) about the centre of mass, body axes."""
+
+    rate: Distribution
+    axis: Distribution
+    inertia: tuple[tuple[float, float, float], ...]
+    inertial = True
+
+    def turns(self, rng: np.random.Generator, times: Float) -> Float:
+        """Return R_start_body (N, 3, 3) at the times (N), seconds."""
+        rate = _rate(self.axis, self.rate, rng)
+        return matrices_from_quaternions(tumbled(rate, np.array(self.inertia), times))
+
+
+def _rate(axis: Distribution, degrees: Distribution, rng: np.random.Generator) -> Float:
+    """Return a sampled angular velocity (3,), body frame, in radians."""
+    about = np.array(axis.sample(rng), np.float64)
+    rate: Float = math.radians(number(degrees, rng)) * about / np.linalg.norm(about)
+    return rate
+
+
+def torque_free(rate: Float, symmetry: ArrayLike, inertia: float, times: ArrayLike) -> Float:
+    """R_start_body (N, 3, 3) at the times (N) of a body of revolution whose angular velocity at the time 0 is `rate`
+    (3,), body frame: it turns about its axis while that precesses about the angular momentum, both steadily.
+
+    Source: H. Goldstein, "Classical Mechanics", chapter 5 (the force-free symmetric top).
+    """
+    axis = np.asarray(symmetry, np.float64) / np.linalg.norm(symmetry)
+    about = float(rate @ axis)
+    momentum = rate + (inertia - 1) * about * axis  # over the moment across
+    return np.array([turn(momentum * time) @ turn((1 - inertia) * about * axis * time) for time in np.asarray(times)])
+
+
+def tumbled(rate: Float, inertia: Float, times: Float) -> Float:
+    """Return q_start_body (N, 4), unit quaternions, at the times (N), ascending, of a rigid body without torques.
+
+    rate: its angular velocity (3,) at the time 0, body frame · inertia: its tensor (3, 3), body frame.
+
+    The attitude alone is integrated: the angular momentum is constant in space, so the body's own rate follows from
+    where the body points (L. D. Landau and E. M. Lifshitz, "Mechanics", paragraph 36), and momentum is kept exactly.
+    """
+    from scipy.integrate import solve_ivp
+
+    momentum = inertia @ rate
+    speed = float(np.linalg.norm(rate))
+    if float(np.linalg.norm(np.cross(rate, momentum))) <= STEADY * speed * float(np.linalg.norm(momentum)):
+        return np.array([_quaternion(rate * time) for time in times])
+    change = _attitude_rate(np.linalg.inv(inertia) / speed, momentum)
+    angles = speed * times  # time in radians of the first rate: steps have the same size for slow and fast bodies
+    start = np.array([1.0, 0, 0, 0])
+    found = solve_ivp(
+        change, (0.0, float(angles[-1])), start, method="DOP853", t_eval=angles, rtol=RELATIVE, atol=RELATIVE
+    ).y.T
+    unit: Float = found / np.linalg.norm(found, axis=1, keepdims=True)
+    return unit
+
+
+def _attitude_rate(inverse: Float, momentum: Float) -> Callable[[float, Float], tuple[float, ...]]:
+    """Return the function of a time and q_start_body (4,) that gives the derivative of that; in plain numbers, for it
+    is called often."""
+    (a, b, c), (_, e, f), (_, _, i) = (inverse / 2).tolist()  # symmetric; half, as the derivative is q rate / 2
+    mx, my, mz = momentum.tolist()
+
+    def change(_: float, q: Float) -> tuple[float, ...]:
+        w, x, y, z = q.tolist()
+        tx, ty, tz = my * z - mz * y, mz * x - mx * z, mx * y - my * x  # momentum x (x, y, z)
+        twice = 2 / (w * w + x * x + y * y + z * z)
+        px = mx + twice * (w * tx + ty * z - tz * y)  # the momentum in body axes
+        py = my + twice * (w * ty + tz * x - tx * z)
+        pz = mz + twice * (w * tz + tx * y - ty * x)
+        rx, ry, rz = a * px + b * py + c * pz, b * px + e * py + f * pz, c * px + f * py + i * pz
+        return (
+            -x * rx - y * ry - z * rz,
+            w * rx + y * rz - z * ry,
+            w * ry + z * rx - x * rz,
+            w * rz + x * ry - y * rx,
+        )
+
+    return change
+
+
+def turn(vector: Float) -> Float:
+    """Return the rotation (3, 3) about `vector` (3,) by its length, radians."""
+    return matrix_from_quaternion(_quaternion(vector))
+
+
+def _quaternion(vector: Float) -> Float:
+    """Return the unit quaternion (4,) of the rotation about `vector` (3,) by its length, radians."""
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle else np.zeros(3)
+    return np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)])
