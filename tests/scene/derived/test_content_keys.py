@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spin_usd.arrays import digest
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
@@ -12,6 +13,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import FrameId
 from spin_usd.scene.target import Part
+from tests.cases.bodies import moved, three_bodies
 from tests.cases.scenes import pose, scene, soup, target
 
 SETTINGS = RenderSettings(renderer="raycast", effort=Effort(samples=4), seed=7)
@@ -106,3 +108,45 @@ def test_variants_share_the_rays_but_not_the_noise() -> None:
     nominal, dim = base(), replace(base(), frame=replace(base().frame, variant="dim"))
     assert render_seed(nominal, SETTINGS) == render_seed(dim, SETTINGS)
     assert picture_seed(nominal, SETTINGS) != picture_seed(dim, SETTINGS)
+
+
+class TestSeveralBodies:
+    """Of several bodies a key holds all that its work depends on, and no more."""
+
+    scene = three_bodies()
+    outside = pose(t=(60, 0, 4))
+
+    def test_one_target_alone_has_the_keys_that_it_always_had(self) -> None:
+        alone = replace(self.scene, others=())
+        target, T = alone.target, alone.T_cam_body
+        parts = (target.mesh.key, target.cut_out_key, T.rotation, T.translation, alone.camera.key)
+        assert geometry_key(alone, "raycast") == digest("raycast", *parts)
+
+    @pytest.mark.parametrize("place", [1, 2])
+    def test_a_body_that_moves_in_the_frame_changes_labels_and_light(self, place) -> None:
+        before, after = (
+            KeyMaker(SETTINGS).keys(self.scene),
+            KeyMaker(SETTINGS).keys(moved(self.scene, place, pose(t=(0, 0, 3.5)))),
+        )
+        assert before.geometry != after.geometry
+        assert before.radiance != after.radiance
+        assert (before.targets != after.targets) == (place == 1)  # an occluder has no pose in the record
+
+    def test_a_body_that_moves_where_nobody_sees_it_changes_no_label(self) -> None:
+        out, farther = moved(self.scene, 1, self.outside), moved(self.scene, 1, pose(t=(70, 0, 4)))
+        assert out.apart[1].region.empty
+        before, after = KeyMaker(SETTINGS).keys(out), KeyMaker(SETTINGS).keys(farther)
+        assert before.geometry == after.geometry
+        assert before.radiance != after.radiance  # it may cast a shadow
+        assert before.targets != after.targets  # its pose is in the record
+
+    def test_targets_that_change_places_change_labels(self) -> None:
+        """A part is of another target then, though the pictures are the same."""
+        first, second = self.scene.bodies[:2]
+        swapped = replace(
+            self.scene,
+            target=second.target,
+            T_cam_body=second.T_cam_body,
+            others=(replace(first, id=2), self.scene.others[1]),
+        )
+        assert KeyMaker(SETTINGS).keys(swapped).geometry != KeyMaker(SETTINGS).keys(self.scene).geometry
