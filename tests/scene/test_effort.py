@@ -64,7 +64,7 @@ def test_numbers_are_written_with_all_their_digits_and_no_more() -> None:
         ("clamp=inf", "clamp is inf"),
         ("light_tree=yes", "light_tree is 'yes'"),
         ("reduction=3", "reduction is 3"),
-        ("samples", "'samples' is not an effort setting"),
+        ("samples", "effort setting samples has no value"),
         ("sampels=4", "'sampels=4' is not an effort setting"),
         ("samples=4,samples=5", "'samples=5' is not an effort setting"),
         ("", "'' is not an effort setting"),

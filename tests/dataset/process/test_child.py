@@ -23,7 +23,7 @@ def wait_until(condition, seconds=GONE_WITHIN_S):
 def test_an_error_in_the_child_is_the_same_error_here(tmp_path) -> None:
     with Child() as child, pytest.raises(SpinError) as raised:
         child.call("try_renderer", name="povray")
-    assert type(raised.value).__name__ == "UnsupportedError"
+    assert type(raised.value).__name__ == "InputError"
     assert "povray" in str(raised.value)
 
 
