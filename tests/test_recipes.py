@@ -121,7 +121,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Copy:
 
 
 def test_there_is_a_recipe_for_each_extension() -> None:
-    wanted = {"label", "renderer", "camera", "augmentation parameter", "pose-list format"}
+    wanted = {"label", "renderer", "camera", "augmentation parameter", "pose-list format", "export format"}
     assert wanted | {"rule on a dataset's pictures", "rule on a stage"} <= set(RECIPES)
 
 
@@ -176,6 +176,15 @@ def test_render_shows_every_recipes_work(dataset: Path) -> None:
     assert record["provenance"]["render"]["renderer"] == "silhouette"
     assert record["files"]["radius"]["unit"] == "m"
     assert np.array_equal(Dataset(dataset).picture("middle").label("radius"), radius)
+
+
+def test_export_writes_the_new_format(copy: Copy, dataset: Path) -> None:
+    copy.spin_usd("export", dataset, "--to", "centres", "--out", copy.folder / "centres")
+    rows = (copy.folder / "centres" / "train.csv").read_text().splitlines()
+    x0, y0, x1, y1 = Dataset(dataset).picture("middle").targets[0].box_visible.tolist()
+    assert rows[0] == "name,u,v"
+    assert f"middle-dim,{(x0 + x1) / 2},{(y0 + y1) / 2}" in rows
+    assert (copy.folder / "centres" / "images" / "middle-dim.png").is_file()
 
 
 def test_check_tells_of_the_new_rules_and_the_new_label(copy: Copy, dataset: Path) -> None:

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from spin_usd.dataset.export.formats.pose_table import pose_table_layout
 from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
+from spin_usd.dataset.export.layout.pose_table import pose_table_layout
 
 ASSUMED = "The layout is assumed: that of SPARK's stream 2, of the same laboratory; CubeSat-CDT's own is not published."
 

@@ -7,7 +7,6 @@ metadata.json mounts the camera; here camera and servicer are one.
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from spin_usd.dataset.export.formats.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import GREY_JPEG, grey_image
@@ -15,6 +14,7 @@ from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, writ
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import one_camera, one_variant
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 
 MOUNT = {"r_pri2cam_pri": [0.0, 0.0, 0.0], "q_pri2cam": [1.0, 0.0, 0.0, 0.0]}
 CONVENTIONS = (

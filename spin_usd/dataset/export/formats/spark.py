@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.dataset.export.formats.pose_table import pose_table_layout
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import JPEG, any_image
@@ -19,6 +18,7 @@ from spin_usd.dataset.export.layout.index_file import IndexFile, csv_table
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import depth_at_most, target_is_a_file_name
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.pose_table import pose_table_layout
 from spin_usd.formats.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)

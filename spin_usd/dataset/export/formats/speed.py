@@ -6,7 +6,6 @@ Sources: pedropro/UrsoNet (speed.py: SPLIT.json, images/SPLIT), tpark94/speedplu
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from spin_usd.dataset.export.formats.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import GREY_JPEG, grey_image
@@ -14,6 +13,7 @@ from spin_usd.dataset.export.layout.index_file import IndexFile, json_list
 from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
 from spin_usd.dataset.export.layout.limits import no_distortion, one_camera
 from spin_usd.dataset.export.layout.output import IndexRow, Output
+from spin_usd.dataset.export.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 
 CONVENTIONS = (
     *POSE_CONVENTIONS,

@@ -6,7 +6,6 @@ Sources: tpark94/spnv2 (tools/preprocess.py: images/NAME.jpg, masks/NAME.png), J
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from spin_usd.dataset.export.formats.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import GREY_JPEG, grey_image, mask_image, part_image
@@ -14,6 +13,7 @@ from spin_usd.dataset.export.layout.index_file import IndexFile, json_list
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import one_camera, parts_at_most
 from spin_usd.dataset.export.layout.output import IndexRow, Output
+from spin_usd.dataset.export.layout.speed_family import POSE_CONVENTIONS, camera_file, pose_row
 
 MASKS = {"silhouette": mask_image, "parts": part_image}
 MEANING = {
