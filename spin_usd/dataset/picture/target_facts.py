@@ -21,14 +21,16 @@ class TargetFacts:
     """What a record says of a target beside its pose.
 
     box_visible: tight box x0, y0, x1, y1 of the pixels that show it · box_amodal (2, 2): of its projected surface, in
-    the frame or not · truncated: whether some of it is outside the frame · corners (8, 2): its own bounding box in the
-    picture, pixels · keypoints (N, 2) pixels, and their states. None or NaN where there is none.
+    the frame or not · truncated: whether some of it is outside the frame · box (2, 3): its own bounding box, in its own
+    axes, metres, and corners (8, 2): that in the picture, pixels · keypoints (N, 2) pixels, and their states. None or
+    NaN where there is none.
     """
 
     counts: PixelCounts
     box_visible: list[int] | None
     box_amodal: Float | None
     truncated: bool
+    box: Float
     corners: Float
     keypoints: Float
     states: tuple[KeypointState, ...]
@@ -43,7 +45,7 @@ class TargetFacts:
                 "amodal": None if self.box_amodal is None else self.box_amodal.ravel().tolist(),
                 "truncated": self.truncated,
             },
-            "box_3d": {"corners": [_pixel_or_null(uv) for uv in self.corners]},
+            "box_3d": {"box": self.box.tolist(), "corners": [_pixel_or_null(uv) for uv in self.corners]},
             "keypoints": [
                 [*(_pixel_or_null(uv) or (None, None)), state]
                 for uv, state in zip(self.keypoints, self.states, strict=True)
@@ -75,10 +77,17 @@ def _facts(scene: Scene, place: int, shown: ShownBodies, caster: RaycastRenderer
         box_visible=shown.box(body),
         box_amodal=box,
         truncated=cut_off(alone, box),
-        corners=alone.camera.project(alone.T_cam_body.points(np.where(BOX, high, low))),
+        box=alone.target.mesh.box,
+        corners=alone.camera.project(alone.T_cam_body.points(corners_of_box(low, high))),
         keypoints=keypoints,
         states=states,
     )
+
+
+def corners_of_box(low: Float, high: Float) -> Float:
+    """Return (8, 3) the corners of the box from `low` to `high` (3,): z changes first, then y, then x."""
+    corners: Float = np.where(BOX, high, low)
+    return corners
 
 
 def _pixel_or_null(uv: Float) -> list[float] | None:

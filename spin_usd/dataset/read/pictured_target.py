@@ -29,8 +29,9 @@ class PicturedTarget:
         pixels_visible: how many pixels show it.
         pixels_amodal: how many pixels of the frame would show it if nothing else were there.
         visible_fraction: visible pixels over all that it would cover, also outside the frame; NaN where it covers none.
-        box_3d: (8, 2) pixels of the corners of its own bounding box, from least x, y and z on, z first growing, then y,
-            then x; NaN where the lens sees none.
+        box: (2, 3) its least and greatest coordinates in its own axes, metres.
+        box_3d: (8, 2) pixels of the corners of that box, from least x, y and z on, z first growing, then y, then x; NaN
+            where the lens sees none.
         keypoints: (N, 2) pixels of its keypoints, hidden ones too; NaN where the lens sees none.
         keypoint_states: (N,) "visible", "self-occluded", "occluded" by another body, "outside" the frame, or "behind"
             the camera.
@@ -48,6 +49,7 @@ class PicturedTarget:
     pixels_visible: int
     pixels_amodal: int
     visible_fraction: float
+    box: Float
     box_3d: Float
     keypoints: Float
     keypoint_states: tuple[str, ...]
@@ -69,6 +71,7 @@ class PicturedTarget:
             pixels_visible=found["pixels"]["visible"],
             pixels_amodal=found["pixels"]["amodal"],
             visible_fraction=float(_numbers(found["visible_fraction"], ())),
+            box=frozen(found["box_3d"]["box"]),
             box_3d=frozen([_numbers(corner, (2,)) for corner in found["box_3d"]["corners"]]),
             keypoints=frozen(np.array([entry[:2] for entry in found["keypoints"]], np.float64).reshape(-1, 2)),
             keypoint_states=tuple(state for *_, state in found["keypoints"]),

@@ -75,12 +75,13 @@ def test_a_target_is_where_its_labels_show_it(dataset) -> None:
     assert np.allclose(shown.keypoints, picture.keypoint_pixels, rtol=0, atol=1e-9)
     assert len(shown.keypoint_states) == len(picture.keypoints.names)
     assert {"visible", "self-occluded"} == set(shown.keypoint_states)
+    assert np.array_equal(shown.box, dataset.targets[0].box)
     assert shown.box_3d.shape == (8, 2)
 
 
 def test_what_there_is_not_is_nan(copy) -> None:
     nothing = {"box": {"visible": None, "amodal": None, "truncated": True}, "visible_fraction": None}
-    unseen = {"box_3d": {"corners": [None] * 8}, "keypoints": [[None, None, "behind"]]}
+    unseen = {"box_3d": {"box": [[0, 0, 0], [1, 1, 1]], "corners": [None] * 8}, "keypoints": [[None, None, "behind"]]}
     change(copy, targets=[copy[0].record["targets"][0] | nothing | unseen])
     (shown,) = copy[0].targets
     for name in ("box_visible", "box_amodal", "visible_fraction", "box_3d", "keypoints"):
@@ -182,7 +183,7 @@ def test_geometry_is_read_only(dataset) -> None:
         assert not getattr(picture, name).flags.writeable, name
     assert not picture.keypoints.points.flags.writeable
     (shown,) = picture.targets
-    for name in ("T_cam_body", "q_cam_body", "t_cam_body", "box_visible", "box_amodal", "box_3d", "keypoints"):
+    for name in ("T_cam_body", "q_cam_body", "t_cam_body", "box_visible", "box_amodal", "box", "box_3d", "keypoints"):
         assert not getattr(shown, name).flags.writeable, name
 
 
