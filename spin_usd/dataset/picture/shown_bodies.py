@@ -48,7 +48,7 @@ def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies 
     if kind == INSTANCE.name and several:
         return ShownBodies(region=scene.region, ids=values.astype(np.int32))
     if kind in SUPPORTS and not several:
-        seen = values.reshape(*scene.region.shape, -1).any(-1)
+        seen = values.any(-1) if values.ndim > 2 else values > 0
         return ShownBodies(region=scene.region, ids=np.where(seen, scene.bodies[0].id, NOTHING).astype(np.int32))
     return None
 

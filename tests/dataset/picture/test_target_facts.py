@@ -8,6 +8,7 @@ import pytest
 from spin_usd.dataset.picture.shown_bodies import shown_by_label, shown_by_rays
 from spin_usd.dataset.picture.target_facts import FactMaker
 from spin_usd.geometry.camera import Camera
+from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
@@ -63,9 +64,17 @@ def test_labels_show_the_bodies_that_rays_meet() -> None:
     s = scene(CUBE)
     surface = visible_surface(s, CASTER.visibility(s))
     rays = shown_by_rays(s, CASTER)
-    for label in (DEPTH, SEGMENTATION):
+    for label in (DEPTH, SEGMENTATION, DENSE_POSE):
         shown = shown_by_label(s, label.name, label.make(s, surface))
         assert np.array_equal(shown.ids, rays.ids)
+
+
+@pytest.mark.parametrize("label", [DEPTH, SEGMENTATION, DENSE_POSE], ids=lambda label: label.name)
+def test_labels_of_nothing_show_nothing(label) -> None:
+    s = scene(CUBE, T_cam_body=pose(t=(0, 0, -4)))
+    shown = shown_by_label(s, label.name, label.make(s, visible_surface(s, CASTER.visibility(s))))
+    assert shown.ids.size == 0
+    assert shown.box(1) is None
 
 
 def test_labels_of_several_bodies_show_what_rays_meet() -> None:
