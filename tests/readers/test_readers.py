@@ -58,7 +58,8 @@ def rendered(stage, dataset):
     """The arrays by path: labels as they are made, not as they lie in files; images and radiance as we read them."""
     reader, renderer, found = StageReader(stage), RaycastRenderer(), {}
     for frame in reader.frames:
-        for kind, array, _ in make_labels(reader.scene(frame), renderer, tuple(LABELS), Stopwatch()):
+        scene = reader.scene(frame, with_next=True)
+        for kind, array, _ in make_labels(scene, renderer, tuple(LABELS), Stopwatch(), renderer):
             found[f"{kind}/nominal/{frame.name}"] = array
         for path in (dataset / "image" / "nominal" / f"{frame.name}.png", dataset / "radiance" / "nominal" / f"{frame.name}.exr"):  # fmt: skip  # noqa: E501
             found[str(path.relative_to(dataset).with_suffix(""))] = read_image(path)[0]
