@@ -16,7 +16,7 @@ from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 
 QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
 POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
-NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2")
+NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2", "poses")
 
 
 def read(path: Path) -> Iterator[PoseEntry]:

@@ -77,6 +77,19 @@ def record(folder: Path, q, t) -> Path:
     return saved(folder / "records" / "nominal" / "a.json", said)
 
 
+def urso(folder: Path, q, t) -> Path:
+    """x forward, y right, z up; the scalar last; the sign of y goes with its mirrored axis."""
+    (w, a, b, c), (x, y, z) = q, t
+    saved(folder / "train_images.csv", "a.png\n")
+    row = ",".join(map(repr, (z, x, -y, a, -b, c, w)))
+    return saved(folder / "train_poses_gt.csv", f"x,y,z,q1,q2,q3,q4\n{row}\n")
+
+
+def croissant(folder: Path, q, t) -> Path:
+    head = "name,split,variant,frame,q_w,q_x,q_y,q_z,t_x,t_y,t_z"
+    return saved(folder / "pictures.csv", f"{head}\na,train,nominal,a,{','.join(map(repr, [*q, *t]))}\n")
+
+
 def webdataset(folder: Path, q, t) -> Path:
     said = json.dumps({"schema": "record-1", "frame": "a", "pose": {"q_cam_body": q, "t_cam_body": t}}).encode()
     with tarfile.open(folder / "train-000000.tar", "w") as tar:
@@ -93,7 +106,7 @@ def saved(path: Path, content) -> Path:
     return path
 
 
-FORMATS = (speedplus, speed, stream_2, bop, coco, record, webdataset)
+FORMATS = (speedplus, speed, stream_2, bop, coco, record, webdataset, urso, croissant)
 NAMES = {bop: "000003_000007"}
 
 
@@ -114,6 +127,21 @@ def test_a_published_pose_puts_its_keypoint_where_it_is_published(tmp_path, writ
     poses = read_pose_list(write(tmp_path, unit, R14))
     seen = SPEEDPLUS_CAMERA.project(matrix(poses.q_cam_body[0]) @ CORNER + poses.t_cam_body[0])
     assert seen == pytest.approx(PIXEL, abs=NEAR_PIXEL)
+
+
+def test_urso_sees_points_as_its_loader_does(tmp_path) -> None:
+    """By the loader's own formulas: K has a negative fy, a quaternion's matrix is the transpose of Hamilton's, and the
+    body's y is mirrored (UrsoNet: urso.py, se3lib.quat2SO3, utils.plot_axes)."""
+    unit = np.array(Q14) / np.linalg.norm(Q14)
+    pose = read_pose_list(urso(tmp_path, unit.tolist(), R14))
+    x, y, z, *q = map(float, (tmp_path / "train_poses_gt.csv").read_text().splitlines()[1].split(","))
+    jpl = Rotation.from_quat(q).as_matrix().T
+    right, up, forward = jpl @ (np.array(CORNER) * (1, -1, 1)) + (y, z, x)
+    theirs = (640 + 640 * right / forward, 480 - 640 * up / forward)
+    ours = Camera(width=1280, height=960, fx=640, fy=640, cx=640, cy=480).project(
+        matrix(pose.q_cam_body[0]) @ CORNER + pose.t_cam_body[0]
+    )
+    assert ours == pytest.approx(theirs, abs=1e-9)
 
 
 def test_all_lists_of_a_folder_are_read(tmp_path) -> None:
@@ -152,6 +180,7 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
 @pytest.mark.parametrize(
     ("name", "content", "word"),
     [
+        ("train_poses_gt.csv", "x,y,z,q1,q2,q3,q4\n0,0,1,0,0,0,1\n", "cannot be read"),
         ("a.csv", HEAD + "a.png,GT1,0,0,far,0,0,0,1\n", "line 2: Tz is 'far'"),
         ("a.csv", HEAD + "a.png,GT1,0,0\n", "Qx is ''"),
         ("a.csv", HEAD + ",GT1,0,0,1,0,0,0,1\n", "no filename"),
@@ -175,7 +204,7 @@ def test_what_is_wrong_with_a_list_is_said_in_one_sentence(tmp_path, name, conte
     with pytest.raises(InputError) as raised:
         read_pose_list(file)
     assert word in str(raised.value)
-    assert str(file) in str(raised.value) or name in str(raised.value)
+    assert str(tmp_path) in str(raised.value) or name in str(raised.value)
 
 
 def test_a_folder_without_lists_is_refused(tmp_path) -> None:

@@ -32,6 +32,8 @@ CONVENTIONS = (
     "in the dataset. v is 2 where visible, 1 where hidden by the target itself or by another body, and 0, with x and "
     "y 0, where out of the frame or behind the camera.",
     "Masks are of the visible pixels, in run lengths (RLE) down the columns, compressed as pycocotools reads them.",
+    "pose is no member of COCO's, and its readers pass over it: q_cam_body, scalar first, and t_cam_body, metres, take "
+    "the body's axes to the camera's, which are OpenCV's: x right, y down, z forward.",
     "A category is a target, and its id is the target's; iscrowd is 0. A target of which nothing is visible has no "
     "annotation.",
     "The lens distortion is in the images, as in boxes, masks and keypoints.",
@@ -47,6 +49,7 @@ def annotation(target: PicturedTarget, mask: NDArray[np.bool_]) -> dict[str, Any
         "area": int(mask.sum()),
         "bbox": [x0, y0, x1 - x0, y1 - y0],
         "segmentation": {"size": list(mask.shape), "counts": compressed(run_lengths(mask))},
+        "pose": {"q_cam_body": target.q_cam_body.tolist(), "t_cam_body": target.t_cam_body.tolist()},
     }
     points = keypoint_numbers(target.keypoints, target.keypoint_states)
     return said | {"keypoints": points, "num_keypoints": sum(v > 0 for v in points[2::3])} if points else said

@@ -14,14 +14,16 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import any_image, own_suffix
-from spin_usd.dataset.export.layout.index_file import write_text_file
+from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, write_text_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, has_keypoints
-from spin_usd.dataset.export.layout.output import MadeFile, Output
+from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
+from spin_usd.dataset.export.layout.speed_family import pose_row
 from spin_usd.dataset.export.masks.outlines import joined, outlines
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 
 DETECT, SEGMENT, POSE = "detect", "segment", "pose"
+POSES = "poses.json"
 SPLITS = {"train": "train", "validation": "val", "test": "test"}
 VISIBILITY = {"visible": 2, "self-occluded": 1, "occluded": 1}
 """A keypoint's third number by its state: 2 visible, 1 hidden; 0, which all others have, is not labelled."""
@@ -35,6 +37,7 @@ CONVENTIONS = (
     "With task=pose its keypoints follow the box, each x, y and 2 where visible, 1 where hidden by the target itself "
     "or by another body; 0 0 0 where out of the frame or behind the camera.",
     "A target of which nothing is visible has no line. The lens distortion is in the images and in all labels.",
+    "poses.json has the poses, which YOLO's labels do not hold, in the form of SPEED+.",
     "Ultralytics trains with a train and a validation split, and data.yaml names those that there are.",
 )
 
@@ -76,9 +79,15 @@ def _labels(dataset: ExportedDataset, picture: ExportedPicture) -> str:
 
 
 def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Output]:
-    yield any_image(picture, f"images/{picture.split}/{picture.name}{own_suffix(picture)}")
+    file = f"{picture.name}{own_suffix(picture)}"
+    yield any_image(picture, f"images/{picture.split}/{file}")
     labels = f"labels/{picture.split}/{picture.name}.txt"
     yield MadeFile(path=labels, write=lambda path: write_text_file(_labels(dataset, picture))(path))
+    yield IndexRow(path=POSES, value=pose_row(picture, file, "q_vbs2tango_true"))
+
+
+def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
+    return {POSES: json_list()}
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[Output]:
@@ -100,6 +109,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         conventions=CONVENTIONS,
         files=_files,
         shared=_shared,
+        indexes=_indexes,
         limits=(bodies_told_apart, *((has_keypoints,) if options["task"] == POSE else ())),
         splits=SPLITS,
         several=True,
