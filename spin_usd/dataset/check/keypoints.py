@@ -116,7 +116,7 @@ def _contradicted(target: CheckedTarget) -> Iterator[tuple[int, str]]:
     """Yield visible keypoints behind a surface, and hidden ones where most of a target's have nothing before them."""
     states = [state for *_, state in target.recorded["keypoints"]]
     around = dict(depths_around(target))
-    hidden = [i for i in around if states[i] != KeypointState.VISIBLE]
+    hidden = [i for i in around if states[i] != KeypointState.VISIBLE and around[i].whole]
     bare = [i for i in hidden if around[i].uncovered]
     for i, depth in around.items():
         if states[i] == KeypointState.VISIBLE and depth.covered:

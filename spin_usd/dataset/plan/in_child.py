@@ -202,15 +202,15 @@ def _description(reader: StageReader) -> dict[str, Any]:
     """Return what dataset.json says of the bodies, and what a plan needs of the camera."""
     scene = reader.scene(reader.frames[0])
     return {
-        "targets": [_target(body) for body in scene.targets],
-        "parts": dict(_parts(scene)),
+        "targets": [described_target(body) for body in scene.targets],
+        "parts": dict(described_parts(scene)),
         "bodies": len(reader.bodies),
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
     }
 
 
-def _target(body: Body) -> dict[str, Any]:
+def described_target(body: Body) -> dict[str, Any]:
     """Return what dataset.json says of a target."""
     target = body.target
     return {
@@ -225,7 +225,7 @@ def _target(body: Body) -> dict[str, Any]:
     }
 
 
-def _parts(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
+def described_parts(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the parts of all bodies by their ids in labels."""
     for body, before in zip(scene.bodies, scene.parts_before, strict=True):
         for part in body.target.parts:
