@@ -89,12 +89,8 @@ def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | No
     seen = np.flatnonzero(visibility.face.ravel() >= 0)
     rows, columns = np.divmod(seen, width)
     xy = scene.camera.centres(region)[rows, columns]
-    place, face, part = np.zeros(len(seen), np.intp), np.empty(len(seen), np.int32), np.empty(len(seen), np.uint16)
-    z, body = np.empty(len(seen)), np.empty((len(seen), 3))
-    for of in by_body(scene, visibility.face.ravel()[seen]):
-        place[of.rows], face[of.rows] = of.place, of.face
-        part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.parts_before[of.place])
-        z[of.rows], body[of.rows] = surface_points(of.alone, of.face, xy[of.rows])
+    face = visibility.face.ravel()[seen]
+    place, face, part, z, body = _points(scene, face, xy) if scene.others else _points_of_one(scene, face, xy)
     return Surface(
         scene=scene,
         region=region,
@@ -110,6 +106,26 @@ def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | No
         alone=visibility.apart,
         caster=caster,
     )
+
+
+Points = tuple[NDArray[np.intp], NDArray[np.int32], NDArray[np.uint16], Float, Float]
+"""A Surface's place, face, part, z and body."""
+
+
+def _points(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
+    """Return the points on the faces (N,), numbered through all bodies, along the rays of `xy` (N, 2)."""
+    place, own, part = np.empty(len(face), np.intp), np.empty(len(face), np.int32), np.empty(len(face), np.uint16)
+    z, body = np.empty(len(face)), np.empty((len(face), 3))
+    for of in by_body(scene, face):
+        place[of.rows], own[of.rows] = of.place, of.face
+        part[of.rows] = parts_of(of.alone.target.mesh, of.face) + np.uint16(scene.parts_before[of.place])
+        z[of.rows], body[of.rows] = surface_points(of.alone, of.face, xy[of.rows])
+    return place, own, part, z, body
+
+
+def _points_of_one(scene: Scene, face: NDArray[np.int32], xy: Float) -> Points:
+    """Return the same where the target is the only body, and nothing need be moved."""
+    return np.zeros(len(face), np.intp), face, parts_of(scene.target.mesh, face), *surface_points(scene, face, xy)
 
 
 def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Float, Float]:
