@@ -115,7 +115,8 @@ def _look(chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Pro
 def _shared(dataset: Dataset) -> str:
     """Return a digest of what all pictures share."""
     parts = [asdict(part) for part in dataset.parts.values()]
-    return digest(dataset.target, parts, list(dataset.keypoints.names), dataset.keypoints.points)
+    targets = [[each.name, each.box.tolist(), list(each.keypoints.names)] for each in dataset.targets]
+    return digest(parts, targets, *(each.keypoints.points for each in dataset.targets))
 
 
 def _shows(picture: ExportedPicture, layout: Layout) -> bool:
@@ -141,7 +142,7 @@ def _refuse_parts(dataset: Dataset) -> None:
 
 def _target(dataset: Dataset, name: str | None) -> str:
     """Return the name of the target that is exported where a format holds one. Raises InputError."""
-    names = [dataset.target]
+    names = [target.name for target in dataset.targets]
     if name is not None and name not in names:
         raise InputError(f"has no target {name!r}", where=dataset.root, do=f"choose among {', '.join(names)}")
     return name or names[0]
