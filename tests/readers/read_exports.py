@@ -64,7 +64,54 @@ def webdataset(export):
     ]
 
 
-READERS = {reader.__name__: reader for reader in (coco, webdataset)}
+def croissant(export):
+    """What mlcroissant gives of each picture: its texts and numbers, and the sum of its image's pixels."""
+    import mlcroissant
+
+    found = []
+    for row in mlcroissant.Dataset(str(export / "croissant.json")).records("pictures"):
+        said = {name.removeprefix("pictures/"): value for name, value in row.items()}
+        pixels = np.asarray(said.pop("image_content"))
+        texts = {name: value.decode() for name, value in said.items() if isinstance(value, bytes)}
+        numbers = {name: float(value) for name, value in said.items() if name not in texts}
+        found.append({"texts": texts, "numbers": numbers, "shape": pixels.shape, "sum": int(pixels[..., 0].sum())})
+    return found
+
+
+def speedplus(export):
+    """Where OpenCV projects the points that are given it, and the pixels of image and mask that it reads."""
+    import cv2
+
+    camera = json.loads((export / "camera.json").read_text())
+    points = np.array(json.loads((export / "points.json").read_text()))
+    found = {}
+    for entry in json.loads((export / "synthetic" / "train.json").read_text()):
+        w, *xyz = entry["q_vbs2tango_true"]
+        vector = 2 * np.arctan2(np.linalg.norm(xyz), w) * np.array(xyz) / np.linalg.norm(xyz)
+        place, matrix, lens = entry["r_Vo2To_vbs_true"], camera["cameraMatrix"], camera["distCoeffs"]
+        seen, _ = cv2.projectPoints(points, vector, np.array(place), np.array(matrix), np.array(lens))
+        stem = entry["filename"].removesuffix(".jpg")
+        image = cv2.imread(str(export / "synthetic" / "images" / entry["filename"]), cv2.IMREAD_UNCHANGED)
+        mask = cv2.imread(str(export / "synthetic" / "masks" / f"{stem}.png"), cv2.IMREAD_UNCHANGED)
+        found[stem] = {"pixels": seen[:, 0].tolist(), "image": image.shape, "mask": np.flatnonzero(mask).tolist()}
+    return found
+
+
+def spark(export):
+    """What pandas reads in the table of 2021, and the depth image that OpenCV does, in millimetres."""
+    import cv2
+    import pandas
+
+    table = pandas.read_csv(export / "train_labels.csv")
+    rows = table.to_dict("records")
+    for row in rows:
+        depth = cv2.imread(str(export / "train_depth" / row["class"] / row["depth"]), cv2.IMREAD_UNCHANGED)
+        row["millimetres"] = int(depth.max())
+        row["read"] = cv2.imread(str(export / "train_rgb" / row["class"] / row["image"])) is not None
+    return rows
+
+
+READERS = {reader.__name__: reader for reader in (coco, webdataset, croissant, speedplus, spark)}
 
 
 def main(reader, export, out) -> None:

@@ -1,4 +1,5 @@
-"""What users read exports with finds in them what the dataset says: pycocotools and webdataset."""
+"""What users read exports with finds in them what the dataset says: pycocotools, webdataset, mlcroissant, OpenCV 4 and
+pandas."""
 
 import json
 import subprocess
@@ -12,6 +13,7 @@ from tests.conftest import REPOSITORY
 
 PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
 PICTURES = 3
+OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +35,10 @@ def dataset(small_stage, tmp_path_factory, spin_usd):
 def read(readers, dataset, tmp_path, spin_usd):
     """What a reader makes of the dataset, exported to the format of its name."""
 
-    def reader(name, *options):
+    def reader(name, *options, points=None):
         spin_usd("export", dataset, "--to", name, "--out", tmp_path / name, *options)
+        if points is not None:
+            (tmp_path / name / "points.json").write_text(points)
         script, out = Path(__file__).with_name("read_exports.py"), tmp_path / "found.json"
         subprocess.run([readers, script, name, tmp_path / name, out], check=True, capture_output=True, text=True)
         return json.loads(out.read_text())
@@ -60,3 +64,32 @@ def test_webdataset_gives_each_picture_whole(read, dataset) -> None:
         files.pop("json")
         recorded = picture.record["files"]
         assert files == {f"{kind}{Path(file['path']).suffix}": file["sha256"] for kind, file in recorded.items()}
+
+
+def test_mlcroissant_joins_the_table_with_the_images(read, dataset) -> None:
+    found = {row["texts"]["frame"]: row for row in read("croissant")}
+    assert len(found) == PICTURES
+    for picture in Dataset(dataset):
+        row = found[picture.frame]
+        assert [row["numbers"][f"q_{axis}"] for axis in "wxyz"] == picture.q_cam_body.tolist()
+        assert [row["numbers"][f"t_{axis}"] for axis in "xyz"] == picture.t_cam_body.tolist()
+        assert (row["numbers"]["k1"], row["numbers"]["cx"]) == (picture.camera.distortion[0], picture.camera.cx)
+        assert (row["shape"][:2], row["sum"]) == (list(picture.image.shape), int(picture.image.astype(int).sum()))
+
+
+def test_opencv_projects_keypoints_by_speedplus_files(read, dataset) -> None:
+    pictures = list(Dataset(dataset))
+    found = read("speedplus", points=json.dumps(pictures[0].keypoints.points.tolist()))
+    for picture in pictures:
+        np.testing.assert_allclose(found[picture.frame]["pixels"], picture.keypoint_pixels, atol=OPENCV)
+        assert found[picture.frame]["image"] == list(picture.image.shape)
+        np.testing.assert_array_equal(found[picture.frame]["mask"], np.flatnonzero(picture.mask(1)))
+
+
+def test_pandas_and_opencv_read_boxes_and_depth_of_spark(read, dataset) -> None:
+    for row in read("spark", "--option", "layout=2021"):
+        picture = Dataset(dataset).picture(row["image"].removesuffix(".png"))
+        x0, y0, x1, y1 = picture.targets[0].box_visible.astype(int).tolist()
+        assert json.loads(row["bbox"]) == [y0, x0, y1, x1]
+        assert row["millimetres"] == round(1000 * float(picture.depth.max()))
+        assert row["read"]
