@@ -19,7 +19,7 @@ from spin_usd.labels.preview import by_motion
 from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import corners_of
 from spin_usd.scene.derived.shadows import RayCaster, in_shadow, lifted
-from spin_usd.scene.derived.surface import Surface, weights_at
+from spin_usd.scene.derived.surface import Rows, Surface, weights_at
 from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
@@ -42,7 +42,7 @@ def flow(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     frame, following = np.zeros((*scene.camera.frame.shape, 3), np.float32), scene.next_frame
     if following is None:
         return frame
-    for one, rows in surface.of_bodies(scene):
+    for one, rows in surface.pieces(scene):
         there = _same_body(one, following)
         if there:
             frame[surface.rows[rows], surface.columns[rows]] = _moves(surface, rows, one, following, there)
@@ -57,20 +57,21 @@ def _same_body(one: Scene, following: Scene) -> Scene | None:
     return next(same, None)
 
 
-def _moves(surface: Surface, rows: NDArray[np.intp], one: Scene, following: Scene, there: Scene) -> Float:
+def _moves(surface: Surface, rows: Rows, one: Scene, following: Scene, there: Scene) -> Float:
     """Return (M, 3) what the label has for those points of the surface that are of the body alone in `one`."""
     body, normals = _moved(surface, rows, one, there)
     uv = there.camera.project(there.T_cam_body.points(body))
-    seeable = np.isfinite(uv).all(-1)
+    u, v = uv.T
+    seeable = np.isfinite(u)
     here = np.stack([surface.columns[rows] + 0.5, surface.rows[rows] + 0.5], -1)
     states = np.where(seeable, NextState.OUTSIDE, NextState.UNSEEABLE)
-    inside = np.flatnonzero((uv >= 0).all(-1) & (uv < (there.camera.width, there.camera.height)).all(-1))
+    inside = np.flatnonzero((u >= 0) & (v >= 0) & (u < there.camera.width) & (v < there.camera.height))
     hidden = _hidden(following, there, body[inside], normals[inside], surface.rays)
     states[inside] = np.where(hidden, NextState.HIDDEN, NextState.SEEN)
     return np.column_stack([np.where(seeable[:, None], uv - here, 0), states])
 
 
-def _moved(surface: Surface, rows: NDArray[np.intp], one: Scene, there: Scene) -> tuple[Float, Float]:
+def _moved(surface: Surface, rows: Rows, one: Scene, there: Scene) -> tuple[Float, Float]:
     """Return the points and their normals (M, 3) in the next frame, body axes: at the same places of their faces."""
     face, body = surface.face[rows], surface.body[rows]
     if one.target is there.target:
@@ -82,9 +83,9 @@ def _moved(surface: Surface, rows: NDArray[np.intp], one: Scene, there: Scene) -
 def _hidden(following: Scene, there: Scene, body: Float, normals: Float, caster: RayCaster) -> NDArray[np.bool_]:
     """Return (N,) whether something stands between the points of the body alone in `there` and the next camera."""
     to_eye = there.T_cam_body.inverse().translation - body
-    distance = np.linalg.norm(to_eye, axis=-1)
-    side = np.sign((normals * to_eye).sum(-1, keepdims=True))  # of a sheet, that from which the next camera sees it
-    above = lifted(there.target.mesh, body, side * normals)
+    distance = np.sqrt(np.einsum("ni,ni->n", to_eye, to_eye))
+    side = np.sign(np.einsum("ni,ni->n", normals, to_eye))  # of a sheet, that from which the next camera sees it
+    above = lifted(there.target.mesh, body, side[:, None] * normals)
     return in_shadow(following, there, above, to_eye / distance[:, None], caster, distance)
 
 
@@ -133,6 +134,7 @@ FLOW = Label(
     suffix=".exr",
     usd_type="float3",
     file_bytes=4.0,
+    target_s=3.5e-07,
     preview=by_motion,
     faults=faults,
 )

@@ -27,6 +27,7 @@ class Label:
     file_bytes: what a pixel of the target takes in the file, compressed; `plan` expects that much
     preview: the label in colours for people, (H, W, 3) uint8 RGB
     faults: what `check` finds wrong with it in a picture that has it
+    target_s: seconds of one core that a pixel of the target takes to make, beyond what labels share; for `plan`
     decided_by: what decides it beyond what the geometry key covers, which decides all others
     takes_next_frame: whether `make` and `decided_by` take `scene.next_frame`
     default: whether `render` writes it when no labels are named
@@ -45,6 +46,7 @@ class Label:
     file_bytes: float
     preview: Callable[[NDArray[Any]], NDArray[np.uint8]]
     faults: Callable[[LabelledPicture], Iterator[LabelFault]]
+    target_s: float = 0.0
     decided_by: Callable[[Scene], Any] | None = None
     takes_next_frame: bool = False
     default: bool = False

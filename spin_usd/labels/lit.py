@@ -17,7 +17,7 @@ from spin_usd.labels.preview import by_id
 from spin_usd.scene.derived.content_keys import placed
 from spin_usd.scene.derived.faces import groups_of
 from spin_usd.scene.derived.shadows import in_shadow, lifted
-from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.derived.surface import Rows, Surface
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import brightest
@@ -39,7 +39,7 @@ def lit(scene: Scene, surface: Surface) -> NDArray[np.uint8]:
     """Return (H, W) uint8: the SunState; NO_SUN where there is none, planets hide it, or light links keep it away; 0
     where there is no surface."""
     frame, sun = np.zeros(scene.camera.frame.shape, np.uint8), _sun(scene)
-    for one, rows in surface.of_bodies(scene):
+    for one, rows in surface.pieces(scene):
         states = _states(scene, surface, one, rows, sun) if sun else SunState.NO_SUN
         frame[surface.rows[rows], surface.columns[rows]] = states
     return frame
@@ -51,18 +51,18 @@ def _sun(scene: Scene) -> DistantLight | None:
     return sun if sun and sun.obscuration < 1 else None
 
 
-def _states(scene: Scene, surface: Surface, one: Scene, rows: NDArray[np.intp], sun: DistantLight) -> NDArray[np.uint8]:
+def _states(scene: Scene, surface: Surface, one: Scene, rows: Rows, sun: DistantLight) -> NDArray[np.uint8]:
     """Return the SunState (M,) of those points of the surface that are of the body alone in `one`."""
     mesh, normals = one.target.mesh, surface.normals[rows]
     to_sun = -one.T_cam_body.inverse().directions(sun.direction_cam)
-    reached = np.ones(len(rows), bool)
+    reached = np.ones(len(normals), bool)
     if sun.lights is not None:
         reached = np.isin(groups_of(mesh, surface.face[rows]), list(sun.lights))
     states = np.where(reached, SunState.TURNED_AWAY, SunState.NO_SUN).astype(np.uint8)
     some = np.flatnonzero(reached & (normals @ to_sun > 0))
     states[some] = SunState.LIT
     if sun.shadows:
-        above = lifted(mesh, surface.body[rows[some]], normals[some])
+        above = lifted(mesh, surface.body[rows][some], normals[some])
         dark = in_shadow(scene, one, above, to_sun, surface.rays, blockers=sun.shadowed_by)
         states[some[dark]] = SunState.SHADOWED
     return states
@@ -107,6 +107,7 @@ LIT = Label(
     suffix=".png",
     usd_type="int",
     file_bytes=0.02,
+    target_s=1.2e-07,
     preview=by_id,
     faults=faults,
 )

@@ -27,7 +27,7 @@ MOST = 0.5  # of the neighbours on one plane must lie across the normal; others 
 def normals_cam(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: unit normals in the camera's axes, towards the camera; 0 where there is no surface."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    for one, rows in surface.of_bodies(scene):
+    for one, rows in surface.pieces(scene):
         turned = one.T_cam_body.directions(surface.normals[rows])
         frame[surface.rows[rows], surface.columns[rows]] = turned
     return frame
@@ -111,6 +111,7 @@ NORMALS_CAM = Label(
     suffix=".exr",
     usd_type="normal3f",
     file_bytes=0.6,
+    target_s=5e-08,
     preview=by_direction,
     faults=faults_cam,
 )
@@ -127,6 +128,7 @@ NORMALS_BODY = Label(
     suffix=".exr",
     usd_type="normal3f",
     file_bytes=0.5,
+    target_s=5e-08,
     preview=by_direction,
     faults=faults_body,
 )

@@ -18,11 +18,12 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.labels.table import LABELS
 
 Costs = Mapping[str, Mapping[str, float]]
+_OF_LABELS = {name: label.target_s for name, label in LABELS.items() if label.target_s}
 EVERYWHERE: Costs = {
     "stage": {"picture": 0.0015},
     "cache": {"picture": 0.0005, "pixel": 6.5e-8},
     "files": {"pixel": 2e-8},
-    "labels": {"pixel": 5e-8, "target": 2.5e-7},
+    "labels": {"pixel": 5e-8, "target": 2.5e-7, **_OF_LABELS},
     "facts": {"picture": 0.015},
     "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
     "sensor": {

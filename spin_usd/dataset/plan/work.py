@@ -87,7 +87,8 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
     found["files"] = {"pixel": files * frame}
     if task.label_pass:
         found[LABEL_PASS] = {"picture": 1, **_traced(picture, options.renderer, samples=1)}
-        found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels}
+        costly = {name: picture.target_pixels for name in options.labels if LABELS[name].target_s}
+        found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels, **costly}
     if task.render:
         found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, options))}
     elif options.lit:

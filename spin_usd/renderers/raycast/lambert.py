@@ -51,7 +51,7 @@ def _shade(scene: Scene, groups: LightGroups, caster: RayCaster, of: BodyFaces, 
     weights = weights_at(target.mesh, face, body)
     colours = _diffuse_colours(target, face, weights)
     normals = shading_normals(one, face, body)
-    above = lifted(target.mesh, body, geometric_normals(one, face, body))
+    above = lifted(target.mesh, body, geometric_normals(one, face))
     for light in (scene.lights[index] for index in groups.placed):
         assert not isinstance(light, DomeLight)
         arriving = beam(light, one.T_cam_body, body)

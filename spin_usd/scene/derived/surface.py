@@ -30,6 +30,9 @@ GRAZING = 1e-12  # cosine below which a ray runs within its triangle's plane
 TINY = np.finfo(np.float64).tiny
 CHUNK = 16384  # points worked on at once: their temporaries fit a core's cache
 
+Rows = NDArray[np.intp] | slice
+"""Which points of a surface."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surface:
@@ -60,7 +63,7 @@ class Surface:
         """Unit geometric normals (N, 3) in the axes of each point's own body, facing the camera."""
         found = np.empty((len(self.face), 3))
         for one, rows in self.of_bodies(self.scene):
-            found[rows] = geometric_normals(one, self.face[rows], self.body[rows])
+            found[rows] = geometric_normals(one, self.face[rows])
         return found
 
     @property
@@ -69,16 +72,26 @@ class Surface:
         assert self.caster, "the surface was made without a ray caster"
         return self.caster
 
-    def of_bodies(self, scene: Scene) -> Iterator[tuple[Scene, NDArray[np.intp]]]:
-        """Yield the scene of each body alone that is seen, and which of the points (M,) are its own."""
+    def of_bodies(self, scene: Scene) -> Iterator[tuple[Scene, Rows]]:
+        """Yield the scene of each body alone that is seen, and which of the points are its own."""
+        if not scene.others:
+            yield scene, slice(0, len(self.face))
+            return
         for place, one in enumerate(scene.apart):
             rows = np.flatnonzero(self.place == place)
             if len(rows):
                 yield one, rows
 
-    def of_targets(self, scene: Scene) -> Iterator[tuple[Scene, NDArray[np.intp]]]:
-        """Yield the same of the bodies that are targets."""
-        return ((one, rows) for one, rows in self.of_bodies(scene) if self.target[rows[0]])
+    def pieces(self, scene: Scene, *, targets_alone: bool = False) -> Iterator[tuple[Scene, Rows]]:
+        """Yield the same by few points at once, whose temporaries fit a core's cache; `targets_alone`: without
+        occluders."""
+        for one, rows in self.of_bodies(scene):
+            count = len(self.target[rows])
+            if targets_alone and not self.target[rows][:1].any():
+                continue
+            for start in range(0, count, CHUNK):
+                end = min(start + CHUNK, count)
+                yield one, slice(start, end) if isinstance(rows, slice) else rows[start:end]
 
 
 def visible_surface(scene: Scene, visibility: Visibility, caster: RayCaster | None = None) -> Surface:
@@ -167,16 +180,16 @@ def weights_at(mesh: Mesh, face: NDArray[np.int32], body: Float) -> Float:
     return _barycentric(body, corners_of(mesh, face))
 
 
-def geometric_normals(scene: Scene, face: NDArray[np.int32], body: Float) -> Float:
-    """Unit normals (N, 3) in body axes of the faces (N,) at their `body` points (N, 3), facing the camera."""
+def geometric_normals(scene: Scene, face: NDArray[np.int32]) -> Float:
+    """Unit normals (N, 3) in body axes of the faces (N,), on the side from which the camera sees them."""
     mesh = scene.target.mesh
     faces, which = _distinct(face, mesh.count)
     corners = corners_of(mesh, faces)
-    return _facing(scene, normals(corners)[which], body)
+    return _facing(scene, normals(corners), corners[:, 0])[which]
 
 
 def _facing(scene: Scene, along: Float, body: Float) -> Float:
-    """Normals `along` (N, 3) made unit and turned towards the camera."""
+    """Normals `along` (N, 3) at the points `body` (N, 3), made unit and turned towards the camera."""
     unit = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), TINY)
     eye = scene.T_cam_body.inverse().translation
     away = (unit * (body - eye)).sum(1) > 0

@@ -72,6 +72,14 @@ def test_more_of_anything_costs_more(pictures) -> None:
     assert seconds(Effort(samples=1024, adaptive=0.1)) < seconds(Effort(samples=1024))
 
 
+def test_labels_that_cast_rays_cost_more(pictures) -> None:
+    def seconds(*labels):
+        task = Task(picture=pictures[0], label_pass=True, render=False)
+        return expected_work(task, replace(OPTIONS, kinds=labels))["labels"]
+
+    assert seconds("depth", "flow") > seconds("depth", "lit") > seconds("depth") == seconds("depth", "range")
+
+
 def test_an_extent_holds_the_outline_and_that_the_target(small_stage) -> None:
     reader = StageReader(small_stage)
     for frame in reader.frames:

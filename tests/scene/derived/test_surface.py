@@ -130,7 +130,7 @@ def test_normals_face_the_camera_from_either_side() -> None:
     surface = visible_surface(s, RaycastRenderer().visibility(s))
     towards = s.T_cam_body.inverse().translation - surface.body
     own = s.target.mesh.corner_normals[surface.face, 0]
-    for normals in (shading_normals(s, surface.face, surface.body), geometric_normals(s, surface.face, surface.body)):
+    for normals in (shading_normals(s, surface.face, surface.body), geometric_normals(s, surface.face)):
         assert ((normals * towards).sum(1) >= 0).all()
         np.testing.assert_allclose(np.abs((normals * own).sum(1)), 1, rtol=0, atol=1e-6)
     assert ((own * towards).sum(1) < 0).any()

@@ -154,7 +154,7 @@ def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
 def rendered_share(renderer, scene, to_light):
     """Of the pixels that show the target, the share whose surface faces `to_light` (3,), body axes, unshaded."""
     surface = visible_surface(scene, renderer.visibility(scene))
-    normal = geometric_normals(scene, surface.face, surface.body)
+    normal = geometric_normals(scene, surface.face)
     facing = np.flatnonzero(normal @ to_light > 0)
     lifted = (surface.body + 1e-5 * normal)[facing]
     return np.count_nonzero(~renderer.shadowed(scene.target, lifted, to_light)) / len(surface.z)
