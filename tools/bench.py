@@ -11,14 +11,14 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import calibrate, frames, growth, labels, plan, predict, schedule, sensor, stages, variants
+from benchmarks import agreement, calibrate, frames, growth, labels, plan, predict, schedule, sensor, stages, variants
 
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.versions import LIBRARIES
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module
-    for module in (frames, growth, variants, labels, plan, sensor, predict, calibrate, schedule, stages)
+    for module in (frames, growth, variants, labels, plan, sensor, predict, calibrate, schedule, stages, agreement)
 }
 
 

@@ -56,11 +56,17 @@ def pose_error(target: CheckedTarget) -> PoseError | None:
     found_turn, found_shift = cv2.solvePnPRefineLM(points, pixels, *lens, turn.copy(), shift.copy(), REFINED)
     turned = cv2.Rodrigues(found_turn)[0] @ T_cam_body.rotation.T
     return PoseError(
-        degrees=float(np.degrees(np.linalg.norm(cv2.Rodrigues(turned)[0]))),
+        degrees=float(np.degrees(_angle(turned))),
         metres=float(np.linalg.norm(found_shift - shift)),
         allowed_degrees=allowed[0],
         allowed_metres=allowed[1],
     )
+
+
+def _angle(rotation: Float) -> float:
+    """Return the angle of a rotation matrix (3, 3), radians, also of the smallest one."""
+    axis = [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    return float(np.arctan2(np.linalg.norm(axis), np.trace(rotation) - 1))
 
 
 def _allowed(points: Float, turn: Float, shift: Float, lens: tuple[Float, Float]) -> tuple[float, float] | None:
