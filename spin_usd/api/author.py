@@ -30,6 +30,7 @@ def author(
     keypoints: str | Path | None = None,
     parts: str | Path | None = None,
     channels: str | None = None,
+    lidar: str | Path | None = None,
     sun_direction: str | Sequence[float] | None = None,
     sun_from_target: str | Sequence[float] | None = None,
     any_size: bool = False,
@@ -58,6 +59,7 @@ def author(
         keypoints: a file of named points, JSON, CSV or TOML; metres, body axes.
         parts: a file of patterns of material and prim names, with part and class; JSON, CSV or TOML.
         channels: "rgb" or "mono", instead of the camera's own.
+        lidar: the name of a LiDAR to mount on the camera, or a file of one, TOML or JSON.
         sun_direction: x, y, z of a vector to the Sun in camera axes (x right, y down, z forward); -z is behind;
             numbers, or text with commas between.
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
@@ -86,6 +88,7 @@ def author(
             "keypoints": _text(keypoints),
             "parts": _text(parts),
             "channels": channels,
+            "lidar": _text(lidar),
             "sun_direction": _numbers("sun_direction", sun_direction),
             "sun_from_target": _numbers("sun_from_target", sun_from_target),
         },

@@ -7,7 +7,7 @@ from spin_usd.api.effort import setting_of
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.stage_path import existing_stage, root_layer
 from spin_usd.errors import InputError
-from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, PIXEL_LABELS
 
 
 def render_request(
@@ -49,6 +49,7 @@ def render_request(
         seed=seed,
         renderer=setting.renderer,
         labels=_label_names(labels),
+        offered=tuple(CLOUD_LABELS) if "all" in names_in(labels) else (),
         image=not labels_only,
         radiance=radiance,
         image_suffix=f".{image_format}",
@@ -58,8 +59,9 @@ def render_request(
 
 
 def _label_names(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Return the labels that are named; "default", "all" and "none" may stand among the names."""
-    groups = {"default": DEFAULT_LABELS, "all": tuple(LABELS), "none": ()}
+    """Return the labels that are named; "default", "all", which leaves out those that not every stage has, and
+    "none" may stand among the names."""
+    groups = {"default": DEFAULT_LABELS, "all": tuple(PIXEL_LABELS), "none": ()}
     return tuple(label for name in names_in(given) for label in groups.get(name, (name,)))
 
 

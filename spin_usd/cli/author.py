@@ -93,6 +93,10 @@ def author(
     channels: Annotated[
         str | None, typer.Option(metavar="NAME", help="rgb or mono, instead of the camera's own.")
     ] = None,
+    lidar: Annotated[
+        str | None,
+        typer.Option(metavar="NAME_OR_FILE", help=f"A LiDAR on the camera: {named('lidar')}, or a TOML or JSON file."),
+    ] = None,
     sun_direction: Annotated[
         str | None,
         typer.Option(metavar="X,Y,Z", help="To the Sun, in camera axes: x right, y down, z forward; -z is behind."),
@@ -133,6 +137,7 @@ def author(
         keypoints=keypoints,
         parts=parts,
         channels=channels,
+        lidar=lidar,
         sun_direction=sun_direction,
         sun_from_target=sun_from_target,
         any_size=any_size,

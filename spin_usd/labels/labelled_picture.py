@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.scene.lidar.lidar import Lidar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +28,10 @@ class LabelledPicture:
 
     camera: its intrinsics · poses: T_cam_body of each target, by id · target_of_part (P + 1,): the target of each part
     that the dataset lists, 0 of occluders and of the part 0, which is nothing · arrays: each label that the picture
-    has, by name, (H, W) or (H, W, C) · class_of_part (P + 1,): class ids likewise · boxes: of each target (2, 3), body
-    axes, metres · towards_sun (3,): unit, camera axes, None where the record says nothing of a Sun · next_camera,
-    next_poses: of the next frame, None and empty where the record says nothing of it.
+    has, by name, (H, W) or (H, W, C), or (N,) of a LiDAR's points · class_of_part (P + 1,): class ids likewise ·
+    boxes: of each target (2, 3), body axes, metres · towards_sun (3,): unit, camera axes, None where the record says
+    nothing of a Sun · next_camera, next_poses: of the next frame, None and empty where the record says nothing of it ·
+    lidar: the LiDAR, where the picture has its points.
     """
 
     camera: Camera
@@ -41,6 +43,7 @@ class LabelledPicture:
     towards_sun: Float | None = None
     next_camera: Camera | None = None
     next_poses: Mapping[int, Transform] = field(default_factory=dict)
+    lidar: Lidar | None = None
 
     @property
     def parts(self) -> int:

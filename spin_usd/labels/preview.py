@@ -13,6 +13,7 @@ RGB = NDArray[np.uint8]
 GOLDEN = (5**0.5 - 1) / 2  # steps of this around the colour circle keep any number of hues apart
 GUTTER_PX = 6
 GUTTER_GREY = 48
+CLOUD_PX = 480, 300  # width and height of the image of a LiDAR's points
 NEAREST, FARTHEST = 0.95, 0.15  # of the colour map: its dark end stays clear of the black background
 
 
@@ -27,10 +28,35 @@ def by_distance(metres: NDArray[np.float32]) -> RGB:
     seen = metres > 0
     colours = np.zeros((*metres.shape, 3), np.uint8)
     if seen.any():
-        z = metres[seen].astype(np.float64)
-        away = (z - z.min()) / max(float(np.ptp(z)), np.finfo(np.float64).tiny)
-        level = np.rint(255 * (NEAREST + (FARTHEST - NEAREST) * away)).astype(np.uint8)
-        colours[seen] = cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1]
+        colours[seen] = _distance_colours(metres[seen])
+    return colours
+
+
+def _distance_colours(metres: NDArray[np.float32]) -> RGB:
+    """Return the colours (N, 3) of so many distances, of which there is one at least."""
+    z = metres.astype(np.float64)
+    away = (z - z.min()) / max(float(np.ptp(z)), np.finfo(np.float64).tiny)
+    level = np.rint(255 * (NEAREST + (FARTHEST - NEAREST) * away)).astype(np.uint8)
+    return np.asarray(cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1])
+
+
+def as_the_lidar_sees(cloud: NDArray[np.void]) -> RGB:
+    """A LiDAR's points as it sees them, azimuth to the left and elevation upwards, by their measured ranges as
+    `by_distance`: all that it measured fills the image."""
+    wide, tall = CLOUD_PX
+    colours = np.zeros((tall, wide, 3), np.uint8)
+    if len(cloud):
+        x, y, z = cloud["points"].T.astype(np.float64)
+        across, down = -np.arctan2(y, x), -np.arctan2(z, np.hypot(x, y))
+        scale = 0.9 / max(np.ptp(across) / wide, np.ptp(down) / tall, 1e-9)
+        columns = np.rint((across - (across.min() + across.max()) / 2) * scale + (wide - 1) / 2).astype(np.intp)
+        rows = np.rint((down - (down.min() + down.max()) / 2) * scale + (tall - 1) / 2).astype(np.intp)
+        nearest_last = np.argsort(-cloud["ranges"], kind="stable")
+        dots = _distance_colours(cloud["ranges"])[nearest_last]
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            colours[np.minimum(rows + i, tall - 1)[nearest_last], np.minimum(columns + j, wide - 1)[nearest_last]] = (
+                dots
+            )
     return colours
 
 

@@ -7,7 +7,8 @@ from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
 from spin_usd.labels.flow import FLOW
 from spin_usd.labels.instance import INSTANCE
-from spin_usd.labels.label import Label
+from spin_usd.labels.label import CloudLabel, Label
+from spin_usd.labels.lidar import LIDAR, LIDAR_PLY
 from spin_usd.labels.lit import LIT
 from spin_usd.labels.masks import MASK_AMODAL, MASK_VISIBLE
 from spin_usd.labels.nocs import NOCS
@@ -16,7 +17,7 @@ from spin_usd.labels.range import RANGE
 from spin_usd.labels.segmentation import SEGMENTATION
 from spin_usd.scene.model import Scene
 
-_ALL = (
+_ALL: tuple[Label | CloudLabel, ...] = (
     DEPTH,
     SEGMENTATION,
     DENSE_POSE,
@@ -28,25 +29,34 @@ _ALL = (
     MASK_VISIBLE,
     MASK_AMODAL,
     LIT,
+    LIDAR,
+    LIDAR_PLY,
     NOCS,
     FLOW,
 )
-LABELS: dict[str, Label] = {label.name: label for label in _ALL}
+LABELS: dict[str, Label | CloudLabel] = {label.name: label for label in _ALL}
 """By name, in the order in which they are made."""
 
-DEFAULT_LABELS = tuple(name for name, label in LABELS.items() if label.default)
+PIXEL_LABELS = {label.name: label for label in _ALL if isinstance(label, Label)}
+"""Those of every pixel."""
+
+CLOUD_LABELS = {label.name: label for label in _ALL if isinstance(label, CloudLabel)}
+"""Those of a LiDAR, which not every stage has."""
+
+DEFAULT_LABELS = tuple(name for name, label in PIXEL_LABELS.items() if label.default)
 """Names of those that `render` writes when none are named."""
 
-LABELS_OF_SEVERAL = tuple(name for name, label in LABELS.items() if label.of_several)
+LABELS_OF_SEVERAL = tuple(name for name, label in PIXEL_LABELS.items() if label.of_several)
 """Names of those that `render` writes beside any other label where a stage has several bodies."""
 
 
-def own_keys(names: Iterable[str], scene: Scene, geometry: str) -> dict[str, str]:
-    """Return the keys, by their names, of those of the labels that more decides than the geometry, whose key is given.
-    Other names than those of labels do not count."""
-    return {name: LABELS[name].key(scene, geometry) for name in names if name in LABELS and LABELS[name].decided_by}
+def own_keys(names: Iterable[str], scene: Scene, geometry: str, seed: int) -> dict[str, str]:
+    """Return the keys, by their names, of those of the labels that other things decide than the geometry alone, whose
+    key is given; none for what the scene cannot have. Other names than those of labels do not count."""
+    keys = {name: LABELS[name].key(scene, geometry, seed) for name in names if name in LABELS}
+    return {name: key for name, key in keys.items() if key not in ("", geometry)}
 
 
 def take_next_frame(names: Iterable[str]) -> bool:
     """Return whether one of the labels is made of the next frame too. Other names than those of labels do not count."""
-    return any(LABELS[name].takes_next_frame for name in names if name in LABELS)
+    return any(PIXEL_LABELS[name].takes_next_frame for name in names if name in PIXEL_LABELS)

@@ -20,6 +20,7 @@ from spin_usd.geometry.region import Region, union
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.environment import Environment
+from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.light import Light
 from spin_usd.scene.sensor import Optics, Sensor
 from spin_usd.scene.target import Target
@@ -83,7 +84,8 @@ class Shutter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code.
+    """Camera, bodies and their poses, lights, what lies behind, optics and sensor at one time code, and the LiDAR,
+    where there is one.
 
     `target` and `T_cam_body` are the first target's, whose id is 1; `others` are the other bodies: targets in order of
     their ids, then occluders. What holds for each body alone is asked of the scenes in `apart`. `next_frame`: the
@@ -102,6 +104,7 @@ class Scene:
     shutter: Shutter | None = None
     others: tuple[Body, ...] = ()
     next_frame: "Scene | None" = None
+    lidar: Lidar | None = None
 
     def __post_init__(self) -> None:
         if self.shutter and self.shutter.middle.matrix.tobytes() != self.T_cam_body.matrix.tobytes():

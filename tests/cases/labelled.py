@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.labels.labelled_picture import LabelledPicture
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.part_classes import class_of_parts
 from spin_usd.scene.derived.surface import visible_surface
@@ -32,7 +32,7 @@ def surface_of(scene, renderer=CASTER):
 def labels_of(scene, renderer=CASTER):
     """All labels by name."""
     surface = surface_of(scene, renderer)
-    return {name: label.make(scene, surface) for name, label in LABELS.items()}
+    return {name: label.make(scene, surface) for name, label in PIXEL_LABELS.items()}
 
 
 def picture_of(scene, labels, **changed):
@@ -48,6 +48,7 @@ def picture_of(scene, labels, **changed):
         class_of_part=class_of_parts(scene),
         boxes={body.id: body.target.mesh.box for body in scene.targets},
         towards_sun=light.towards_cam if light else None,
+        lidar=scene.lidar,
         next_camera=following.camera if following else None,
         next_poses={body.id: body.T_cam_body for body in following.targets} if following else {},
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.labels.classes import faults
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.derived.part_classes import class_ids
 from tests.cases.labelled import labels_of, picture_of
 from tests.cases.scenes import scene, soup, target
@@ -31,9 +31,11 @@ def test_each_pixel_has_the_class_of_its_part() -> None:
 
 
 def test_another_class_is_another_label_of_the_same_geometry() -> None:
-    one, same, other = (LABELS["classes"].key(classed(names), "geometry") for names in (NAMES, NAMES, NAMES[::-1]))
+    one, same, other = (
+        PIXEL_LABELS["classes"].key(classed(names), "geometry", 0) for names in (NAMES, NAMES, NAMES[::-1])
+    )
     assert one == same != other
-    assert LABELS["segmentation"].key(classed(NAMES), "geometry") == "geometry"
+    assert PIXEL_LABELS["segmentation"].key(classed(NAMES), "geometry", 0) == "geometry"
 
 
 def test_a_wrong_class_is_found() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spin_usd.labels.flow import NextState, faults
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.derived.surface import surface_points
 from tests.cases.labelled import CASTER, followed, labels_of, picture_of
 from tests.cases.scenes import BARREL, PINCUSHION, boxes, pose, scene, target
@@ -103,7 +103,7 @@ def test_points_go_with_their_faces_where_the_target_changes_its_shape() -> None
 
 def test_its_key_depends_on_the_next_frame() -> None:
     made = scene(target(*boxes()), camera=BARREL, T_cam_body=NOW)
-    keys = {LABELS["flow"].key(each, "g") for each in (made, followed(made, NOW), followed(made, NEXT))}
+    keys = {PIXEL_LABELS["flow"].key(each, "g", 0) for each in (made, followed(made, NOW), followed(made, NEXT))}
     assert len(keys) == 3
 
 

@@ -9,7 +9,7 @@ import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from spin_usd.labels.instance import faults
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from tests.cases.bodies import moved, three_bodies, without
 from tests.cases.labelled import labels_of, picture_of
@@ -83,7 +83,7 @@ def test_a_body_far_away_and_one_close_by_are_both_exact(scene) -> None:
     first = labels["instance"] == 1
     assert first.sum() > 1000
     assert (labels["instance"] == 2).sum() > 1000
-    assert not list(LABELS["depth"].faults(picture_of(far, labels)))
+    assert not list(PIXEL_LABELS["depth"].faults(picture_of(far, labels)))
     for name in ("depth", "dense_pose", "segmentation"):
         np.testing.assert_array_equal(near[name][first], labels[name][first])
 
@@ -97,4 +97,4 @@ def test_an_instance_that_the_segmentation_contradicts_is_found(scene, labels) -
 
 
 def test_every_label_of_several_bodies_agrees_with_the_others(scene, labels) -> None:
-    assert [fault for label in LABELS.values() for fault in label.faults(picture_of(scene, labels))] == []
+    assert [fault for label in PIXEL_LABELS.values() for fault in label.faults(picture_of(scene, labels))] == []

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from tests.authorities.first_hit import first_hit
 from tests.cases.labelled import labels_of, surface_of
 from tests.cases.scenes import BARREL, SMALL, pose, scene, soup, target
@@ -29,7 +29,7 @@ def labelled(request):
 
 def test_shapes_and_types_are_the_contracts(labelled) -> None:
     s, labels = labelled
-    for name, label in LABELS.items():
+    for name, label in PIXEL_LABELS.items():
         channels = () if len(label.channels.names) == 1 else (len(label.channels.names),)
         assert labels[name].shape == (*s.camera.frame.shape, *channels)
         assert labels[name].dtype == np.dtype(label.channels.dtype)
@@ -91,7 +91,7 @@ def test_part_ids_of_sixteen_bits_survive() -> None:
     points, faces, _ = soup(1, count=3)
     many = target(points, faces, parts=np.array([1, 40000, 65535]))
     s = scene(many)
-    ids = LABELS["segmentation"].make(s, surface_of(s))
+    ids = PIXEL_LABELS["segmentation"].make(s, surface_of(s))
     assert set(np.unique(ids)) == {0, 1, 40000, 65535}
 
 

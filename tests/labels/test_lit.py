@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.labels.lit import SunState, faults
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.effort import Effort
 from tests.cases.labelled import CASTER, labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, box, boxes, pose, scene, target
@@ -87,7 +87,7 @@ def test_its_key_depends_on_where_the_sun_is_and_not_on_its_strength(labelled) -
     made, _ = labelled
 
     def key(light):
-        return LABELS["lit"].key(made.with_lights((light,)), "geometry")
+        return PIXEL_LABELS["lit"].key(made.with_lights((light,)), "geometry", 0)
 
     assert key(OBLIQUE) == key(replace(OBLIQUE, irradiance=(9.0, 8.0, 7.0))) == key(replace(OBLIQUE, obscuration=0.5))
     others = [sun((0, 0, 1)), replace(OBLIQUE, shadows=False), replace(OBLIQUE, obscuration=1.0)]

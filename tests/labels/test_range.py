@@ -7,7 +7,7 @@ import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from spin_usd.labels.range import faults
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from tests.cases.labelled import followed, labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, pose, scene, soup, target
@@ -62,7 +62,7 @@ def test_range_is_how_far_a_ray_travels(labelled) -> None:
 
 def test_every_label_agrees_with_the_others(labelled) -> None:
     made, labels = labelled
-    assert [fault for label in LABELS.values() for fault in label.faults(picture_of(made, labels))] == []
+    assert [fault for label in PIXEL_LABELS.values() for fault in label.faults(picture_of(made, labels))] == []
 
 
 @pytest.mark.parametrize("against", ["depth", "dense_pose"])

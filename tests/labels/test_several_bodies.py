@@ -9,7 +9,7 @@ from spin_usd.errors import UnsupportedError
 from spin_usd.labels.flow import NextState
 from spin_usd.labels.lit import SunState
 from spin_usd.labels.masks import MOST, mask_visible
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.effort import Effort
 from tests.cases.labelled import CASTER, labels_of, picture_of, sun, surface_of
@@ -53,7 +53,7 @@ def alone(made, place):
 
 def test_no_label_disagrees_with_another(made, labels) -> None:
     picture = picture_of(made, labels)
-    assert [fault for label in LABELS.values() for fault in label.faults(picture)] == []
+    assert [fault for label in PIXEL_LABELS.values() for fault in label.faults(picture)] == []
 
 
 def test_visible_masks_are_of_the_instances(labels) -> None:
@@ -91,7 +91,8 @@ def test_bodies_shade_one_another(made, labels) -> None:
 def test_a_body_outside_the_frame_decides_what_is_lit(made) -> None:
     """Its shadow may fall into it."""
     keys = {
-        LABELS["lit"].key(replace(made, **bodies(arm=pose(t=(0, aside, 3)))), "geometry") for aside in (-30, -30, -31)
+        PIXEL_LABELS["lit"].key(replace(made, **bodies(arm=pose(t=(0, aside, 3)))), "geometry", 0)
+        for aside in (-30, -30, -31)
     }
     assert len(keys) == 2
 

@@ -11,7 +11,7 @@ import pytest
 
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
@@ -22,7 +22,7 @@ SNIPPETS = re.findall(
 )
 FULL_SCALE = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 PICTURES = 10
-EXR_LABELS = [label for label in LABELS.values() if label.suffix == ".exr"]
+EXR_LABELS = [label for label in PIXEL_LABELS.values() if label.suffix == ".exr"]
 
 
 @pytest.fixture(scope="module")
@@ -59,11 +59,11 @@ def rendered(stage, dataset):
     reader, renderer, found = StageReader(stage), RaycastRenderer(), {}
     for frame in reader.frames:
         scene = reader.scene(frame, with_next=True)
-        for kind, array, _ in make_labels(scene, renderer, tuple(LABELS), Stopwatch(), renderer):
+        for kind, array, _ in make_labels(scene, renderer, tuple(PIXEL_LABELS), Stopwatch(), renderer):
             found[f"{kind}/nominal/{frame.name}"] = array
         for path in (dataset / "image" / "nominal" / f"{frame.name}.png", dataset / "radiance" / "nominal" / f"{frame.name}.exr"):  # fmt: skip  # noqa: E501
             found[str(path.relative_to(dataset).with_suffix(""))] = read_image(path)[0]
-    assert len(found) == (len(LABELS) + 2) * PICTURES
+    assert len(found) == (len(PIXEL_LABELS) + 2) * PICTURES
     return found
 
 
@@ -77,7 +77,7 @@ def read(python, reader, dataset, out):
 @pytest.mark.parametrize("reader", ["opencv", "openimageio", "imageio", "openexr"])
 def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path) -> None:
     found = read(readers, reader, dataset, tmp_path)
-    assert len(found) == PICTURES * (len(EXR_LABELS) + 1 if reader == "openexr" else len(LABELS) + 2)
+    assert len(found) == PICTURES * (len(EXR_LABELS) + 1 if reader == "openexr" else len(PIXEL_LABELS) + 2)
     for path, array in found.items():
         assert array.dtype == rendered[path].dtype, path
         assert array.tobytes() == rendered[path].tobytes(), path
@@ -86,7 +86,7 @@ def test_it_reads_what_was_rendered(reader, readers, dataset, rendered, tmp_path
 def test_blender_reads_what_was_rendered(dataset, rendered, tmp_path) -> None:
     """As R, G, B and A, a lone channel in each of the first three; of a PNG in the unit range."""
     found = read(sys.executable, "blender", dataset, tmp_path)
-    assert len(found) == PICTURES * (len(LABELS) + 2)
+    assert len(found) == PICTURES * (len(PIXEL_LABELS) + 2)
     for path, array in found.items():
         wanted = rendered[path]
         planes = np.repeat(wanted[..., None], 3, -1) if wanted.ndim == 2 else wanted

@@ -19,7 +19,7 @@ from benchmarks.spread import shown, spread
 import spin_usd
 from spin_usd import resources
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import Surface, visible_surface
 from spin_usd.scene.model import Scene
@@ -77,10 +77,10 @@ def of_labels(scene: Scene, caster: RaycastRenderer, rounds: int) -> dict[str, f
         PASS: seconds(partial(caster.visibility, scene), rounds),
         POINTS: seconds(partial(visible_surface, scene, visibility, caster), rounds),
     }
-    runs: dict[str, list[float]] = {name: [] for name in LABELS}
+    runs: dict[str, list[float]] = {name: [] for name in PIXEL_LABELS}
     for _ in range(rounds):
         surface = visible_surface(scene, visibility, caster)
-        for name, label in LABELS.items():
+        for name, label in PIXEL_LABELS.items():
             runs[name].append(seconds(partial(label.make, scene, surface), 1))
     return found | {name: statistics.median(each) for name, each in runs.items()}
 

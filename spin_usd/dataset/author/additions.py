@@ -1,4 +1,4 @@
-"""Additions that a user makes to an authored stage: keypoints, names of parts, colour, and where the Sun stands."""
+"""Additions that a user makes to an authored stage: keypoints, names of parts, colour, a LiDAR, and the Sun's place."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,15 +9,20 @@ import numpy as np
 
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
+from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.parts_file import read_parts_file
+from spin_usd.resources import bundled
+from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.source.part_rule import PartRule
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base, sampled_values
-from spin_usd.stage.author.add_keypoints import add_keypoints
-from spin_usd.stage.author.add_parts import add_parts
+from spin_usd.stage.author.added.add_keypoints import add_keypoints
+from spin_usd.stage.author.added.add_lidar import add_lidar
+from spin_usd.stage.author.added.add_parts import add_parts
 from spin_usd.stage.author.camera_layer import set_channels
 
 CHANNELS = ("mono", "rgb")
+LIDAR_SUFFIXES = (".toml", ".json")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,14 +30,15 @@ class Additions:
     """The additions to one stage. None and empty leave the stage as it is.
 
     files: the files that were given, by what they hold · keypoints · parts: rules, in their order · channels: "mono" or
-    "rgb" · sun_from_camera, sun_from_target: directions to the Sun, in camera and in body axes, of which one at most is
-    given.
+    "rgb" · lidar: what is mounted on the camera · sun_from_camera, sun_from_target: directions to the Sun, in camera
+    and in body axes, of which one at most is given.
     """
 
     files: Mapping[str, Path]
     keypoints: Keypoints | None = None
     parts: tuple[PartRule, ...] = ()
     channels: str | None = None
+    lidar: Lidar | None = None
     sun_from_camera: tuple[float, float, float] | None = None
     sun_from_target: tuple[float, float, float] | None = None
 
@@ -42,6 +48,8 @@ class Additions:
         notes: tuple[str, ...] = ()
         if self.channels is not None:
             set_channels(root.parent / "layers" / "camera.usda", self.channels)
+        if self.lidar is not None:
+            add_lidar(root, self.lidar, f"The LiDAR in {self.files['lidar'].name}.")
         if self.keypoints is not None:
             add_keypoints(root, self.keypoints)
             count, file = len(self.keypoints.names), self.files["keypoints"].name
@@ -71,6 +79,7 @@ def read_additions(
     keypoints: str | Path | None = None,
     parts: str | Path | None = None,
     channels: str | None = None,
+    lidar: str | Path | None = None,
     sun_direction: Sequence[float] | None = None,
     sun_from_target: Sequence[float] | None = None,
 ) -> Additions:
@@ -80,15 +89,23 @@ def read_additions(
     if sun_direction is not None and sun_from_target is not None:
         do = "give one: camera axes, or body axes"
         raise InputError("sun_direction and sun_from_target are given together", do=do)
-    given = {"keypoints": keypoints, "parts": parts}
+    lidar_file = None if lidar is None else _lidar_file(str(lidar))
+    given = {"keypoints": keypoints, "parts": parts, "lidar": lidar_file}
     return Additions(
         files={what: Path(path) for what, path in given.items() if path is not None},
         keypoints=None if keypoints is None else read_keypoints_file(keypoints),
         parts=() if parts is None else read_parts_file(parts),
         channels=channels,
+        lidar=None if lidar_file is None else read_lidar_file(lidar_file),
         sun_from_camera=_direction(sun_direction),
         sun_from_target=_direction(sun_from_target),
     )
+
+
+def _lidar_file(given: str) -> Path:
+    """Return the file of the LiDAR of that name, or the file itself."""
+    path = Path(given)
+    return path if path.suffix.lower() in LIDAR_SUFFIXES else bundled("lidar", given)
 
 
 def _direction(given: Sequence[float] | None) -> tuple[float, float, float] | None:

@@ -21,7 +21,7 @@ from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_file import READERS, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
-from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.augment.sampled_layer import write_sampled
@@ -36,7 +36,7 @@ from spin_usd.stage.author.write_stage import ROOT, write_stage
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
-OUTPUTS = {"image": "color3f"} | {name: LABELS[name].usd_type for name in DEFAULT_LABELS}
+OUTPUTS = {"image": "color3f"} | {name: PIXEL_LABELS[name].usd_type for name in DEFAULT_LABELS}
 """The files of a picture that an authored stage lists, each with the USD type of its pixels."""
 
 

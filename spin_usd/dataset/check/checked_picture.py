@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from spin_usd.dataset.store.cache import Purpose
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.formats.image_file import read_image
+from spin_usd.formats.arrays.array_file import read_array
 from spin_usd.scene.finding import Finding
 from spin_usd.sha256 import sha256_of
 
@@ -49,10 +49,11 @@ class CheckedPicture:
 
     @cached_property
     def arrays(self) -> Mapping[str, NDArray[Any]]:
-        """The pixels of each of its files by kind, (H, W) or (H, W, C); none unless all are intact."""
+        """The numbers of each of its files by kind: (H, W) or (H, W, C) pixels, or (N,) points of a LiDAR; none unless
+        all are intact."""
         if not self.intact:
             return {}
-        return {kind: read_image(self.store.root / entry["path"])[0] for kind, entry in self.record["files"].items()}
+        return {kind: read_array(self.store.root / entry["path"]) for kind, entry in self.record["files"].items()}
 
 
 def digest_findings(store: Store, name: str, sha256: str, inventory: Inventory) -> Iterator[Finding]:

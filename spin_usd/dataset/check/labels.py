@@ -10,9 +10,10 @@ from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.labelled_picture import LabelledPicture
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.scene.derived.part_classes import class_ids
 from spin_usd.scene.finding import Finding
+from spin_usd.scene.lidar.lidar import Lidar
 
 
 def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
@@ -21,7 +22,7 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
     camera = picture.record["camera"]
     shape = (camera["height"], camera["width"])
     for kind, array in picture.arrays.items():
-        if array.shape[:2] != shape:
+        if kind not in CLOUD_LABELS and array.shape[:2] != shape:
             message = f"is {array.shape[:2]}, the camera is {shape}; {MAKE_AGAIN}"
             yield Finding(code="size", where=picture.record["files"][kind]["path"], message=message)
             return
@@ -33,7 +34,7 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
     record, description = picture.record, picture.inventory.description
-    parts, following = description["parts"], record.get("next")
+    parts, following, lidar = description["parts"], record.get("next"), record.get("lidar")
     ids = class_ids(part["class"] for part in parts.values())
     return LabelledPicture(
         camera=_camera(record["camera"]),
@@ -45,6 +46,7 @@ def _labelled(picture: CheckedPicture) -> LabelledPicture:
         towards_sun=np.array(record["sun"]["towards_cam"]) if "sun" in record else None,
         next_camera=_camera(following["camera"]) if following else None,
         next_poses=_poses(following["targets"]) if following else {},
+        lidar=Lidar.from_json(lidar) if lidar else None,
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import CLOUD_LABELS, LABELS, PIXEL_LABELS
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
 from spin_usd.renderers.renderer import Renderer
@@ -19,6 +19,7 @@ from spin_usd.scene.derived.shadows import RayCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
+from spin_usd.scene.ranging.echoes import FirstFaces, echoes
 from spin_usd.scene.sensor import Sensor
 from spin_usd.scene.source.channels import Channels
 from spin_usd.sensor.develop import develop
@@ -44,7 +45,7 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
 """What the channels of each kind of file can be."""
 IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
 KINDS = (IMAGE, RADIANCE, *LABELS)
-LABEL_PASS, BEAUTY_PASS = "label pass", "beauty pass"
+LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
 PASSES = (LABEL_PASS, BEAUTY_PASS)  # the kinds of work that a renderer does
 
 
@@ -70,8 +71,10 @@ Made = tuple[str, NDArray[Any], Channels]
 def make_labels(
     scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch, caster: RayCaster | None = None
 ) -> Iterator[Made]:
-    """Make the labels among `kinds`, from one pass; those that cast rays of their own by the `caster`."""
-    labels = [LABELS[kind] for kind in LABELS if kind in kinds]
+    """Make the labels of pixels among `kinds`, from one pass; those that cast rays of their own by the `caster`."""
+    labels = [label for kind, label in PIXEL_LABELS.items() if kind in kinds]
+    if not labels:
+        return
     with watch(LABEL_PASS):
         visibility = renderer.visibility(scene)
     with watch("labels"):
@@ -80,6 +83,19 @@ def make_labels(
         with watch("labels"):
             array = label.make(scene, surface)
         yield label.name, array, label.channels
+
+
+def make_clouds(
+    scene: Scene, first_faces: FirstFaces, kinds: Sequence[str], watch: Stopwatch, *, seed: int
+) -> Iterator[Made]:
+    """Make the LiDAR's labels among `kinds`, which hold the same points: its beams are cast once."""
+    labels = [label for kind, label in CLOUD_LABELS.items() if kind in kinds]
+    with watch(BEAM_PASS):
+        met = echoes(scene, first_faces)
+    for label in labels:
+        with watch("labels"):
+            cloud = label.make(scene, met, np.random.Generator(np.random.SFC64(seed)))
+        yield label.name, cloud, label.channels
 
 
 def render_in(light: UnitLight, renderer: Renderer, settings: RenderSettings, watch: Stopwatch) -> Radiance:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from spin_usd.geometry.region import Region
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.body_faces import by_body
 from spin_usd.scene.model import Scene
@@ -37,10 +38,12 @@ class ShownBodies:
 
 
 def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies | None:
-    """Return the bodies that a label (H, W) or (H, W, C) of that kind shows; None where it does not tell them apart.
+    """Return the bodies that a label of that kind shows; None where it does not tell them apart, or is not of pixels.
 
     The label instance does not tell an occluder from nothing: all of it that is no target is taken for one.
     """
+    if kind not in PIXEL_LABELS:
+        return None
     values, several = array[scene.region.slices], len(scene.bodies) > 1
     if kind == SEGMENTATION.name:
         bodies = np.array([NOTHING, *(body.id for body in scene.bodies)], np.int32)

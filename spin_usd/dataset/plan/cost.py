@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.dataset.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.store.atomic import write_json
@@ -25,6 +25,7 @@ EVERYWHERE: Costs = {
     "files": {"pixel": 2e-8},
     "labels": {"pixel": 5e-8, "target": 2.5e-7, **_OF_LABELS},
     "facts": {"picture": 0.015},
+    BEAM_PASS: {"picture": 0.03},
     "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
     "sensor": {
         "pixel": 2e-8,

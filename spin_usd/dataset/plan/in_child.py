@@ -20,7 +20,7 @@ from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.labels.table import own_keys, take_next_frame
 from spin_usd.progress import Progress
 from spin_usd.scene.body import Body
-from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings
+from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
 from spin_usd.scene.finding import in_sentences
@@ -179,7 +179,7 @@ def _planned(
             LightGroups.of(scene).count,
             has,
             frame.source_file,
-            own_keys(labels, scene, keys.geometry),
+            own_keys(labels, scene, keys.geometry, render_seed(scene, settings)),
         )
         for name, value in zip(COLUMNS, row, strict=True):
             columns[name].append(value)
@@ -207,6 +207,7 @@ def _description(reader: StageReader) -> dict[str, Any]:
         "bodies": len(reader.bodies),
         "camera": [scene.camera.width, scene.camera.height],
         "channels": scene.sensor.channels,
+        "lidar": scene.lidar is not None,
     }
 
 

@@ -7,11 +7,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.dataset.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.geometry.bands import ROWS
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import CLOUD_LABELS, LABELS
 from spin_usd.renderers.crop import BAND_COST_SAMPLES
 from spin_usd.renderers.skipped.material_needs import scene_surfaces
 from spin_usd.scene.derived.light_groups import LightGroups
@@ -87,6 +87,8 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
     found["files"] = {"pixel": files * frame}
     if task.label_pass:
         found[LABEL_PASS] = {"picture": 1, **_traced(picture, options.renderer, samples=1)}
+        if any(kind in CLOUD_LABELS for kind in options.kinds):
+            found[BEAM_PASS] = {"picture": 1}
         costly = {name: picture.target_pixels for name in options.labels if LABELS[name].target_s}
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels, **costly}
     if task.render:

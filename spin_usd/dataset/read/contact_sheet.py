@@ -14,7 +14,7 @@ from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.formats.image_file import write_image
 from spin_usd.labels import preview
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import CLOUD_LABELS, LABELS
 
 MARGIN = 1.2  # of the box shown to the box that the target covers
 
@@ -47,7 +47,8 @@ def spread(total: int, count: int) -> list[int]:
 def _row(picture: Picture) -> list[NDArray[np.uint8]]:
     around = _surroundings(picture.record)
     kinds = ((kind, in_colours) for kind, in_colours in COLUMNS.items() if kind in picture.files)
-    return [in_colours(picture.label(kind)[around]) for kind, in_colours in kinds]
+    arrays = ((picture.label(kind), kind in CLOUD_LABELS, in_colours) for kind, in_colours in kinds)
+    return [in_colours(array if cloud else array[around]) for array, cloud, in_colours in arrays]
 
 
 def _surroundings(record: Mapping[str, Any]) -> tuple[slice, slice]:

@@ -1,7 +1,7 @@
 """One picture of a dataset, as those who train and test with it read it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -14,9 +14,10 @@ from spin_usd.arrays import Float, frozen
 from spin_usd.dataset.read.description import DescribedPart, Description
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
+from spin_usd.dataset.read.point_cloud import PointCloud
 from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
-from spin_usd.formats.image_file import read_image
+from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.source.keypoints import Keypoints
@@ -28,11 +29,11 @@ CHECK = "run spin-usd check on the dataset"
 
 @dataclass(frozen=True, kw_only=True)
 class PictureFile:
-    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it ·
-    channels: how many it has."""
+    """path: where the file lies, relative to the dataset · dtype: the type of its numbers, as numpy names it; of a
+    table each column's, by its name · channels: how many it has, or columns."""
 
     path: str
-    dtype: str
+    dtype: str | Mapping[str, str]
     channels: int
 
 
@@ -187,9 +188,16 @@ class Picture:
         is."""
         return self._array("dense_pose")
 
+    @cached_property
+    def lidar(self) -> PointCloud:
+        """The points that the LiDAR measured, N of them, in its own axes: see PointCloud."""
+        lidar = self.record.get("lidar", {})
+        pose = _pose_matrix(lidar.get("q_cam_lidar", (1, 0, 0, 0)), lidar.get("t_cam_lidar", (0, 0, 0)))
+        return PointCloud(table=self._array("lidar"), T_cam_lidar=pose)
+
     def label(self, name: str) -> NDArray[Any]:
         """Return the label of that name, such as "depth": (H, W), or (H, W, C), in the number type that the record
-        says.
+        says; a LiDAR's points are a table (N,).
 
         The file is read at each call. `record["files"]` says what the numbers are. Raises InputError where the picture
         has no such label.
@@ -203,8 +211,8 @@ class Picture:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         path = file_at(self.root, self.files[kind].path)
-        array, _ = read_image(path)
-        if (array.dtype.name, array.shape) != (self.files[kind].dtype, self._shape(kind)):
+        array = read_array(path)
+        if described_type(array) != self.files[kind].dtype or array.shape not in (self._shape(kind), array.shape[:1]):
             found = f"holds {array.dtype} numbers in {array.shape}, which is not what its record says"
             raise InputError(found, where=path, do=CHECK)
         return array
@@ -252,5 +260,5 @@ def _file(entry: dict[str, Any]) -> PictureFile:
     return PictureFile(path=entry["path"], dtype=entry["dtype"], channels=len(entry["channels"]))
 
 
-def _pose_matrix(q_cam_body: list[float], t_cam_body: list[float]) -> Float:
+def _pose_matrix(q_cam_body: Sequence[float], t_cam_body: Sequence[float]) -> Float:
     return frozen(Transform.from_quaternion(to="cam", of="body", q=q_cam_body, t=t_cam_body).matrix)

@@ -13,6 +13,7 @@ from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.lit import LIT
+from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.model import Scene
@@ -65,10 +66,11 @@ def make_record(
         **({"sun": recorded_sun(sun)} if sun else {}),
         **({"next": recorded_next(scene.next_frame)} if scene.next_frame else {}),
         **({"tones": picture.tones} if picture.tones else {}),
+        **({"lidar": scene.lidar.as_json()} if scene.lidar and files.keys() & CLOUD_LABELS.keys() else {}),
         "files": files,
         "provenance": {
             "stage": {"root": options.stage, **stage},
-            "keys": picture.keys,
+            "keys": {name: key for name, key in picture.keys.items() if key},
             "render": {
                 "renderer": options.settings.renderer,
                 "effort": asdict(options.settings.effort),

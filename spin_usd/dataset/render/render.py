@@ -82,11 +82,11 @@ def _render(
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     copied = store.stage.resolve() if own else lease.work / STAGE
     planned = plan(request, progress=progress, copy_to=None if own else copied, had=store.kinds)
+    kinds = wanted_kinds(request, planned)
     if not own:
         refuse_changed(store.stage)
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()
     removed = _remove_unwanted(store, planned, options)
-    kinds = wanted_kinds(request, planned)
     write_json(store.description, describe(store, planned, root, kinds), work=lease.work)
     if not own:
         _adopt_stage(store, lease.work)

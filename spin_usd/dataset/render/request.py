@@ -11,7 +11,7 @@ from spin_usd.dataset.plan.work import RunOptions
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.errors import InputError
-from spin_usd.labels.table import DEFAULT_LABELS, LABELS, LABELS_OF_SEVERAL
+from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
@@ -21,7 +21,7 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
     """The request that a user makes to `render` or `plan`. chosen: why the effort is what it is, where it was not
-    given."""
+    given · offered: labels that are made too where the stage has what they are made of."""
 
     stage: Path
     frames: str | None = None
@@ -31,6 +31,7 @@ class RenderRequest:
     seed: int | None = None
     renderer: str = DEFAULT_RENDERER
     labels: tuple[str, ...] = DEFAULT_LABELS
+    offered: tuple[str, ...] = ()
     image: bool = True
     radiance: bool = False
     image_suffix: str = ".png"
@@ -77,7 +78,7 @@ def plan(
         effort=request.effort,
         seed=request.seed,
         image_suffix=request.image_suffix if request.image else None,
-        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *had)),
+        labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.offered, *had)),
         copy_to=copy_to,
         explain=explain,
     )
@@ -85,11 +86,16 @@ def plan(
 
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
-    """Return the kinds of file to make of each picture: those asked for, and of several bodies what tells them
-    apart."""
-    labelled = any(kind in LABELS for kind in request.kinds)
-    more = LABELS_OF_SEVERAL if labelled and plan.description["bodies"] > 1 else ()
-    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more))
+    """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
+    what is offered where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none."""
+    has_lidar, clouds = plan.description["lidar"], [kind for kind in request.kinds if kind in CLOUD_LABELS]
+    if clouds and not has_lidar:
+        do = "author it with --lidar, for example --lidar flash, or leave that label out"
+        raise InputError(f"has no LiDAR, which the label {clouds[0]} needs", where=request.stage, do=do)
+    of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
+    more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
+    offered = request.offered if has_lidar else ()
+    return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *offered))
 
 
 def run_options(request: RenderRequest, plan: Plan) -> RunOptions:

@@ -1,6 +1,6 @@
 """A worker: one renderer kept open, pictures made one after another, each written and recorded."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict
 from functools import partial
@@ -14,8 +14,10 @@ from spin_usd.dataset.picture.brightness import faults
 from spin_usd.dataset.picture.make_picture import (
     IMAGE,
     RADIANCE,
+    Made,
     Stopwatch,
     image_tones,
+    make_clouds,
     make_image,
     make_labels,
     render_in,
@@ -36,9 +38,9 @@ from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.tree import remove_file
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
-from spin_usd.formats.image_file import read_image, write_image
-from spin_usd.labels.table import LABELS, own_keys, take_next_frame
-from spin_usd.scene.derived.content_keys import KeyMaker
+from spin_usd.formats.arrays.array_file import read_array, write_array
+from spin_usd.labels.table import CLOUD_LABELS, LABELS, own_keys, take_next_frame
+from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance
@@ -75,7 +77,8 @@ class Worker:
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index], with_next=take_next_frame(kinds))
         keys = self._keys.keys(scene)
-        of_content = {**asdict(keys), **own_keys(kinds, scene, keys.geometry)}
+        seed = render_seed(scene, self.options.settings)
+        of_content = {**asdict(keys), **own_keys(kinds, scene, keys.geometry, seed)}
         picture = CurrentPicture(scene=scene, kinds=kinds, keys=of_content, watch=watch)
         before = self.withdraw(variant, scene.frame.name)
         files = self._write_all(picture, keep_render=keep_render)
@@ -117,8 +120,7 @@ class Worker:
             writing[kind] = writers.submit(self._link, picture.scene, entry)
         missing = [kind for kind in wanted if kind not in found]
         if missing:
-            made = make_labels(picture.scene, self.renderer, missing, picture.watch, self.facts.caster)
-            for kind, array, channels in made:
+            for kind, array, channels in self._made_labels(picture, missing):
                 writing[kind] = writers.submit(self._label, picture.scene, keys[kind], kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
         elif found:
@@ -126,10 +128,17 @@ class Worker:
         if wanted:
             picture.passes["labels"] = "made" if missing else "shared"
 
+    def _made_labels(self, picture: CurrentPicture, kinds: Sequence[str]) -> Iterator[Made]:
+        """Make the labels of these kinds."""
+        yield from make_labels(picture.scene, self.renderer, kinds, picture.watch, self.facts.caster)
+        if any(kind in CLOUD_LABELS for kind in kinds):
+            seed, beams = render_seed(picture.scene, self.options.settings), self.facts.caster.first_faces
+            yield from make_clouds(picture.scene, beams, kinds, picture.watch, seed=seed)
+
     def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
         """Return the bodies that the cached labels show, where one of them says so."""
         with picture.watch("cache"):
-            shown = (shown_by_label(picture.scene, kind, read_image(entry.path)[0]) for kind, entry in found.items())
+            shown = (shown_by_label(picture.scene, kind, read_array(entry.path)) for kind, entry in found.items())
             return next(filter(None, shown), None)
 
     def _image(
@@ -208,7 +217,7 @@ class Worker:
 
 def _writing(kind: str, array: NDArray[Any], channels: Channels) -> Callable[[Path], None]:
     """Return the function that writes a file of that `kind`."""
-    return partial(write_image, array=array, channels=channels.names, header=channels.header(kind))
+    return partial(write_array, array=array, kind=kind, channels=channels)
 
 
 def suffix_of(kind: str, image_suffix: str) -> str:

@@ -11,6 +11,7 @@ from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANC
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.scene.derived.content_keys import KEYS
 from spin_usd.sha256 import sha256_of
 
@@ -46,7 +47,7 @@ def kinds_left(
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     if not _is_finished(store, record, had, picture, wanted):
-        return tuple(kind for kind in KINDS if kind in wanted.kinds or kind in had)
+        return tuple(kind for kind in KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
     finished(record)
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
@@ -78,7 +79,7 @@ def _is_finished(
         bool(had)
         and _same_content(record, picture, had)
         and _same_channels(record)
-        and _complete(store, had, wanted)
+        and _complete(store, picture, had, wanted)
         and (not wanted.verify or _as_recorded(store, record))
     )
 
@@ -106,6 +107,8 @@ def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
 
 def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
     decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
+    if not all(_can_have(picture, kind) for kind in had):
+        return False
     try:
         keys = record["provenance"]["keys"]
         own = had.keys() & picture.label_keys.keys()
@@ -119,11 +122,19 @@ def _same_channels(record: Mapping[str, Any]) -> bool:
     return all(entry.get("channels") in LAYOUTS[kind] for kind, entry in record["files"].items())
 
 
-def _complete(store: Store, had: Mapping[str, str], wanted: WantedFiles) -> bool:
+def _can_have(picture: PlannedPicture, kind: str) -> bool:
+    """Return whether the picture has what files of that kind are made of: not every stage has a LiDAR."""
+    return kind not in CLOUD_LABELS or kind in picture.label_keys
+
+
+def _complete(store: Store, picture: PlannedPicture, had: Mapping[str, str], wanted: WantedFiles) -> bool:
     if IMAGE in wanted.kinds and not had.get(IMAGE, "").endswith(wanted.image_suffix):
         return False
     # As text: paths as objects take most of the time of a resumed run's 240,000 records.
-    return set(wanted.kinds) <= set(had) and all(isfile(f"{store.root}/{path}") for path in had.values())
+    missing = (kind for kind in wanted.kinds if kind not in had)
+    return not any(_can_have(picture, kind) for kind in missing) and all(
+        isfile(f"{store.root}/{path}") for path in had.values()
+    )
 
 
 def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:

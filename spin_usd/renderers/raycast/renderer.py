@@ -76,13 +76,14 @@ class RaycastRenderer:
         Visibility's; -1 for none."""
         return nearest_faces(scene, [self._cast(one, xy) for one in scene.apart], xy)
 
+    def first_faces(self, target: Target, origin: Float, directions: Float) -> NDArray[np.int32]:
+        """Return the first face (N,) of the `target` that is there on the rays from `origin` (3,), body axes around the
+        mesh's centre, metres, along the unit `directions` (N, 3), which may be any; -1 for none."""
+        return self._first_there(target, *_rays_entering(origin / target.mesh.radius, directions))
+
     def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) of the scene's target alone."""
-        origins, directions = _rays_in_target_units(scene, xy)
-        embree, target = self._embree(scene.target.mesh), scene.target
-        if not target.cut_out_key:
-            return np.asarray(embree.run(origins, directions), np.int32)
-        return _first(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
+        return self._first_there(scene.target, *_rays_in_target_units(scene, xy))
 
     def shadowed(
         self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
@@ -113,6 +114,12 @@ class RaycastRenderer:
 
     def close(self) -> None:
         self._opened.clear()
+
+    def _first_there(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
+        embree = self._embree(target.mesh)
+        if not target.cut_out_key:
+            return np.asarray(embree.run(origins, directions), np.int32)
+        return _first(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
 
     def _embree(self, mesh: Mesh) -> EmbreeScene:
         if mesh not in self._opened:
@@ -184,3 +191,13 @@ def _rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
     origins[:, 1] += wy
     rotation = pose.rotation.astype(np.float32)
     return origins @ rotation, towards @ rotation
+
+
+def _rays_entering(origin: Float, directions: Float) -> tuple[Float32, Float32]:
+    """Origins and unit directions (N, 3), in units of the target's radius around its centre, of the rays from `origin`
+    (3,) where they enter its bounding sphere; `origin` itself within it."""
+    along = -(directions @ origin)
+    nearest = origin + along[:, None] * directions
+    half_chord = np.sqrt(np.maximum(MARGIN**2 - (nearest * nearest).sum(1), 0))
+    start = np.maximum(-half_chord, -along)
+    return (nearest + start[:, None] * directions).astype(np.float32), directions.astype(np.float32)

@@ -132,8 +132,8 @@ def _pose(T_cam_body: Transform) -> tuple[str, str]:
 
 
 def render_seed(scene: Scene, settings: RenderSettings) -> int:
-    """Return a 31-bit seed of this frame's render: from the dataset's seed and the frame's name, never from its
-    neighbours. It is the same in all variants, which may share the render."""
+    """Return a 31-bit seed of this frame's render, and of its LiDAR: from the dataset's seed and the frame's name,
+    never from its neighbours. It is the same in all variants, which may share both."""
     return _seed(settings.seed, scene.frame.name)
 
 

@@ -1,4 +1,4 @@
-"""The meaning of an image file's channels, which travels with the file."""
+"""The meaning of a file's channels, or of a table's columns, which travels with the file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,16 +7,16 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class Channels:
-    """The numbers of an image file.
+    """The numbers of an image file, whose channels share a type, or of a table, whose columns have their own.
 
-    meaning: a phrase that says all · dtype: their type, as numpy names it · holds: what each channel holds, by its name
-    in the file, in order · unit: of the numbers, "" where they have none · frame: the axes of coordinates, "cam" or
-    "body", "" where there are none · encoding: the transfer curve of light to them, as Sensor has it, "" for a label ·
-    gamma: that of the encoding "gamma".
+    meaning: a phrase that says all · dtype: their type, as numpy names it; of a table each column's, by its name ·
+    holds: what each channel or column holds, by its name in the file, in order · unit: of the numbers, "" where they
+    have none · frame: the axes of coordinates, "cam", "body" or "lidar", "" where there are none · encoding: the
+    transfer curve of light to them, as Sensor has it, "" for a label · gamma: that of the encoding "gamma".
     """
 
     meaning: str
-    dtype: str
+    dtype: str | Mapping[str, str]
     holds: Mapping[str, str]
     unit: str = ""
     frame: str = ""
@@ -32,7 +32,8 @@ class Channels:
     def described(self) -> dict[str, Any]:
         """The JSON of a record; entries without a value are not in it."""
         rest = {"unit": self.unit, "frame": self.frame, "encoding": self.encoding, "gamma": self.gamma}
-        return {"dtype": self.dtype, "channels": dict(self.holds), **{name: it for name, it in rest.items() if it}}
+        dtype = self.dtype if isinstance(self.dtype, str) else dict(self.dtype)
+        return {"dtype": dtype, "channels": dict(self.holds), **{name: it for name, it in rest.items() if it}}
 
     def header(self, kind: str) -> dict[str, str]:
         """Return the same as attributes of the header of a file of that `kind`."""

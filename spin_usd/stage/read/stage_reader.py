@@ -20,6 +20,7 @@ from spin_usd.stage.composition.stage_hash import stage_hash, used_files
 from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
+from spin_usd.stage.read.camera.lidar import lidar_in_time
 from spin_usd.stage.read.camera.optics import read_optics
 from spin_usd.stage.read.camera.sensor import read_sensor
 from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
@@ -75,6 +76,7 @@ class StageReader:
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._read_camera_parts()
+        self._lidar = lidar_in_time(self.stage, self._camera_prim, self.metres)
 
     @cached_property
     def stage_hash(self) -> str:
@@ -138,6 +140,7 @@ class StageReader:
             shutter=Shutter(poses=first.poses, readout=opening.readout) if first.poses else None,
             others=tuple(others),
             next_frame=self._next_frame(frame) if with_next else None,
+            lidar=self._lidar.at(time),
         )
 
     def _next_frame(self, frame: FrameId) -> Scene | None:

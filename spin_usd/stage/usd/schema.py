@@ -12,6 +12,7 @@ LENS_API = "SpinLensAPI"
 SENSOR_API = "SpinSensorAPI"
 OPTICS_API = "SpinOpticsAPI"
 SHUTTER_API = "SpinShutterAPI"
+LIDAR_API = "SpinLidarAPI"
 CAPTURE_API = "SpinCaptureAPI"
 TARGET_API = "SpinTargetAPI"
 KEYPOINTS_API = "SpinKeypointsAPI"
@@ -23,6 +24,7 @@ APIS = (
     SENSOR_API,
     OPTICS_API,
     SHUTTER_API,
+    LIDAR_API,
     CAPTURE_API,
     TARGET_API,
     KEYPOINTS_API,
@@ -75,6 +77,20 @@ OPTICS = {
 """The optics' attributes, by the field of scene.sensor.Optics."""
 
 SHUTTER_READOUT_TIME = "spin:shutter:readoutTime"
+
+LIDAR = {
+    "pattern": "spin:lidar:pattern",
+    "rows": "spin:lidar:rows",
+    "columns": "spin:lidar:columns",
+    "azimuth_deg": "spin:lidar:azimuth",
+    "elevation_deg": "spin:lidar:elevation",
+    "range_limits": "spin:lidar:range",
+    "noise_constant": "spin:lidar:noise:constant",
+    "noise_proportional": "spin:lidar:noise:proportional",
+    "drop_out": "spin:lidar:dropOut",
+    "max_incidence_deg": "spin:lidar:maxIncidence",
+}
+"""The LiDAR's attributes, by the field of scene.lidar.lidar.Lidar."""
 
 CAPTURE_FRAME = "spin:capture:frame"
 CAPTURE_SOURCE_FILE = "spin:capture:sourceFile"

@@ -18,7 +18,7 @@ from spin_usd.dataset.plan.in_child import described_parts, described_target
 from spin_usd.dataset.render.record import recorded_camera, recorded_target
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
@@ -62,7 +62,7 @@ def picture_of(s, tmp_path):
         "targets": [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)],
     }
     description = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(s))}
-    return checked(record, {kind: LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
+    return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
 
 
 def checked(record, arrays, description, tmp_path):

@@ -1,0 +1,107 @@
+"""Point clouds as NPZ and PLY: an array with named columns, of which every number comes back as it was written.
+
+Equal clouds are equal bytes: NPZ is not compressed, for compressors differ, and has no times. PLY is binary, little
+endian; a column of three numbers called `points` is its x, y and z. Sources: PKWARE's APPNOTE 6.3.10 on zip; numpy's
+NEP 1 on npy; G. Turk, "The PLY polygon file format" (1994).
+"""
+
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.errors import InputError, OutputError
+
+Cloud = NDArray[np.void]
+
+FIRST_TIME = (1980, 1, 1, 0, 0, 0)  # of a zip file
+POSITION, AXES = "points", ("x", "y", "z")
+PLY_TYPES = {"float32": "float", "float64": "double", "uint8": "uchar", "uint16": "ushort", "uint32": "uint"}
+NUMPY_TYPES = {name: np.dtype(dtype).newbyteorder("<") for dtype, name in PLY_TYPES.items()}
+END = b"end_header\n"
+
+
+def write_point_cloud(path: Path, cloud: Cloud, *, header: Mapping[str, str]) -> None:
+    """Write the `cloud` (N,), whose columns are numbers or threes of them, as .npz or .ply, and read it again.
+
+    Only .ply keeps the `header`, as comments. Raises OutputError when the file did not come out whole.
+    """
+    try:
+        _WRITERS[path.suffix](path, cloud, header)
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do="free some space") from e
+    try:
+        found = read_point_cloud(path)
+    except InputError as e:
+        raise OutputError(f"was written, but {e.found}", where=path, do="free some space and try again") from e
+    if found.dtype != cloud.dtype or found.tobytes() != cloud.tobytes():
+        raise OutputError("came back different from what was written", where=path, do="check the disk and try again")
+
+
+def read_point_cloud(path: Path) -> Cloud:
+    """Read the cloud (N,) in the .npz or .ply that `write_point_cloud` wrote. Raises InputError."""
+    try:
+        return _READERS[path.suffix](path)
+    except OSError as e:
+        raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as e:
+        raise InputError(f"is not a point cloud, or damaged ({e})", where=path, do="make it again") from e
+
+
+def _write_npz(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name in cloud.dtype.names or ():
+            entry = zipfile.ZipInfo(f"{name}.npy", date_time=FIRST_TIME)
+            entry.create_system, entry.external_attr = 3, 0o600 << 16  # whatever the system is
+            with archive.open(entry, "w") as file:
+                np.lib.format.write_array(file, np.ascontiguousarray(cloud[name]), version=(1, 0))
+
+
+def _read_npz(path: Path) -> Cloud:
+    with np.load(path, allow_pickle=False) as archive:
+        columns = {name: archive[name] for name in archive.files}
+    return _cloud(columns)
+
+
+def _write_ply(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
+    lines = ["ply", "format binary_little_endian 1.0"]
+    lines += [f"comment {name}: {' '.join(text.split())}" for name, text in header.items()]
+    lines += [f"element vertex {len(cloud)}"]
+    for name in cloud.dtype.names or ():
+        of = PLY_TYPES[cloud.dtype[name].base.name]
+        lines += [f"property {of} {each}" for each in (AXES if name == POSITION else (name,))]
+    path.write_bytes("".join(f"{line}\n" for line in lines).encode() + END + cloud.tobytes())
+
+
+def _read_ply(path: Path) -> Cloud:
+    head, _, body = path.read_bytes().partition(END)
+    words = [line.split() for line in head.decode().splitlines()]
+    if words[:2] != [["ply"], ["format", "binary_little_endian", "1.0"]]:
+        raise ValueError("its head is not that of a binary PLY")
+    (count,) = (int(line[2]) for line in words if line[:2] == ["element", "vertex"])
+    fields: list[Any] = [(line[2], NUMPY_TYPES[line[1]]) for line in words if line[:1] == ["property"]]
+    if [name for name, _ in fields[:3]] == list(AXES):
+        fields[:3] = [(POSITION, fields[0][1], (3,))]
+    dtype = np.dtype(fields)
+    if len(body) != count * dtype.itemsize:
+        raise ValueError(f"it holds {len(body)} bytes of {count * dtype.itemsize}")
+    return np.frombuffer(body, dtype).copy()
+
+
+def _cloud(columns: Mapping[str, NDArray[Any]]) -> Cloud:
+    """Return the columns as one array."""
+    (count,) = {len(column) for column in columns.values()}
+    fields: list[Any] = [(name, column.dtype, column.shape[1:]) for name, column in columns.items()]
+    cloud = np.zeros(count, np.dtype(fields))
+    for name, column in columns.items():
+        cloud[name] = column
+    return cloud
+
+
+_WRITERS: Mapping[str, Callable[[Path, Cloud, Mapping[str, str]], None]] = {".npz": _write_npz, ".ply": _write_ply}
+_READERS: Mapping[str, Callable[[Path], Cloud]] = {".npz": _read_npz, ".ply": _read_ply}
+SUFFIXES = tuple(_WRITERS)
+"""Of the files that are point clouds."""

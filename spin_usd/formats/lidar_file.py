@@ -1,0 +1,75 @@
+"""LiDAR files: a sensor and its mounting as TOML or JSON, valid by schemas/lidar-1.schema.json."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import GeometryError, InputError
+from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.spec_file import check_document
+from spin_usd.formats.text_file import read_text
+from spin_usd.geometry.transform import Transform
+from spin_usd.scene.lidar.lidar import Lidar
+
+SCHEMA = "lidar-1"
+FORWARD, UP = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)  # of the camera, in its own axes
+PARALLEL = 1e-6  # sine of the angle below which two directions span no plane
+
+
+def read_lidar_file(path: str | Path) -> Lidar:
+    """Read the LiDAR in the file at `path`. Raises InputError that names the key or the number that is wrong."""
+    path = Path(path)
+    document = read_json_file(path) if path.suffix.lower() == ".json" else _read_toml(path)
+    check_document(document, SCHEMA, path)
+    noise = document.get("noise", {})
+    given = {
+        "noise_constant": noise.get("constant"),
+        "noise_proportional": noise.get("proportional"),
+        "drop_out": document.get("drop_out"),
+        "max_incidence_deg": document.get("max_incidence"),
+    }
+    try:
+        return Lidar(
+            T_cam_lidar=_mounting(document.get("mounting", {})),
+            pattern=document["pattern"],
+            rows=document["rows"],
+            columns=document["columns"],
+            azimuth_deg=_span(document["azimuth"]),
+            elevation_deg=_span(document["elevation"]),
+            range_limits=_span(document["range"]),
+            **{name: float(value) for name, value in given.items() if value is not None},
+        )
+    except GeometryError as error:
+        raise InputError(error.found, where=path, do="correct it there") from None
+
+
+def _span(numbers: list[float]) -> tuple[float, float]:
+    low, high = numbers
+    return float(low), float(high)
+
+
+def _mounting(given: Mapping[str, Any]) -> Transform:
+    """Return T_cam_lidar. Raises GeometryError for directions that do not say how it stands."""
+    forward, up = (np.array(given.get(name, usual), float) for name, usual in (("forward", FORWARD), ("up", UP)))
+    left = np.cross(up, forward)
+    if not np.linalg.norm(left) > PARALLEL * np.linalg.norm(up) * np.linalg.norm(forward):
+        raise GeometryError("mounting: forward and up are the same direction, or have no length")
+    forward, left = _unit(forward), _unit(left)
+    axes = np.stack([forward, left, np.cross(forward, left)], -1)
+    position = np.array(given.get("position", (0, 0, 0)), float)
+    return Transform(to="cam", of="lidar", rotation=axes, translation=position)
+
+
+def _unit(vector: Float) -> Float:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None
