@@ -59,7 +59,7 @@ def outline_of(
     xy = p[:, :2] / p[:, 2:]
     if blur_radius.any():
         xy = (xy[:, None] + blur_radius[:, None, None] * SQUARE).reshape(-1, 2)
-    return _outline_pixels(camera, convex_hull_2d(xy))
+    return camera.pixels(outline_in_view(camera, convex_hull_2d(xy)))
 
 
 def polygon_area(corners: ArrayLike) -> float:
@@ -113,17 +113,17 @@ def _without_inner(points: Float) -> Float:
     return outer
 
 
-def _outline_pixels(camera: Camera, hull: Float) -> Float:
-    """Pixel coordinates (N, 2), one after another, around the part of the convex polygon `hull` (M, 2), normalised,
-    that is in view.
+def outline_in_view(camera: Camera, hull: Float) -> Float:
+    """Points (N, 2), normalised, one after another around the part of the convex polygon `hull` (M, 2), normalised,
+    that is in view: so many that the lens shows straight lines between them.
 
     The lens is one to one there, so the image of the outline is the outline of the image.
     """
     outline = clip(hull, *field_of_view(camera)[1])
     if not camera.distorted:
-        return camera.pixels(outline)
+        return outline
     edges = outline[:, None] + ALONG_EDGE * (_following(outline) - outline)[:, None]
-    return camera.pixels(edges.reshape(-1, 2))
+    return edges.reshape(-1, 2)
 
 
 @lru_cache(maxsize=16)
@@ -150,7 +150,8 @@ def in_front(hull_cam: Float) -> Float:
 
 
 def clip(polygon: Float, low: Float, high: Float) -> Float:
-    """Return the convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974)."""
+    """Return the convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974). Further columns are
+    interpolated like the first two."""
     for axis in (0, 1):
         for sign, limit in ((1, low[axis]), (-1, -high[axis])):
             if not len(polygon):
@@ -164,7 +165,7 @@ def clip(polygon: Float, low: Float, high: Float) -> Float:
             share = inside / np.where(crosses, inside - next_inside, 1)
             crossings = polygon + share[:, None] * (following - polygon)
             kept = np.stack([within, crosses], -1).ravel()
-            polygon = np.stack([polygon, crossings], 1).reshape(-1, 2)[kept]
+            polygon = np.stack([polygon, crossings], 1).reshape(-1, polygon.shape[1])[kept]
     return polygon
 
 

@@ -4,19 +4,27 @@ Many poses at once: a ball around the body decides most of them, its corners mos
 few that are near the frame's edge decide those.
 """
 
+from collections.abc import Iterator
 from enum import IntEnum
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.geometry.bounds import NEAR, clip, convex_hull_2d, field_of_view, in_front, outline_of, polygon_area
+from spin_usd.geometry.bounds import (
+    NEAR,
+    clip,
+    convex_hull_2d,
+    field_of_view,
+    in_front,
+    outline_in_view,
+    outline_of,
+    polygon_area,
+)
 from spin_usd.geometry.camera import Camera
 
 CHUNK = 1 << 18  # corners worked on at once: their temporaries fit a core's cache
 UNDECIDED = 255
-RIM_SAMPLES = 64  # per side of the frame, whose edge a lens bends
 
 
 class Framing(IntEnum):
@@ -105,44 +113,25 @@ def _pyramid(low: Float, high: Float) -> Float:
     return np.asarray(planes / np.linalg.norm(planes, axis=1, keepdims=True))
 
 
-def framed_shares(camera: Camera, hull: Float, rotations: Float, translations: Float) -> Float:
-    """Return the shares (M,), 0 to 1, of the outline of a convex hull that lie in the frame; 0 where the camera is
-    inside.
+def framed_shares(camera: Camera, hull: Float, rotations: Float, translations: Float) -> Iterator[float]:
+    """Yield for each pose the share, 0 to 1, of the outline of a convex hull that lies in the frame; 0 where the camera
+    is inside. What is not asked for costs little.
 
     hull: corners (N, 3), body frame, metres; seen at the poses T_cam_body of `rotations` (M, 3, 3) and `translations`
     (M, 3). Areas are those of the image plane without distortion, for there the outline has an area outside the frame
     too; the frame's edge in it is where the lens has it.
     """
-    framing = framings(camera, hull, rotations, translations)
-    shares: Float = (framing == Framing.WHOLE).astype(np.float64)
-    for i in np.flatnonzero(framing == Framing.CUT_OFF):
-        shares[i] = _share(camera, in_front(hull @ rotations[i].T + translations[i]))
-    return shares
+    for i, framing in enumerate(framings(camera, hull, rotations, translations)):
+        if framing == Framing.CUT_OFF:
+            yield _share(camera, in_front(hull @ rotations[i].T + translations[i]))
+        else:
+            yield float(framing == Framing.WHOLE)
 
 
 def _share(camera: Camera, hull_cam: Float) -> float:
     """Return the share of the hull (N, 3), camera frame, all of it before the camera."""
     outline = convex_hull_2d(hull_cam[:, :2] / hull_cam[:, 2:])
-    return polygon_area(_within(_edge(camera), outline)) / polygon_area(outline)
-
-
-@lru_cache(maxsize=4)
-def _edge(camera: Camera) -> Float:
-    """Return the frame's edge (N, 2) without distortion."""
-    return camera.normalised(camera.rim(RIM_SAMPLES))
-
-
-def _within(polygon: Float, outline: Float) -> Float:
-    """Return the part of `polygon` (N, 2) within the convex `outline` (M, 2), counter-clockwise: Sutherland and Hodgman
-    (1974)."""
-    for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        across = np.array([start[1] - end[1], end[0] - start[0]])  # points inwards
-        depth = (polygon - start) @ across
-        following, next_depth = np.roll(polygon, -1, axis=0), np.roll(depth, -1)
-        crosses = (depth >= 0) != (next_depth >= 0)
-        share = depth / np.where(crosses, depth - next_depth, 1)
-        corners = np.stack([polygon, polygon + share[:, None] * (following - polygon)], 1).reshape(-1, 2)
-        polygon = corners[np.stack([depth >= 0, crosses], -1).ravel()]
-        if not len(polygon):
-            break
-    return polygon
+    seen = outline_in_view(camera, outline)
+    size = np.array([camera.width, camera.height], np.float64)
+    shown = clip(np.concatenate([camera.pixels(seen), seen], 1), np.zeros(2), size)[:, 2:]
+    return polygon_area(shown) / polygon_area(outline)

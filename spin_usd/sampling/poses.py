@@ -1,10 +1,10 @@
 """Poses sampled one by one: range, attitude, and place in the frame."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
@@ -76,13 +76,14 @@ class Inside:
     least: float
     most: float = 1.0
 
-    def holds(self, camera: Camera, hull: Float, rotations: Float, translations: Float) -> NDArray[np.bool_]:
-        """Return (M,) whether that is so at the poses T_cam_body (M, 3, 3), (M, 3) of a body whose hull has the corners
-        (N, 3), body frame, metres."""
+    def holds(self, camera: Camera, hull: Float, rotations: Float, translations: Float) -> Iterator[bool]:
+        """Yield whether that is so at each of the poses T_cam_body (M, 3, 3), (M, 3) of a body whose hull has the
+        corners (N, 3), body frame, metres."""
         if self.least == 1:
-            return np.asarray(framings(camera, hull, rotations, translations) == Framing.WHOLE)
-        shares = framed_shares(camera, hull, rotations, translations)
-        return np.asarray((self.least <= shares) & (shares <= self.most))
+            yield from framings(camera, hull, rotations, translations) == Framing.WHOLE
+        else:
+            for share in framed_shares(camera, hull, rotations, translations):
+                yield self.least <= share <= self.most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,9 +107,9 @@ class PoseLaw:
                 t = at_range(away, self.position.place.rays(rng, camera, count))
                 if self.inside is None:
                     return q, t[0]
-                good = self.inside.holds(camera, hull, np.broadcast_to(rotation, (count, 3, 3)), t)
-                if good.any():
-                    return q, t[good.argmax()]
+                holds = self.inside.holds(camera, hull, np.broadcast_to(rotation, (count, 3, 3)), t)
+                if (good := next((i for i, held in enumerate(holds) if held), None)) is not None:
+                    return q, t[good]
         raise InputError(
             f"none of {MAX_POSES * sum(PLACES)} poses has as much of the target in the picture as 'inside' asks for",
             do="put it farther away or nearer to the middle, or change 'inside'",

@@ -83,7 +83,7 @@ class TrajectoryLaw:
         return np.asarray(axes @ (towards / np.linalg.norm(towards)))
 
     def _is_inside(self, camera: Camera, hull: Float, q: Float, t: Float) -> bool:
-        return self.inside is None or bool(self.inside.holds(camera, hull, matrices_from_quaternions(q), t).all())
+        return self.inside is None or all(self.inside.holds(camera, hull, matrices_from_quaternions(q), t))
 
     def _sequence(self, rng: np.random.Generator, camera: Camera, pictures: int) -> tuple[Float, Float]:
         """Return the poses (pictures, 4), (pictures, 3) of one sampled sequence."""

@@ -59,7 +59,7 @@ def test_all_of_the_target_is_in_the_picture_where_that_is_asked_for() -> None:
 
 
 def share(camera, rotation, translation):
-    return framed_shares(camera, HULL, rotation[None], translation[None])[0]
+    return next(framed_shares(camera, HULL, rotation[None], translation[None]))
 
 
 def area_inside(q, t):

@@ -121,6 +121,7 @@ DIRECTION, ATTITUDE = (0.6, 0.0, -0.8), (0.5, 0.5, 0.5, 0.5)
 # parameter: (its value in its own unit, what of the scene changes, and to what)
 CASES: dict[str, tuple[Any, dict[str, Any]]] = {
     "sun.direction": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, 0.8)}),
+    "sun.from_target": (list(DIRECTION), {"lights.1.direction_cam": (-0.6, 0, -0.8)}),  # the body's axes are USD's
     "sun.irradiance": (1200, {"lights.1.irradiance": (1200, 1200, 1200)}),
     "sun.factor": (0.5, {"lights.1.irradiance": (500, 500, 500)}),
     "fill.factor": (2, {"lights.0.irradiance": (20, 20, 20), "lights.2.emission": (6, 6, 6)}),
