@@ -136,10 +136,11 @@ def merged(parts: Sequence[Views]) -> Views | None:
 
 
 class ViewCollector:
-    """Looks at one scene after another, and works out many at once; the pictures' names begin with `prefix`."""
+    """Looks at the target of that id in one scene after another, and works out many at once; the pictures' names begin
+    with `prefix`."""
 
-    def __init__(self, prefix: str = "") -> None:
-        self._prefix = prefix
+    def __init__(self, prefix: str = "", *, target: int = 1) -> None:
+        self._prefix, self._target = prefix, target
         self._parts: list[Views] = []
         self._waiting: list[tuple[str, Float, Float, Suns]] = []
         self._mesh: Mesh | None = None
@@ -147,7 +148,8 @@ class ViewCollector:
 
     def add(self, scene: Scene) -> None:
         """Look at one picture."""
-        mesh, camera, pose = scene.target.mesh, scene.camera, scene.T_cam_body
+        shown = next(body for body in scene.bodies if body.id == self._target)
+        mesh, camera, pose = shown.target.mesh, scene.camera, shown.T_cam_body
         if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
             self._collect()
         self._mesh, self._camera = mesh, camera

@@ -1,6 +1,6 @@
 """Rules on what the pictures need: every picture of every variant is read as for a render."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from pxr import Usd
 from spin_usd.errors import SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import ViewCollector, Views
-from spin_usd.scene.finding import WARNING, Finding
+from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.scene.target import Target
 from spin_usd.stage.check.blended_poses import BlendedPoses
 from spin_usd.stage.check.identical_variants import IdenticalVariants
@@ -87,16 +87,16 @@ class _VariantCheck:
         """Read all pictures and yield findings. `index`: of the variant among `count`, for the progress."""
         try:
             reader = StageReader(self.path, variant=self.variant)
-            blended, seen = BlendedPoses(reader), ViewCollector()
-            target = ""
+            blended = BlendedPoses(reader)
+            seen = {str(body.prim.GetPath()): ViewCollector(target=body.id) for body in reader.bodies if body.id}
             for done, frame in enumerate(reader.frames):
                 if done % PROGRESS_EVERY == 0:
                     progress(READING, index * len(reader.frames) + done, count * len(reader.frames))
                 self.picture = frame.name
                 scene = reader.scene(frame)
                 blended.add(scene)
-                seen.add(scene)
-                target = scene.target.path
+                for collector in seen.values():
+                    collector.add(scene)
                 for body in scene.bodies:
                     yield from self.shapes.findings(body.target)
                 self.identical.add(scene, len(reader.frames))
@@ -112,9 +112,18 @@ class _VariantCheck:
         if blended.pictures:
             self.picture = blended.pictures[0]
             yield from self._once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
-        self.picture, self.views = "", seen.views()
-        for finding in view_findings(self.views, target) if self.views else ():
+        self.picture = ""
+        for finding in self._findings_on_views([(path, collector.views()) for path, collector in seen.items()]):
             yield from self._once(finding.code, finding.where, finding.message, "", finding.severity)
+
+    def _findings_on_views(self, seen: Sequence[tuple[str, Views | None]]) -> Iterator[Finding]:
+        """Yield findings on the views of each target, given with its path: of the first all, of others only that no
+        picture shows them, for some are there to pass by."""
+        (first, self.views), *others = seen
+        yield from view_findings(self.views, first) if self.views else ()
+        for path, views in others:
+            found = view_findings(views, path) if views else ()
+            yield from (finding for finding in found if finding.severity == ERROR)
 
     def _others(self) -> Iterator[SpinError]:
         """Yield all other errors of the variant's readers; reading a picture ended at the first of them."""
