@@ -9,6 +9,7 @@ from spin_usd.dataset.export.layout.limits import INSTANCE
 from spin_usd.dataset.export.layout.survey import Survey
 from spin_usd.dataset.read.description import DescribedTarget
 from spin_usd.errors import UnsupportedError
+from spin_usd.scene.body import OCCLUDER
 
 SCALES = (0.1, 1.0)
 """Steps of depth, millimetres. Beyond the last they would be too coarse: BOP's tools decide what is visible at 5 mm and
@@ -25,7 +26,10 @@ def depth_fits(survey: Survey) -> None:
 
 
 def depth_scale(dataset: ExportedDataset) -> float:
-    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does."""
+    """Return the finest of SCALES that holds the depth of all targets in all pictures; the last where none does, and
+    where there are occluders, of which nobody knows how far they are."""
+    if any(part.target == OCCLUDER for part in dataset.dataset.parts.values()):
+        return SCALES[-1]
     deepest = (dataset.farthest + _reach(dataset.dataset.targets)) * MILLIMETRES
     return next((scale for scale in SCALES if deepest <= scale * UINT16_MAX), SCALES[-1])
 

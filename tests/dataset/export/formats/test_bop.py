@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from spin_usd.dataset.export.bop.limits import depth_scale
+from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.rectified.resampling import resampling
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.errors import UnsupportedError
@@ -143,6 +145,19 @@ def test_depth_beyond_sixteen_bits_is_refused(rendered, tmp_path) -> None:
     with pytest.raises(UnsupportedError, match=r"up to 65\.\d+ m away, and 16 bits of 1 mm end at 65.535 m"):
         write_export(dataset, "bop", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("farthest", "part_of", "scale"), [(5.0, 1, 0.1), (5.9, 1, 1.0), (5.0, 0, 1.0)])
+def test_steps_of_depth_are_as_fine_as_the_range_allows(rendered, tmp_path, farthest, part_of, scale) -> None:
+    """16 bits of 0.1 mm reach 6.5535 m; Tango reaches 0.87 m from its origin. Occluders may be anywhere."""
+    dataset = clone(rendered, tmp_path / "set", [{"frame": "a"}])
+    described = json.loads((dataset / "dataset.json").read_text())
+    described["parts"]["1"]["target"] = part_of
+    (dataset / "dataset.json").write_text(json.dumps(described))
+    exported = ExportedDataset(
+        dataset=Dataset(dataset), entries=(), splits=(), target="tango", farthest=farthest, options={}
+    )
+    assert depth_scale(exported) == scale
 
 
 def test_bodies_that_hide_one_another_need_masks_of_each(rendered, tmp_path) -> None:
