@@ -13,6 +13,7 @@ from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
 REPROJECTION_PX = 1e-3  # float32 body coordinates of a metre-sized target: 1e-4 px at SPEED+'s closest range
+STRETCHED = 2  # what a lens may make of a small distance at the rim of a picture
 
 
 def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:
@@ -31,7 +32,9 @@ def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
     if picture.arrays["dense_pose"][picture.target_ids == 0].any():
         yield LabelFault(code="support", message="dense pose covers pixels outside the segmentation")
     centres = np.stack([columns + 0.5, rows + 0.5], -1)
-    off = np.abs(picture.camera.project(picture.points_cam) - centres).max(initial=0)
+    rounding = picture.rounding * max(picture.camera.fx, picture.camera.fy) / picture.points_cam[:, 2]
+    away = np.abs(picture.camera.project(picture.points_cam) - centres).max(1, initial=0)
+    off = (away - STRETCHED * rounding).max(initial=0)
     if not off <= REPROJECTION_PX:
         yield LabelFault(code="reprojection", message=f"dense pose projects {off:.3g} px beside its pixels")
 

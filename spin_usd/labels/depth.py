@@ -28,7 +28,7 @@ def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
     if ids is not None and ((ids > 0) != (array > 0)).any():
         yield LabelFault(code="support", message="segmentation and depth cover different pixels")
     if picture.points_cam is not None:
-        off = largest_relative_difference(array[picture.target_pixels], picture.points_cam[:, 2])
+        off = largest_relative_difference(array[picture.target_pixels], picture.points_cam[:, 2], picture.rounding)
         if not off <= RELATIVE:
             yield LabelFault(code="depth", message=f"depth and dense pose differ by {off:.3g} of the range")
 

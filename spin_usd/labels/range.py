@@ -42,7 +42,7 @@ def faults(picture: LabelledPicture) -> Iterator[LabelFault]:
             yield LabelFault(code="range", message=f"range and depth differ by {off:.3g} of the range")
     if picture.points_cam is not None:
         distance = np.linalg.norm(picture.points_cam, axis=1)
-        off = largest_relative_difference(array[picture.target_pixels], distance)
+        off = largest_relative_difference(array[picture.target_pixels], distance, picture.rounding)
         if not off <= RELATIVE:
             yield LabelFault(code="range", message=f"range and dense pose differ by {off:.3g} of the range")
 

@@ -6,13 +6,14 @@ import pytest
 
 from spin_usd.labels.table import PIXEL_LABELS
 from tests.authorities.first_hit import first_hit
-from tests.cases.labelled import labels_of, surface_of
-from tests.cases.scenes import BARREL, SMALL, pose, scene, soup, target
+from tests.cases.labelled import labels_of, picture_of, surface_of
+from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
 
 REPROJECTION_PX = 1e-4  # float32 of a body of a metre at four metres: 1e-5 px; the contract's bound is 1e-3
 DEPTH_RELATIVE = 2e-7  # float32, twice
 THIRD = 3  # every third pixel is enough
 DOUBT = 1e-4  # barycentric: what a pixel of the ray caster's float32 may be off, and more
+BEFORE_CAMERA = (0.1, 0.2, 0.56)
 POSES = [((1, 0, 0, 0), (0, 0, 4)), ((0.5, -0.3, 0.7, 0.2), (1.6, -0.9, 3)), ((0.1, 0.9, -0.2, 0.4), (0.1, 0.1, 0.2))]
 
 
@@ -100,3 +101,12 @@ def test_nothing_visible_is_an_empty_frame() -> None:
     for array in labels_of(s).values():
         assert array.shape[:2] == s.camera.frame.shape
         assert not array.any()
+
+
+def test_labels_of_a_target_right_before_the_camera_agree() -> None:
+    """Float32 coordinates of a metre are off by much of a range of millimetres."""
+    s = scene(target(*box()), T_cam_body=pose((0.3, 0.5, 0.7, -0.2), BEFORE_CAMERA))
+    labels = labels_of(s)
+    assert labels["depth"][labels["depth"] > 0].min() < 5e-3
+    picture = picture_of(s, labels)
+    assert [fault for name in labels for fault in PIXEL_LABELS[name].faults(picture)] == []

@@ -11,6 +11,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.check.checked_picture import CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.scene.finding import Finding
 
 
@@ -60,7 +61,7 @@ def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
     """Yield the targets of a picture; none where its files are not of the camera's size, for which there is a rule, or
     where dataset.json does not list them."""
     camera = _camera(picture.record["camera"])
-    if any(array.shape[:2] != camera.frame.shape for array in picture.arrays.values()):
+    if any(array.shape[:2] != camera.frame.shape for array in _pixels(picture)):
         return
     described = {target["id"]: target for target in picture.inventory.description["targets"]}
     for recorded in picture.record["targets"]:
@@ -74,6 +75,11 @@ def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
                 T_cam_body=Transform.from_quaternion(to="cam", of="body", q=pose["q_cam_body"], t=pose["t_cam_body"]),
                 mask=_mask(picture, recorded["id"]),
             )
+
+
+def _pixels(picture: CheckedPicture) -> Iterator[NDArray[Any]]:
+    """Yield the files that have pixels."""
+    yield from (array for kind, array in picture.arrays.items() if kind not in CLOUD_LABELS)
 
 
 def _camera(recorded: Mapping[str, Any]) -> Camera:

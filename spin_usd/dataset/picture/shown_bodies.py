@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from spin_usd.geometry.region import Region
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
-from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.body_faces import by_body
 from spin_usd.scene.model import Scene
 
 NOTHING = -1
 SUPPORTS = ("depth", "range", "dense_pose")  # labels that are 0 just where nothing is
+TELLING = (SEGMENTATION.name, INSTANCE.name, *SUPPORTS)
+"""Labels that may tell bodies apart."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,11 +39,11 @@ class ShownBodies:
 
 
 def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies | None:
-    """Return the bodies that a label of that kind shows; None where it does not tell them apart, or is not of pixels.
+    """Return the bodies that a label of that kind shows; None where it does not tell them apart.
 
     The label instance does not tell an occluder from nothing: all of it that is no target is taken for one.
     """
-    if kind not in PIXEL_LABELS:
+    if kind not in TELLING:
         return None
     values, several = array[scene.region.slices], len(scene.bodies) > 1
     if kind == SEGMENTATION.name:

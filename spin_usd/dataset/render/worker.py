@@ -23,7 +23,7 @@ from spin_usd.dataset.picture.make_picture import (
     render_in,
 )
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
-from spin_usd.dataset.picture.shown_bodies import ShownBodies, shown_by_label
+from spin_usd.dataset.picture.shown_bodies import TELLING, ShownBodies, shown_by_label
 from spin_usd.dataset.picture.target_facts import FactMaker
 from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import open_renderer
@@ -123,8 +123,7 @@ class Worker:
             for kind, array, channels in self._made_labels(picture, missing):
                 writing[kind] = writers.submit(self._label, picture.scene, keys[kind], kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
-        elif found:
-            picture.shown = self._shown_by_cached(picture, found)
+        picture.shown = picture.shown or self._shown_by_cached(picture, found)
         if wanted:
             picture.passes["labels"] = "made" if missing else "shared"
 
@@ -138,7 +137,8 @@ class Worker:
     def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
         """Return the bodies that the cached labels show, where one of them says so."""
         with picture.watch("cache"):
-            shown = (shown_by_label(picture.scene, kind, read_array(entry.path)) for kind, entry in found.items())
+            telling = ((kind, found[kind].path) for kind in found if kind in TELLING)
+            shown = (shown_by_label(picture.scene, kind, read_array(path)) for kind, path in telling)
             return next(filter(None, shown), None)
 
     def _image(
