@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.labels.table import LABELS
 from tests.conftest import REPOSITORY
 
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
@@ -26,14 +27,15 @@ def bench(name, *arguments):
 def found(tmp_path_factory):
     """The figures of quick runs, all in one file."""
     file = tmp_path_factory.mktemp("bench") / "bench.json"
-    for name, arguments in (("frames", ()), ("growth", ("--sweeps", "pictures")), ("plan", ()), ("predict", ())):
-        assert bench(name, *arguments, "--json", file).count("|") > 10
+    arguments = {"growth": ("--sweeps", "pictures")}
+    for name in ("frames", "growth", "labels", "plan", "predict"):
+        assert bench(name, *arguments.get(name, ()), "--json", file).count("|") > 10
     return json.loads(file.read_text())
 
 
 @pytest.mark.slow
 def test_each_says_on_what_machine_it_was_run(found) -> None:
-    assert set(found) == {"frames", "growth", "plan", "predict"}
+    assert set(found) == {"frames", "growth", "labels", "plan", "predict"}
     for figures in found.values():
         assert figures["machine"]["cores"] == os.cpu_count()
         assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
@@ -79,3 +81,11 @@ def test_predictions_are_held_against_what_was_taken(found) -> None:
     assert case["predicted_over_taken"] == pytest.approx(case["predicted_s"] / case["taken_s"]["median"], rel=0.02)
     assert sum(each["median"] for each in case["work"].values()) == pytest.approx(case["work_s"]["median"], abs=0.01)
     assert 0 < case["work_s"]["median"] < case["taken_s"]["median"]
+
+
+@pytest.mark.slow
+def test_every_label_has_its_cost(found) -> None:
+    """Of one picture each, they are less than all together."""
+    figures = found["labels"]
+    assert set(LABELS) < set(figures["seconds"])
+    assert sum(each["least"] for each in figures["seconds"].values()) <= figures["in_all"]["least"] + 1e-3

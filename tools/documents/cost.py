@@ -53,6 +53,19 @@ def peers(folder: Path) -> str:
     return f"{prose(intro)}\n\n{in_markdown(headings, rows)}{lacking}\n{prose(gain)}"
 
 
+def label_costs(folder: Path) -> str:
+    """What each label takes."""
+    found = figures_of(folder, "labels")
+    width, height = found["frame"]
+    intro = (
+        f"Seconds of one core for each label at {width}x{height}, before files are written, over {found['pictures']} "
+        f"poses of which Tango covers {percent(found['target_share']['median'])} (median): median (least to most). "
+        "What labels share, such as normals, counts for the first that takes it."
+    )
+    rows = [[kind, shown(taken)] for kind, taken in (*found["seconds"].items(), ("in all", found["in_all"]))]
+    return f"{prose(intro)}\n\n{in_markdown(('', 'seconds'), rows)}"
+
+
 def growth(folder: Path) -> str:
     """What one more of anything costs a run."""
     found = figures_of(folder, "growth")
