@@ -56,11 +56,11 @@ def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progr
         for output in layout.shared(exported):
             writer.write(output)
         for done, picture in enumerate(exported):
-            progress("exporting picture", done, len(exported))
+            progress("exporting: picture", done, len(exported))
             writer.write(IndexRow(path=LIST, value=exported.entries[done]))
             for output in layout.files(exported, picture):
                 writer.write(output)
-        progress("exporting picture", len(exported), len(exported))
+        progress("exporting: picture", len(exported), len(exported))
         writer.finish()
         for file in (*layout.last(exported, request.out), *card_files(plan)):
             writer.write(file)

@@ -98,14 +98,14 @@ def _look(chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Pro
     identity = hashlib.sha256(_shared(chosen.dataset).encode())
     kept: list[Entry] = []
     for done, (entry, picture) in enumerate(zip(chosen.entries, chosen, strict=True)):
-        progress("checking picture", done, len(chosen))
+        progress("checking: picture", done, len(chosen))
         _refuse_lack(picture, layout, survey.format)
         identity.update(json.dumps(picture.picture.record, sort_keys=True).encode())
         if layout.visible_only and not _shows(picture, layout):
             continue
         survey.add(picture)
         kept.append(entry)
-    progress("checking picture", len(chosen), len(chosen))
+    progress("checking: picture", len(chosen), len(chosen))
     if not any(_shows(picture, layout) for picture in chosen):
         do = "check the poses and the camera: spin-usd check"
         raise InputError("shows no pixel of its target in any picture", where=chosen.dataset.root, do=do)

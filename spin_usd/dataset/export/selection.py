@@ -74,7 +74,7 @@ def _read(
     dataset: Dataset, names: Sequence[tuple[str, str]], *, several: bool, progress: Progress
 ) -> Iterator[Selected]:
     for done, (frame, variant) in enumerate(names):
-        progress("looking at picture", done, len(names))
+        progress("reading: picture", done, len(names))
         _refuse_bad_name(dataset, frame, variant)
         picture = dataset.picture(frame, variant)
         if (picture.frame, picture.variant) != (frame, variant):
@@ -84,7 +84,7 @@ def _read(
         if len(name) > MAX_NAME:
             raise InputError("is too long for a file's name", where=name, do="export one variant at a time")
         yield Selected(frame, variant, picture.index, _pose(picture), name)
-    progress("looking at picture", len(names), len(names))
+    progress("reading: picture", len(names), len(names))
 
 
 def _pose(picture: Picture) -> bytes:

@@ -157,10 +157,9 @@ def refused(dataset, to, out, kind, words, **asked) -> None:
 
 
 def test_far_targets_are_refused_for_depth_in_millimetres(rendered, tmp_path) -> None:
-    dataset = clone(
-        rendered, tmp_path / "far", [{"frame": "a"}, {"frame": "b", "t": [0.0, 0.0, 65.6], "camera": PLAIN}]
-    )
-    words = r"b: has its target 65.6 m away, and 16 bits of 1 mm end at 65.535 m; leave depth out"
+    """The origin of its axes, at 65 m, is within the range, but not all of it."""
+    dataset = clone(rendered, tmp_path / "far", [{"frame": "a"}, {"frame": "b", "t": [0.0, 0.0, 65.0]}])
+    words = r"b: has its target up to 65.\d+ m away, and 16 bits of 1 mm end at 65.535 m; leave depth out"
     asked = {"options": {"layout": "2021"}}
     refused(dataset, "spark", tmp_path / "out", UnsupportedError, words, **asked)
     asked["options"] |= {"depth": "none"}
@@ -227,6 +226,18 @@ def test_a_dataset_that_shows_no_target_is_refused(rendered, tmp_path) -> None:
     refused(dataset, "spark", tmp_path / "out", InputError, words, options={"layout": "2021", "depth": "none"})
 
 
+def test_a_target_larger_than_the_frame_fills_its_box(rendered, tmp_path) -> None:
+    dataset = clone(rendered, tmp_path / "near", [{"frame": "a"}])
+    path = dataset / "records" / "nominal" / "a.json"
+    record = json.loads(path.read_text())
+    record["targets"][0]["box"] = {"visible": [0, 0, 240, 150], "amodal": [-900, -700, 900, 700], "truncated": True}
+    path.write_text(json.dumps(record))
+    write_export(dataset, "spark", tmp_path / "out", options={"layout": "2021"})
+    with (tmp_path / "out" / "train_labels.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert row["bbox"] == "[0, 0, 150, 240]"
+
+
 def test_another_camera_is_refused_where_the_format_has_one(rendered, tmp_path) -> None:
     dataset = clone(rendered, tmp_path / "two", [{"frame": "a"}, {"frame": "b", "camera": PLAIN}])
     words = "b: has another camera than a, and speedplus has one for all pictures; choose variants of one camera"
@@ -237,7 +248,7 @@ def test_the_command_line_exports_and_lists(two_variants, tmp_path, spin_usd) ->
     options = ("--to", "speedplus", "--option", "masks=parts", "--option", "image=png", "--json", "--copy")
     done = spin_usd("export", two_variants, "--out", tmp_path / "out", *options)
     assert json.loads(done.stdout)["pictures"] == 12
-    assert "exporting picture 12 of 12" in done.stderr
+    assert "exporting: picture 12 of 12" in done.stderr
     assert "speedplus: " in spin_usd("export", "--list").stdout
     assert "needs a dataset, --to and --out" in spin_usd("export", two_variants, code=2).stderr
 

@@ -1,13 +1,10 @@
 """Limits of BOP: depth that 16 bits do not hold, and silhouettes that nobody knows."""
 
-import numpy as np
-
 from spin_usd.dataset.export.bop.entries import MILLIMETRES, UINT16_MAX
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import AMODAL
 from spin_usd.dataset.export.layout.limits import INSTANCE
-from spin_usd.dataset.export.layout.survey import Survey
-from spin_usd.dataset.read.description import DescribedTarget
+from spin_usd.dataset.export.layout.survey import Survey, reach
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.body import OCCLUDER
 
@@ -19,7 +16,7 @@ SCALES = (0.1, 1.0)
 def depth_fits(survey: Survey) -> None:
     """Raise UnsupportedError where a target is so far away that 16 bits do not hold its depth."""
     far, picture = survey.farthest
-    deepest, most = far + _reach(survey.targets), SCALES[-1] * UINT16_MAX / MILLIMETRES
+    deepest, most = far + reach(survey.targets), SCALES[-1] * UINT16_MAX / MILLIMETRES
     if deepest > most:
         found = f"has its target up to {deepest:g} m away, and 16 bits of {SCALES[-1]:g} mm end at {most:g} m"
         raise UnsupportedError(found, where=picture, do="export without depth: --option depth=no")
@@ -30,7 +27,7 @@ def depth_scale(dataset: ExportedDataset) -> float:
     where there are occluders, of which nobody knows how far they are."""
     if any(part.target == OCCLUDER for part in dataset.dataset.parts.values()):
         return SCALES[-1]
-    deepest = (dataset.farthest + _reach(dataset.dataset.targets)) * MILLIMETRES
+    deepest = (dataset.farthest + reach(dataset.dataset.targets)) * MILLIMETRES
     return next((scale for scale in SCALES if deepest <= scale * UINT16_MAX), SCALES[-1])
 
 
@@ -39,8 +36,3 @@ def amodal_known(survey: Survey) -> None:
     if survey.bodies > 1 and survey.kinds[AMODAL] < survey.tally.total():
         found = f"the dataset has several bodies, and {survey.format} has masks of each as if nothing else were there"
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE},{AMODAL}")
-
-
-def _reach(targets: tuple[DescribedTarget, ...]) -> float:
-    """Return how far a point of a target is at most from the origin of its axes, metres."""
-    return max(float(np.linalg.norm(np.abs(target.box).max(0))) for target in targets)

@@ -16,14 +16,16 @@ from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import JPEG, any_image
 from spin_usd.dataset.export.layout.index_file import IndexFile, csv_table
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
-from spin_usd.dataset.export.layout.limits import depth_at_most, target_is_a_file_name
+from spin_usd.dataset.export.layout.limits import UINT16_MAX, depth_at_most, target_is_a_file_name
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
 from spin_usd.dataset.export.layout.pose_table import pose_table_layout
+from spin_usd.errors import UnsupportedError
 from spin_usd.formats.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
 PANEL_CLASS = "solar_panel"
 MILLIMETRES = 1000.0
+WITHOUT_DEPTH = "leave depth out with --option depth=none"
 
 BOXES = (
     "Boxes are tight around the target's visible pixels, in whole pixels from the image's corner; the greater numbers "
@@ -66,13 +68,12 @@ def _detection(
     def indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
         return {index.format(split=split): csv_table(columns) for split in dataset.splits}
 
-    remedy = "leave depth out with --option depth=none"
     return Layout(
         needs=("image", "segmentation", *(["depth"] if depth else [])),
         conventions=(*conventions, CLASS),
         indexes=indexes,
         files=files,
-        limits=(target_is_a_file_name, *([depth_at_most(1, remedy)] if depth else [])),
+        limits=(target_is_a_file_name, *([depth_at_most(1, WITHOUT_DEPTH)] if depth else [])),
         splits={"train": "train", "validation": validation, "test": "test"},
         visible_only=True,
     )
@@ -104,6 +105,9 @@ def _files_2024(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[
 
 def _write_millimetres(picture: ExportedPicture, path: Path) -> None:
     millimetres = np.rint(picture.label("depth").astype(np.float64) * MILLIMETRES)
+    if millimetres.max() > UINT16_MAX:  # of an occluder, whose distance no record has
+        found = f"has a surface {millimetres.max() / MILLIMETRES:g} m away, and 16 bits of 1 mm end before"
+        raise UnsupportedError(found, where=picture.name, do=WITHOUT_DEPTH)
     write_image(path, millimetres.astype(np.uint16), channels=("Y",))
 
 

@@ -1,7 +1,7 @@
 """Limits of formats: what they cannot hold, refused before anything is written."""
 
 from spin_usd.dataset.export.layout.layout import Limit
-from spin_usd.dataset.export.layout.survey import Survey
+from spin_usd.dataset.export.layout.survey import Survey, reach
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE
 
@@ -90,8 +90,9 @@ def depth_at_most(millimetres: float, remedy: str) -> Limit:
 
     def limit(survey: Survey) -> None:
         far, picture = survey.farthest
-        if far > metres:
-            found = f"has its target {far:g} m away, and 16 bits of {millimetres:g} mm end at {metres:g} m"
+        deepest = far + reach(survey.targets)
+        if deepest > metres:
+            found = f"has its target up to {deepest:g} m away, and 16 bits of {millimetres:g} mm end at {metres:g} m"
             raise UnsupportedError(found, where=picture, do=remedy)
 
     return limit

@@ -70,6 +70,11 @@ class Survey:
             self.columns[name].append(value)
 
 
+def reach(targets: tuple[DescribedTarget, ...]) -> float:
+    """Return how far a point of a target is at most from the origin of its axes, metres."""
+    return max(float(np.linalg.norm(np.abs(target.box).max(0))) for target in targets)
+
+
 def _sun_angle(picture: ExportedPicture, t_cam_body: Float) -> float:
     """Return the angle at the target between the Sun and the camera, degrees; NaN where the record has no Sun."""
     sun = picture.picture.record.get("sun")
