@@ -98,7 +98,7 @@ def test_augmentations_become_variants(folder: Path, tmp_path: Path) -> None:
             lambda: spin_usd.render("gone.usda", out="x", samples=1, error=0.1),
             "samples and error are given together",
         ),
-        (lambda: spin_usd.plan("gone.usda", labels=["flow"]), "there is no label 'flow'"),
+        (lambda: spin_usd.plan("gone.usda", labels=["colour"]), "there is no label 'colour'"),
         (lambda: spin_usd.check("gone"), "does not exist"),
         (lambda: spin_usd.measure("gone.usda", seeds=1), "1 seeds are asked for"),
         (lambda: spin_usd.reproduce("gone", "img000001"), "is not a dataset"),
