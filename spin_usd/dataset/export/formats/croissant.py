@@ -17,7 +17,14 @@ from spin_usd.sha256 import sha256_of
 
 TABLE, METADATA = "records.csv", "croissant.json"
 IMAGE = "image"
-MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".exr": "image/x-exr"}
+MEDIA_TYPES = {
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".exr": "image/x-exr",
+    ".npz": "application/zip",
+    ".ply": "application/x-ply",
+}
+"""The media type of each kind of file by the ending of its name: of images and of all labels."""
 TEXTS = {
     "name": "the picture's name in this export",
     "split": "the split that it is in",

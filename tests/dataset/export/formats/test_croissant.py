@@ -5,6 +5,9 @@ import json
 
 import pytest
 
+from spin_usd.dataset.export.formats.croissant import MEDIA_TYPES
+from spin_usd.formats.image_file import KINDS
+from spin_usd.labels.table import LABELS
 from spin_usd.sha256 import sha256_of
 from tests.dataset.export.conftest import write_export
 
@@ -47,3 +50,8 @@ def test_every_column_is_described(two_variants, croissant) -> None:
     assert [float(row[f"t_{axis}"]) for axis in "xyz"] == record["pose"]["t_cam_body"]
     assert float(row["k1"]) == record["camera"]["distortion"][0]
     assert (croissant / "depth" / row["depth"]).samefile(two_variants / record["files"]["depth"]["path"])
+
+
+def test_every_kind_of_file_has_a_media_type() -> None:
+    """An image or a label whose ending has none could not be described."""
+    assert {*KINDS, *(label.suffix for label in LABELS.values())} <= set(MEDIA_TYPES)
