@@ -12,7 +12,8 @@ from typing import TextIO
 from spin_usd.dataset.export.layout.index_file import IndexFile
 from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically
-from spin_usd.errors import OutputError, UnsupportedError
+from spin_usd.dataset.store.tree import STRANGE, type_of
+from spin_usd.errors import InputError, OutputError, UnsupportedError
 
 
 @dataclass(kw_only=True)
@@ -59,7 +60,8 @@ class Writer:
         self._open.close()
 
     def write(self, output: Output) -> None:
-        """Write one output. Raises OutputError, and what a file's own `write` raises."""
+        """Write one output. Raises InputError where a link is in its way, OutputError, and what a file's own `write`
+        raises."""
         if isinstance(output, IndexRow):
             self._add(output)
             return
@@ -79,12 +81,18 @@ class Writer:
             self.write(MadeFile(path=path, write=partial(self._assemble, path, index)))
 
     def _place(self, name: str) -> Path:
-        """Return where the file lies. Raises UnsupportedError for a name that leads out of the export."""
+        """Return where the file lies. Raises UnsupportedError for a name that leads out of the export, and InputError
+        for a link on its way, which may lead out of it too."""
         pure = PurePosixPath(name)
         if pure.is_absolute() or ".." in pure.parts or "\0" in name:
             raise UnsupportedError(
                 f"cannot name the file {name!r}", where=self.out, do="rename what it is called after"
             )
+        for place in (*reversed(pure.parents[:-1]), pure):
+            found = type_of(self.out / place)
+            if found in STRANGE:
+                do = "put what it stands for in its place, or remove it"
+                raise InputError(f"is a {found}, and those are not followed", where=self.out / place, do=do)
         return self.out / pure
 
     def _add(self, row: IndexRow) -> None:

@@ -183,6 +183,21 @@ def test_more_parts_than_the_numbers_hold_are_refused(rendered, tmp_path) -> Non
     refused(dataset, "speedplus", tmp_path / "out", UnsupportedError, words)
 
 
+@pytest.mark.parametrize(("name", "folder"), [("image", True), ("image/a.png", False), ("README.md", False)])
+def test_links_in_an_export_are_not_followed(rendered, tmp_path, spin_usd, name, folder) -> None:
+    """A folder and a file of the export are links to what lies outside it, which stays as it was."""
+    dataset = clone(rendered, tmp_path / "linked", [{"frame": "a"}])
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    write_export(dataset, "croissant", out)
+    (out / name).rename(tmp_path / "moved")
+    if folder:
+        outside.mkdir()
+    (out / name).symlink_to(outside)
+    done = spin_usd("export", dataset, "--to", "croissant", "--out", out, code=2)
+    assert f"{out / name}: is a link, and those are not followed; put what it stands for in its place" in done.stderr
+    assert not (any(outside.iterdir()) if folder else outside.exists())
+
+
 def test_a_name_with_a_path_in_it_is_refused(rendered, tmp_path) -> None:
     """A record calls its picture something else than its file's name says, or a file has a name like a path."""
     dataset = clone(rendered, tmp_path / "named", [{"frame": "a"}])
