@@ -80,6 +80,16 @@ def _numbers(key: str, value: str) -> Words:
     return {"distribution": "fixed", "value": _number(key, value)}
 
 
+def _range(key: str, value: str) -> Words:
+    """Return a distribution of ranges, metres."""
+    words = _numbers(key, value)
+    least = words.get("low", words.get("value"))
+    if least <= 0:
+        do = "give metres above 0, from the camera to the target"
+        raise InputError(f"{value!r} holds {least:g}", where=f"sample {key!r}", do=do)
+    return words
+
+
 def _attitude(key: str, value: str) -> Words:
     if value == UNIFORM:
         return {"distribution": "attitudes"}
@@ -131,7 +141,7 @@ def _whole(number: float) -> int | float:
 
 
 POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
-    "range": ("range", _numbers),
+    "range": ("range", _range),
     "attitude": ("attitude", _attitude),
     "facing": ("attitude", _facing),
     "inside": ("inside", _inside),

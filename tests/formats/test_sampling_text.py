@@ -68,6 +68,8 @@ def test_the_count_is_in_the_text_or_beside_it() -> None:
         ("ragne=3..10 count=3", "'ragne'"),
         ("range=3-10 count=3", "'range'"),
         ("range=near count=3", "'near' is not a number"),
+        ("range=-5..-1 count=3", "'range': '-5..-1' holds -5; give metres above 0"),
+        ("range=0 count=3", "'range': '0' holds 0; give metres above 0"),
         ("attitude=1,0,0 count=3", "W,X,Y,Z"),
         ("attitude=uniform facing=0,0,1:3 count=3", "beside attitude"),
         ("sun.direction=up count=3", "X,Y,Z"),

@@ -1,6 +1,7 @@
 """Sampling specifications, as files and as text, become stages that are as they say."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -170,6 +171,25 @@ def test_what_is_wrong_with_a_text_names_its_word(tmp_path, text, word) -> None:
     with pytest.raises(InputError) as raised:
         authored(tmp_path / "stage", text)
     assert word in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        ('distribution = "fixed", value = 0', "range.value"),
+        ('distribution = "uniform", low = -5, high = -1', "range.low"),
+        ('distribution = "choice", values = [3, -3]', "range.values[1]"),
+        ('distribution = "normal", mean = 3, sigma = 2', "'low' is missing"),
+    ],
+)
+def test_a_file_has_ranges_above_0(tmp_path, words, key) -> None:
+    file = tmp_path / "mine.toml"
+    part = '[[part]]\nname = "a"\nnames = "a{picture}"\npictures = 3\n'
+    file.write_text(
+        f'schema = "sample-1"\n{part}poses.range = {{ {words} }}\nposes.attitude.distribution = "attitudes"'
+    )
+    with pytest.raises(InputError, match=re.escape(key)):
+        open_spec(file)
 
 
 def test_a_text_needs_a_target_and_a_camera(tmp_path) -> None:
