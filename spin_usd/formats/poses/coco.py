@@ -1,6 +1,6 @@
-"""The poses of a COCO file whose annotations have one: the member `pose`, with q_cam_body and t_cam_body.
+"""The poses of a COCO file whose images have them: the member `poses`, with q_cam_body and t_cam_body of each target.
 
-COCO itself has none; spin-usd export adds it. An image's pose is that of its annotation of the least category.
+COCO itself has none; spin-usd export adds it. An image's pose is that of its target of the least category.
 """
 
 import re
@@ -17,30 +17,33 @@ HEAD = re.compile(r'\s*\{\s*"(info|licenses|images|annotations|categories)"\s*:'
 
 
 def read(path: Path) -> Iterator[PoseEntry]:
-    """Read the poses of the images that have one. Raises InputError that names the image."""
+    """Read the poses of the images that have some. Raises InputError that names the image."""
+    images = [image for image in _images(path) if image.get("poses")]
+    if not images:
+        raise InputError("has no image with poses", where=path, do="export it with spin-usd export --to coco")
+    for image in images:
+        name = str(image.get("file_name", ""))
+        where = f"{path}, image {name!r}"
+        yield pose_of_record({"pose": _first(image["poses"], where)}, where, name=name.rpartition("/")[2])
+
+
+def _images(path: Path) -> list[dict[str, Any]]:
     document = read_json_file(path)
-    names = {image.get("id"): image.get("file_name") for image in _list(document, "images", path)}
-    found: dict[Any, dict[str, Any]] = {}
-    for annotation in _list(document, "annotations", path):
-        image = annotation.get("image_id")
-        if "pose" in annotation and _category(annotation) < _category(found.get(image)):
-            found[image] = annotation
-    if not found:
-        raise InputError("has no annotation with a pose", where=path, do="export it with spin-usd export --to coco")
-    for image, annotation in found.items():
-        name = str(names.get(image, ""))
-        yield pose_of_record(annotation, f"{path}, image {name!r}", name=name.rpartition("/")[2])
-
-
-def _list(document: Any, key: str, path: Path) -> list[dict[str, Any]]:
-    found = document.get(key) if isinstance(document, dict) else None
+    found = document.get("images") if isinstance(document, dict) else None
     if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
-        raise InputError(f"has no list of {key}", where=path, do="give a file as COCO has it")
+        raise InputError("has no list of images", where=path, do="give a file as COCO has it")
     return found
 
 
-def _category(annotation: dict[str, Any] | None) -> float:
-    number = float("inf") if annotation is None else annotation.get("category_id", 0)
+def _first(poses: Any, where: str) -> dict[str, Any]:
+    """Return the pose of the least category. Raises InputError."""
+    if not isinstance(poses, list) or not all(isinstance(each, dict) for each in poses):
+        raise InputError("has poses that are no list of objects", where=where)
+    return min(poses, key=_category)
+
+
+def _category(pose: dict[str, Any]) -> float:
+    number = pose.get("category_id", 0)
     return float(number) if isinstance(number, int | float) else 0.0
 
 

@@ -61,6 +61,14 @@ def test_an_exports_folder_is_a_pose_list(dataset, tmp_path, to) -> None:
         np.testing.assert_allclose(t, wanted[frame][1], rtol=0, atol=EXACT)
 
 
+@pytest.mark.parametrize("to", ["coco", "webdataset", "croissant"])
+def test_poses_of_pictures_that_do_not_show_the_target_come_back(blanked, tmp_path, to) -> None:
+    write_export(blanked, to, tmp_path / to)
+    poses, wanted = read_pose_list(tmp_path / to), poses_of(blanked)
+    assert poses.names == ("a", "b")
+    np.testing.assert_allclose(poses.t_cam_body, [wanted[name][1] for name in poses.names], rtol=0, atol=EXACT)
+
+
 def test_an_export_becomes_a_stage_of_the_same_poses(dataset, tmp_path) -> None:
     write_export(dataset, "bop", tmp_path / "bop")
     report = author_stage(poses=tmp_path / "bop", target="tango", camera="speedplus", out=tmp_path / "stage")

@@ -66,9 +66,11 @@ def bop(folder: Path, q, t) -> Path:
 
 
 def coco(folder: Path, q, t) -> Path:
-    image = {"id": 4, "file_name": "a.jpg", "width": 8, "height": 8}
-    notes = [{"id": 1, "image_id": 4, "category_id": 1, "pose": {"q_cam_body": q, "t_cam_body": t}}]
-    document = {"info": {}, "images": [image], "annotations": notes, "categories": []}
+    """The target of the least category comes second."""
+    other = {"category_id": 2, "name": "debris", "q_cam_body": [1, 0, 0, 0], "t_cam_body": [0, 0, 1]}
+    pose = {"category_id": 1, "name": "tango", "q_cam_body": q, "t_cam_body": t}
+    image = {"id": 4, "file_name": "a.jpg", "width": 8, "height": 8, "poses": [other, pose]}
+    document = {"info": {}, "images": [image], "annotations": [], "categories": []}
     return saved(folder / "annotations" / "train.json", document)
 
 
@@ -193,8 +195,10 @@ TURN = {"cam_R_m2c": ROWS, "cam_t_m2c": [0, 0, 1], "obj_id": 1}
         ("scene_gt.json", {"1": [TURN | {"cam_R_m2c": ROWS[:8]}]}, "cam_R_m2c is not a list of 9"),
         ("scene_gt.json", {"1": [TURN | {"cam_R_m2c": [2 * each for each in ROWS]}]}, "is no rotation"),
         ("scene_gt.json", {"1": [TURN | {"cam_t_m2c": None}]}, "cam_t_m2c is not a list of 3"),
-        ("a.json", {"images": [], "annotations": []}, "no annotation with a pose"),
-        ("a.json", {"images": [], "annotations": 3}, "no list of annotations"),
+        ("a.json", {"images": [], "annotations": []}, "no image with poses"),
+        ("a.json", {"images": 3, "annotations": []}, "no list of images"),
+        ("a.json", {"images": [{"file_name": "a.jpg", "poses": 3}]}, "poses that are no list of objects"),
+        ("a.json", {"images": [{"file_name": "a.jpg", "poses": [{}]}]}, "q_cam_body is not a list of 4"),
         ("a.tar", "no tar", "not a whole tar file"),
         ("a.json", {"schema": "record-1"}, "not a record with a pose"),
     ],

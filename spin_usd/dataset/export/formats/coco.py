@@ -1,4 +1,4 @@
-"""COCO: images in a folder for each split, and a JSON file of their boxes, masks and keypoints.
+"""COCO: images in a folder for each split, and a JSON file of their boxes, masks, keypoints and poses.
 
 Source: the format's description by its authors (data format, object and keypoint detection), and pycocotools.
 """
@@ -32,8 +32,9 @@ CONVENTIONS = (
     "in the dataset. v is 2 where visible, 1 where hidden by the target itself or by another body, and 0, with x and "
     "y 0, where out of the frame or behind the camera.",
     "Masks are of the visible pixels, in run lengths (RLE) down the columns, compressed as pycocotools reads them.",
-    "pose is no member of COCO's, and its readers pass over it: q_cam_body, scalar first, and t_cam_body, metres, take "
-    "the body's axes to the camera's, which are OpenCV's: x right, y down, z forward.",
+    "An image's member poses is none of COCO's, and its readers pass over it. It has every target, visible or not: "
+    "q_cam_body, scalar first, and t_cam_body, metres, take the body's axes to the camera's, which are OpenCV's: x "
+    "right, y down, z forward.",
     "A category is a target, and its id is the target's; iscrowd is 0. A target of which nothing is visible has no "
     "annotation.",
     "The lens distortion is in the images, as in boxes, masks and keypoints.",
@@ -49,10 +50,19 @@ def annotation(target: PicturedTarget, mask: NDArray[np.bool_]) -> dict[str, Any
         "area": int(mask.sum()),
         "bbox": [x0, y0, x1 - x0, y1 - y0],
         "segmentation": {"size": list(mask.shape), "counts": compressed(run_lengths(mask))},
-        "pose": {"q_cam_body": target.q_cam_body.tolist(), "t_cam_body": target.t_cam_body.tolist()},
     }
     points = keypoint_numbers(target.keypoints, target.keypoint_states)
     return said | {"keypoints": points, "num_keypoints": sum(v > 0 for v in points[2::3])} if points else said
+
+
+def pose(target: PicturedTarget) -> dict[str, Any]:
+    """Return the entry of the target in an image's `poses`, t_cam_body in metres."""
+    return {
+        "category_id": target.id,
+        "name": target.name,
+        "q_cam_body": target.q_cam_body.tolist(),
+        "t_cam_body": target.t_cam_body.tolist(),
+    }
 
 
 def keypoint_numbers(pixels: Float, states: tuple[str, ...]) -> list[float]:
@@ -85,7 +95,8 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
     yield any_image(picture, f"images/{picture.split}/{file_name}")
     image_id, size = picture.number + 1, picture.camera
     said = {"id": image_id, "file_name": file_name, "width": size.width, "height": size.height}
-    yield IndexRow(path=index, section=IMAGES, value=said)
+    poses = [pose(target) for target in picture.targets]
+    yield IndexRow(path=index, section=IMAGES, value={**said, "poses": poses})
     for target in picture.targets:
         if target.pixels_visible:
             # Unlike any other of the file, and above 0, which COCO's evaluation takes for none.
@@ -105,4 +116,4 @@ def _layout(options: Mapping[str, Any]) -> Layout:
     )
 
 
-COCO = ExportFormat(name="coco", holds="images, boxes, masks (RLE) and keypoints", layout=_layout)
+COCO = ExportFormat(name="coco", holds="images, boxes, masks (RLE), keypoints and poses", layout=_layout)

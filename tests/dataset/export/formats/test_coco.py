@@ -41,7 +41,6 @@ def test_an_annotation_by_hand(pictures) -> None:
         "area": 6,
         "bbox": [2, 1, 2, 3],
         "segmentation": {"size": [6, 5], "counts": "=3305"},  # 13 3 3 3 8: from the fourth less 3
-        "pose": {"q_cam_body": seen.q_cam_body.tolist(), "t_cam_body": seen.t_cam_body.tolist()},
         "keypoints": [2, 1, 2, 0, 0, 0],
         "num_keypoints": 1,
     }
