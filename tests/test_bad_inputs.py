@@ -208,7 +208,6 @@ BAD_STAGES = {
     "value of another type": (stage(CAMERA.replace("fx = 100", 'fx = "100"')), "line 12, column 31: Error parsing"),
     "no camera": (stage(TARGET), "camera"),
     "no target": (stage(CAMERA), "target"),
-    "two targets": (stage(CAMERA, TARGET, TARGET.replace('"Target"', '"Other"')), "Other"),
     "missing reference": (
         stage(CAMERA, TARGET.replace('SpinTargetAPI"]', 'SpinTargetAPI"]\nreferences = @./gone.usda@')),
         "gone.usda",
@@ -245,7 +244,7 @@ BAD_STAGES = {
         "invert",
     ),
     "metersPerUnit 0": (stage(CAMERA, TARGET, head=HEAD.replace("Unit = 1", "Unit = 0")), "metersPerUnit"),
-    "geometry beside the target": (stage(CAMERA, TARGET, '    def Sphere "Moon"\n    {\n    }\n'), "/World/Moon"),
+    "curves beside the target": (stage(CAMERA, TARGET, '    def BasisCurves "Moon"\n    {\n    }\n'), "/World/Moon"),
     "a light that is not drawn": (stage(CAMERA, TARGET, '    def PortalLight "Lamp"\n    {\n    }\n'), "/World/Lamp"),
     "missing texture": (
         stage(

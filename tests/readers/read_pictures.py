@@ -37,9 +37,8 @@ def openimageio(path):
 def imageio(path):
     import imageio.v3
 
-    if not path.endswith(".exr"):
-        return imageio.v3.imread(path)
-    return imageio.v3.imread(path, plugin="opencv", flags=-1)  # of the plugins of EXR the one that downloads nothing
+    # Of the plugins of EXR the one that downloads nothing; the usual one of PNG reads 16 bits of colour as 8.
+    return imageio.v3.imread(path, plugin="opencv", flags=-1)
 
 
 def blender(path):

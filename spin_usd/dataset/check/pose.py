@@ -1,4 +1,4 @@
-"""Rule: the pose that OpenCV finds from the dense pose is the record's."""
+"""Rule: the pose that OpenCV finds from the dense pose is the record's, which says it twice alike."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,7 +30,11 @@ class PoseError:
 
 
 def pose_findings(picture: CheckedPicture) -> Iterator[Finding]:
-    """Yield an error for each target whose pose differs by more than rounding makes of it."""
+    """Yield an error for each target whose pose differs by more than rounding makes of it, and one where the picture's
+    own pose is not that of its first target."""
+    if picture.record["pose"] != picture.record["targets"][0]["pose"]:
+        message = f"the picture's pose is not that of its first target; {MAKE_AGAIN}"
+        yield Finding(code="pose", where=picture.where, message=message)
     for target in targets_of(picture):
         error = pose_error(target)
         if error and not (error.degrees <= error.allowed_degrees and error.metres <= error.allowed_metres):

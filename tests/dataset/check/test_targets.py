@@ -57,10 +57,8 @@ def picture_of(s, tmp_path):
     """The picture of a scene as `check` sees it."""
     surface = visible_surface(s, CASTER.visibility(s))
     facts = FactMaker(CASTER).facts(s, None)
-    record = {
-        "camera": recorded_camera(s.camera),
-        "targets": [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)],
-    }
+    targets = [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)]
+    record = {"camera": recorded_camera(s.camera), "pose": targets[0]["pose"], "targets": targets}
     description = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(s))}
     return checked(record, {kind: PIXEL_LABELS[kind].make(s, surface) for kind in KINDS}, description, tmp_path)
 

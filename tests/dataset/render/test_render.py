@@ -196,13 +196,17 @@ def test_check_finds_a_flipped_byte(dataset, spin_usd, kind) -> None:
 
 
 def test_check_finds_labels_that_lie(dataset, spin_usd) -> None:
-    """A pose that is off by a millimetre, with every digest right."""
+    """A pose that is off by a millimetre, with every digest right: of the picture alone, and of its target too."""
     path = next(Store(root=dataset).records())
     record = json.loads(path.read_text())
     record["pose"]["t_cam_body"][0] += 1e-3
     path.write_text(json.dumps(record))
     found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
-    assert [f["code"] for f in found] == ["reprojection"]
+    assert [f["code"] for f in found] == ["pose"]
+    record["targets"][0]["pose"] = record["pose"]
+    path.write_text(json.dumps(record))
+    found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
+    assert {"pose", "reprojection"} <= {f["code"] for f in found}
 
 
 def test_a_picture_that_fails_leaves_no_file_of_its_own(small_stage, dataset, tmp_path, monkeypatch) -> None:

@@ -251,7 +251,7 @@ def render_ours(blender, folder, materials, binding=BOUND, mesh=BUMP):
 
 def render_theirs(blender, folder, scene):
     """The importer's objects in place of ours; everything else as it is."""
-    ours = list(blender._target.objects)
+    ours = list(blender._bodies._objects[0].objects)
     before = {kind: set(getattr(bpy.data, kind)) for kind in ("objects", "meshes", "materials", "images")}
     for shown in ours:
         shown.hide_render = True

@@ -262,7 +262,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ('select = { weather = "rich" }', "select.weather: the stage has no variant set 'weather'"),
         (
             SAMPLE + '"material.Gold.roughness" = { distribution = "fixed", value = 1 }',
-            "material.Gold.roughness: the target has no material 'Gold'; it has .*GoldMli",
+            "material.Gold.roughness: no target has a material 'Gold'; it has .*GoldMli",
         ),
         (
             SAMPLE + '"optics.glare" = { distribution = "uniform", low = 0.5, high = 1.001 }',

@@ -356,7 +356,7 @@ def read_first(path: Path) -> None:
 BAD_PICTURES = {
     "light": 'def SphereLight "Lamp" {\n float inputs:intensity = nan\n bool inputs:normalize = 1\n}',
     "light that is not drawn": 'def PortalLight "Lamp" {}',
-    "geometry outside": 'def Sphere "Moon" {}',
+    "geometry outside": 'def BasisCurves "Moon" {}',
     "planet": 'def Xform "Earth" (prepend apiSchemas = ["SpinPlanetAPI"]) {\n double3 spin:planet:radii = (0, 0, 0)\n}',
     "stars": 'def Xform "Sky" (prepend apiSchemas = ["SpinStarsAPI"]) {\n double spin:stars:limitingMagnitude = nan\n}',
     "image": 'def DomeLight "Sky" {\n asset inputs:texture:file = @./gone.png@\n}',
