@@ -83,8 +83,13 @@ def _box_of_mask(mask: NDArray[np.bool_]) -> list[int]:
 
 
 def _box_of_outline(outline: Float) -> list[int]:
-    """Return the box of the pixels that the outline reaches into."""
-    low, high = np.floor(outline.min(0)), np.ceil(outline.max(0)) - 1
+    """Return the box of the pixels whose centres lie within the outline's extent, as they do of a mask.
+
+    In the outline's pixels (0, 0) is the corner of the image, so pixel i has its centre half a pixel further, at
+    i + 0.5. The box is that of the silhouette's mask where the target is whole and nothing hides it; a tip so thin that
+    it lies between the centres of pixels still counts.
+    """
+    low, high = np.ceil(outline.min(0) - 0.5), np.ceil(outline.max(0) - 0.5) - 1
     return _box(*low, *np.maximum(high, low))
 
 

@@ -35,10 +35,10 @@ def test_visibility_is_counted_as_bop_toolkit_counts_it() -> None:
     amodal, visible = np.zeros((8, 9), bool), np.zeros((8, 9), bool)
     amodal[2:6, 6:9] = True
     visible[2:6, 6:8] = True
-    outline = np.array([[6.2, 2.4], [11.9, 2.1], [11.3, 5.7]])
+    outline = np.array([[5.6, 2.4], [12.4, 1.8], [11.3, 6.4]])
     found = visibility_entry(visible=visible, amodal=amodal, fraction=8 / 24, outline=outline)
     assert found == {
-        "bbox_obj": [6, 2, 5, 3],  # columns 6 to 11, rows 2 to 5: the greatest less the least
+        "bbox_obj": [6, 2, 5, 3],  # centres in columns 6.5 to 11.5, rows 2.5 to 5.5: the greatest less the least
         "bbox_visib": [6, 2, 1, 3],
         "px_count_all": 24,
         "px_count_valid": 12,

@@ -99,11 +99,43 @@ def test_opencv_projects_the_model_onto_the_mask(bop) -> None:
         mask, _ = read_image(scene / "mask" / f"{int(number):06d}_000000.png")
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
         np.testing.assert_allclose(box, [columns[0], rows[0], columns[-1], rows[-1]], atol=EDGE)
-        x, y, width, height = seen["bbox_obj"]  # whole pixels, which reach half a pixel beyond their centres
-        np.testing.assert_array_equal([x, y, x + width, y + height], np.floor(box + 0.5))
+        x, y, width, height = seen["bbox_obj"]  # of the centres, which are at whole numbers, inside the model's box
+        np.testing.assert_array_equal([x, y, x + width, y + height], [*np.ceil(box[:2]), *np.floor(box[2:])])
         assert seen["bbox_visib"] == [columns[0], rows[0], columns[-1] - columns[0], rows[-1] - rows[0]]
         assert seen["px_count_visib"] == seen["px_count_valid"] == np.count_nonzero(mask)
         assert seen["visib_fract"] == 1
+
+
+@pytest.fixture(scope="module")
+def facing(tmp_path_factory, spin_usd):
+    """Pictures of a box that faces the camera, without distortion: its silhouette is a rectangle, whose sides lie
+    anywhere between the centres of pixels."""
+    folder = tmp_path_factory.mktemp("facing")
+    trimesh.creation.box((1, 0.8, 0.6)).export(folder / "box.stl")
+    camera = {"Nu": 96, "Nv": 72, "ppx": 1e-5, "ppy": 1e-5, "cameraMatrix": [[130, 0, 48], [0, 130, 36], [0, 0, 1]]}
+    places = [(0.013, 0.021, 5.0), (-0.31, 0.17, 5.07), (0.23, -0.29, 6.131), (0.501, 0.333, 7.77)]
+    poses = [
+        {"filename": f"p{i}.png", "q_vbs2tango": [1, 0, 0, 0], "r_Vo2To_vbs_true": place}
+        for i, place in enumerate(places)
+    ]
+    for name, value in (("camera", camera), ("poses", poses)):
+        (folder / f"{name}.json").write_text(json.dumps(value))
+    chosen = ("--target", folder / "box.stl", "--units-per-metre", 1, "--camera", folder / "camera.json")
+    spin_usd("author", "--poses", folder / "poses.json", *chosen, "--out", folder / "stage")
+    spin_usd("render", folder / "stage", "--out", folder / "dataset", "--renderer", "raycast", "--samples", 1)
+    return folder / "dataset"
+
+
+def test_the_box_of_a_whole_target_is_its_masks(facing, tmp_path) -> None:
+    write_export(facing, "bop", tmp_path / "out")
+    found = list(scenes(tmp_path / "out"))
+    assert len(found) == 4
+    for scene, number, entry in found:
+        (seen,) = entry["scene_gt_info"]
+        mask, _ = read_image(scene / "mask" / f"{int(number):06d}_000000.png")
+        rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+        wanted = [columns[0], rows[0], columns[-1] - columns[0], rows[-1] - rows[0]]
+        assert seen["bbox_obj"] == seen["bbox_visib"] == wanted
 
 
 def test_the_model_is_measured(bop) -> None:
