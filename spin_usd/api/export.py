@@ -44,7 +44,8 @@ def export(
         copy: copy files that need no change, instead of hard links to them.
         on_progress: called with what is counted, how many are done and how many there are.
 
-    Raises InputError and UnsupportedError for what the format cannot hold, before anything is written, and OutputError.
+    Raises InputError and UnsupportedError for what the format cannot hold: before anything is written where records
+    tell, else when its file is met. Raises OutputError.
     """
     request = ExportRequest(
         dataset=Path(dataset),

@@ -35,9 +35,7 @@ def export(
         list[str], typer.Option(metavar="NAME=VALUE", help="An option of the format; may be given several times.")
     ] = [],  # noqa: B006 - typer's way to say a list
     copy: Annotated[bool, typer.Option("--copy", help="Copy files that need no change, instead of links.")] = False,
-    list_formats: Annotated[
-        bool, typer.Option("--list", help="List the formats with their options and conventions, and end.")
-    ] = False,
+    list_formats: Annotated[bool, typer.Option("--list", help="List the formats with their options, and end.")] = False,
     as_json: options.Json = False,
 ) -> None:
     """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""

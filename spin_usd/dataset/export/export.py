@@ -23,7 +23,8 @@ LIST = "pictures.csv"
 def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
     """Export as the request says. Run again, it makes what is missing.
 
-    Raises InputError and UnsupportedError for what cannot be exported, before anything is written, and OutputError.
+    Raises InputError and UnsupportedError for what cannot be exported: before anything is written where records tell,
+    else when its file is met. Raises OutputError.
     """
     began = time.monotonic()
     refuse_dataset(request.out, request.dataset)

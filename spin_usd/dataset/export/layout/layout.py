@@ -14,7 +14,8 @@ is kept: an export of 10,000 takes no more memory than one of 10. A file of many
 `MadeFile` that the last of them yields; it reads them again by `ExportedDataset.picture`.
 
 What a format cannot hold is refused before anything is written: by `needs`, by `splits`, and by `limits` (limits.py),
-which are asked after a survey (survey.py) has read every record.
+which are asked after a survey (survey.py) has read every record. What only a file tells, such as how far away an
+occluder is, its `write` refuses.
 """
 
 from collections.abc import Callable, Iterator, Mapping
