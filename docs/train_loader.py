@@ -27,7 +27,7 @@ def reprojection_error(picture: spin_usd.Picture) -> float:
 
 
 folder = Path(sys.argv[1])
-spin_usd.author(example="speedplus", count=2, target="tango", camera="speedplus", out=folder / "stage")
+spin_usd.author(sample="speedplus", count=2, target="tango", camera="speedplus", out=folder / "stage")
 spin_usd.render(folder / "stage", out=folder / "dataset", renderer="raycast", samples=1)
 dataset = spin_usd.Dataset(folder / "dataset")
 # With PyTorch: for images, poses in DataLoader(dataset, batch_size=2, collate_fn=collate, num_workers=4):
