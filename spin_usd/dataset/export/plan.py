@@ -60,7 +60,7 @@ def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
     survey = Survey(
         format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, bodies=bodies
     )
-    kept, identity = _look(chosen, layout, survey, progress)
+    kept, identity = _survey_pictures(chosen, layout, survey, progress)
     for limit in layout.limits:
         limit(survey)
     described = {
@@ -93,39 +93,41 @@ def _entries(
     return tuple(Entry(each.frame, each.variant, each.name, split[pose[each.frame]]) for each in pictures)
 
 
-def _look(chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Progress) -> tuple[tuple[Entry, ...], str]:
+def _survey_pictures(
+    chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Progress
+) -> tuple[tuple[Entry, ...], str]:
     """Return the pictures that the format holds, and a digest of all that was read of them. Raises InputError."""
-    identity = hashlib.sha256(_shared(chosen.dataset).encode())
+    identity = hashlib.sha256(_digest_of_shared(chosen.dataset).encode())
     kept: list[Entry] = []
     for done, (entry, picture) in enumerate(zip(chosen.entries, chosen, strict=True)):
         progress("checking: picture", done, len(chosen))
-        _refuse_lack(picture, layout, survey.format)
+        _refuse_missing_kinds(picture, layout, survey.format)
         identity.update(json.dumps(picture.picture.record, sort_keys=True).encode())
-        if layout.visible_only and not _shows(picture, layout):
+        if layout.visible_only and not _shows_target(picture, layout):
             continue
         survey.add(picture)
         kept.append(entry)
     progress("checking: picture", len(chosen), len(chosen))
-    if not any(_shows(picture, layout) for picture in chosen):
+    if not any(_shows_target(picture, layout) for picture in chosen):
         do = "check the poses and the camera: spin-usd check"
         raise InputError("shows no pixel of its target in any picture", where=chosen.dataset.root, do=do)
     return tuple(kept), identity.hexdigest()
 
 
-def _shared(dataset: Dataset) -> str:
+def _digest_of_shared(dataset: Dataset) -> str:
     """Return a digest of what all pictures share."""
     parts = [asdict(part) for part in dataset.parts.values()]
     targets = [[each.name, each.box.tolist(), list(each.keypoints.names)] for each in dataset.targets]
     return digest(parts, targets, *(each.keypoints.points for each in dataset.targets))
 
 
-def _shows(picture: ExportedPicture, layout: Layout) -> bool:
+def _shows_target(picture: ExportedPicture, layout: Layout) -> bool:
     """Return whether a target that the format holds is visible."""
     targets = picture.targets if layout.several else (picture.target,)
     return any(target.pixels_visible > 0 for target in targets)
 
 
-def _refuse_lack(picture: ExportedPicture, layout: Layout, format_name: str) -> None:
+def _refuse_missing_kinds(picture: ExportedPicture, layout: Layout, format_name: str) -> None:
     """Raise InputError where the picture lacks a kind of file that the format needs."""
     for kind in layout.needs:
         if not picture.has(kind):
