@@ -124,6 +124,7 @@ def _author(
         if light is not None and not choices.any_size:
             refuse_size(corners, unit)  # poses are sampled for it, and would never have all of it in the picture
         poses = pictures(lens, asset)
+        notes += _lists_note(poses)
         write_stage(
             folder,
             poses=poses,
@@ -214,6 +215,11 @@ def _composed_target(
         reason = str(refused).replace(f"{folder}/", "")
         return None, (*notes, f"{unknown}, for it cannot be rendered: {reason}")
     return composed, (*notes, *sentences(composed.views))
+
+
+def _lists_note(poses: PoseList) -> tuple[str, ...]:
+    """Return a note on which lists of a folder the poses are from, () for those of a file."""
+    return (f"{poses.source}: read {poses.lists}",) if poses.lists else ()
 
 
 def _unused(preset: Preset | None, target: TargetAsset) -> tuple[str, ...]:

@@ -55,6 +55,7 @@ def _number(text: Any) -> int:
 
 
 BOP = PoseFormat(
+    name="BOP",
     recognises=lambda path, head: path.name == FILE,
     read=read,
     lists=files_like(FILE, f"*/{FILE}", f"*/*/{FILE}", f"*/*/*/{FILE}"),

@@ -4,7 +4,7 @@ COCO itself has none; spin-usd export adds it. An image's pose is that of its ta
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.poses.record import pose_of_record
 
+BOP_FILE = "scene_gt_coco.json"
 HEAD = re.compile(r'\s*\{\s*"(info|licenses|images|annotations|categories)"\s*:')
 
 
@@ -47,8 +48,14 @@ def _category(pose: dict[str, Any]) -> float:
     return float(number) if isinstance(number, int | float) else 0.0
 
 
+def _lists(folder: Path) -> Sequence[Path]:
+    """Return the files in the folder but BOP's, which has its poses beside them."""
+    return [file for file in files_like("annotations/*.json", "*.json")(folder) if file.name != BOP_FILE]
+
+
 COCO = PoseFormat(
+    name="COCO",
     recognises=lambda path, head: HEAD.match(head) is not None,
     read=read,
-    lists=files_like("annotations/*.json", "*.json"),
+    lists=_lists,
 )

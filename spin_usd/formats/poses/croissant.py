@@ -19,6 +19,7 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 
 CROISSANT = PoseFormat(
+    name="Croissant",
     recognises=lambda path, head: head.startswith(HEAD),
     read=read,
     lists=files_like("*.csv"),

@@ -19,11 +19,12 @@ class PoseEntry:
 class PoseFormat:
     """A format of pose lists.
 
-    recognises: whether a file is of it, from its path and its first characters · read: the file's entries in order;
-    raises InputError that names the file and the entry · lists: the files in the folder of a data set that may be its
-    lists, in order; they are those that the format recognises.
+    name: for messages · recognises: whether a file is of it, from its path and its first characters · read: the file's
+    entries in order; raises InputError that names the file and the entry · lists: the files in the folder of a data set
+    that may be its lists, in order; they are those that the format recognises.
     """
 
+    name: str
     recognises: Callable[[Path, str], bool]
     read: Callable[[Path], Iterator[PoseEntry]]
     lists: Callable[[Path], Sequence[Path]] = lambda folder: ()

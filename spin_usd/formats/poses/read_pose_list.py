@@ -35,8 +35,9 @@ def read_pose_list(path: str | Path) -> PoseList:
     q = np.array([entry.pose.q_cam_body for entry in entries], np.float64)
     t = np.array([entry.pose.t_cam_body for entry in entries], np.float64)
     _check_norms(q, entries)
+    said = _said(lists) if path.is_dir() else ""
     files = tuple(entry.pose.filename for entry in entries)
-    return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path))
+    return PoseList(names=tuple(names), q_cam_body=q, t_cam_body=t, files=files, source=str(path), lists=said)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,12 +67,21 @@ def pose_files(path: Path) -> tuple[Path, ...]:
 
 
 def _lists_in(folder: Path) -> tuple[tuple[Path, PoseFormat], ...]:
-    """Return the lists of the first format that has some in the folder. Raises InputError where there is none."""
-    for each in POSE_FORMATS:
-        if found := tuple((file, each) for file in each.lists(folder) if _format_of(file) == each):
-            return found
-    do = "give a pose list, or the folder of a data set that has one"
-    raise InputError("holds no pose list of a known format", where=folder, do=do)
+    """Return the lists in the folder, which are of one format. Raises InputError where there is none, or another."""
+    found = [(file, each) for each in POSE_FORMATS for file in each.lists(folder) if _format_of(file) == each]
+    if not found:
+        do = "give a pose list, or the folder of a data set that has one"
+        raise InputError("holds no pose list of a known format", where=folder, do=do)
+    firsts = {of.name: file.relative_to(folder) for file, of in reversed(found)}
+    if len(firsts) > 1:
+        named = " and ".join(f"{name} ({file})" for name, file in reversed(firsts.items()))
+        raise InputError(f"holds pose lists of several formats: {named}", where=folder, do="give the file of one")
+    return tuple(found)
+
+
+def _said(lists: Sequence[tuple[Path, PoseFormat]]) -> str:
+    """Return how many lists these are, and of which format."""
+    return f"{len(lists)} pose list{'s' * (len(lists) > 1)} in the format {lists[0][1].name}"
 
 
 def _place(file: Path, folder: Path) -> str:

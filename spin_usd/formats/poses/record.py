@@ -46,6 +46,7 @@ def pose_of_record(record: Any, where: str, name: str | None = None) -> PoseEntr
 
 
 RECORD = PoseFormat(
+    name="spin_usd's own",
     recognises=lambda path, head: path.suffix == ".json" and SCHEMA in head,
     read=read,
     lists=_records,

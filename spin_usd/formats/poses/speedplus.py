@@ -6,6 +6,7 @@ t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 
 QUATERNION_KEYS = ("q_vbs2tango_true", "q_vbs2tango")
 POSITION_KEYS = ("r_Vo2To_vbs_true", "r_Vo2To_vbs")
+INDEX, INDEX_BYTES = b'"wids_version"', 200  # of WebDataset
 NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2", "poses")
 
 
@@ -52,8 +54,22 @@ def _numbers(entry: dict[str, Any], keys: tuple[str, ...], count: int, where: st
     return finite_numbers(entry[key], count, f"'{key}'", where)
 
 
+def _lists(folder: Path) -> Sequence[Path]:
+    """Return the files of the sets' names in the folder but indices of WebDataset's shards, which have them too."""
+    named = files_like(*(f"{place}{name}.json" for place in ("", "*/") for name in NAMES))(folder)
+    return [file for file in named if not _begins_with(file, INDEX)]
+
+
+def _begins_with(file: Path, words: bytes) -> bool:
+    """Return whether the words are among the first of the file; one that cannot be read is left to the reader."""
+    with suppress(OSError), file.open("rb") as opened:
+        return words in opened.read(INDEX_BYTES)
+    return False
+
+
 SPEEDPLUS = PoseFormat(
+    name="SPEED+",
     recognises=lambda path, head: True,  # the last to be asked: its reader says what is wrong with a file
     read=read,
-    lists=files_like(*(f"{folder}{name}.json" for folder in ("", "*/") for name in NAMES)),
+    lists=_lists,
 )

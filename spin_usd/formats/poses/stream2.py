@@ -30,6 +30,7 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 
 STREAM_2 = PoseFormat(
+    name="SPARK's stream 2",
     recognises=lambda path, head: head.replace(" ", "").startswith(HEAD),
     read=read,
     lists=files_like("*.csv", "*/*.csv"),

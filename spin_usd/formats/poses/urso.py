@@ -44,6 +44,7 @@ def _list_beside(path: Path) -> Path:
 
 
 URSO = PoseFormat(
+    name="URSO",
     recognises=lambda path, head: head.replace(" ", "").startswith(HEAD),
     read=read,
     lists=files_like(f"*{POSES}", f"*/*{POSES}"),

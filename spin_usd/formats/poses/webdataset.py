@@ -35,6 +35,7 @@ def _parsed(text: bytes, where: str) -> object:
 
 
 WEBDATASET = PoseFormat(
+    name="WebDataset",
     recognises=lambda path, head: path.suffix.lower() == ".tar",
     read=read,
     lists=files_like("*.tar", "*/*.tar"),

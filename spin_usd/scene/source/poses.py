@@ -30,7 +30,8 @@ def repeated_name(names: Sequence[str]) -> tuple[int, int] | None:
 class PoseList:
     """names (N) are unique, also where capitals do not count · q_cam_body (N, 4) unit quaternions, scalar first ·
     t_cam_body (N, 3) metres · files (N): what the names are called where they come from, such as img000001.jpg; empty
-    where that is nowhere · source is where they come from.
+    where that is nowhere · source is where they come from · lists: how many lists of which format a folder had, in
+    words; "" for a file.
 
     Quaternions are normalised; GeometryError when one is off by more than rounding.
     """
@@ -40,6 +41,7 @@ class PoseList:
     t_cam_body: Float
     files: tuple[str, ...] = ()
     source: str = ""
+    lists: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -69,4 +71,5 @@ class PoseList:
             t_cam_body=self.t_cam_body[chosen],
             files=self.files[chosen],
             source=self.source,
+            lists=self.lists,
         )

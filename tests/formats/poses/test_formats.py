@@ -211,6 +211,17 @@ def test_what_is_wrong_with_a_list_is_said_in_one_sentence(tmp_path, name, conte
     assert str(tmp_path) in str(raised.value) or name in str(raised.value)
 
 
+def test_a_folder_with_lists_of_two_formats_is_refused_by_their_names(tmp_path) -> None:
+    saved(tmp_path / "scene" / "scene_gt.json", {"1": [TURN]})
+    saved(tmp_path / "scene" / "scene_gt_coco.json", {"info": {}})
+    assert len(read_pose_list(tmp_path / "scene")) == 1
+    assert read_pose_list(tmp_path).lists == "1 pose list in the format BOP"
+    saved(tmp_path / "train.csv", HEAD + "a.png,GT1,0,0,5,0,0,0,1\n")
+    named = r"SPARK's stream 2 \(train.csv\) and BOP \(scene/scene_gt.json\); give the file of one"
+    with pytest.raises(InputError, match=named):
+        read_pose_list(tmp_path)
+
+
 def test_a_folder_without_lists_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="no pose list"):
         read_pose_list(tmp_path)
