@@ -53,9 +53,10 @@ def author_stage(
 
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
-    chosen = chosen_frames(read_pose_list(poses), frames)
+    listed = read_pose_list(poses)
+    chosen = chosen_frames(listed, frames)
     wanted = Choices(**choices, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, lambda camera, asset: chosen)
+    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, len(listed), lambda camera, asset: chosen)
 
 
 def author_sample(
@@ -75,7 +76,8 @@ def author_sample(
     Raises as author_stage.
     """
     found = open_spec(sample, count)
-    chosen = _chosen(part_pictures(found, count), frames)
+    made = part_pictures(found, count)
+    chosen = _chosen(made, frames)
     own = {name: getattr(found, name) for name in ("target", "camera", "preset", "lights", "environment")}
     given = own | {name: value for name, value in choices.items() if value is not None}
     if missing := next((name for name in ("target", "camera") if given[name] is None), None):
@@ -92,7 +94,7 @@ def author_sample(
     wanted = Choices(
         seed=seed, sample=None if found.file else str(sample), **given, additions=read_additions(**additions)
     )
-    return _author(wanted, Path(out), {"sample": found.file} if found.file else {}, frames, pictures, light)
+    return _author(wanted, Path(out), {"sample": found.file} if found.file else {}, frames, len(made), pictures, light)
 
 
 def _chosen(made: tuple[PartPicture, ...], frames: str | None) -> tuple[PartPicture, ...]:
@@ -107,13 +109,14 @@ def _author(
     out: Path,
     files: Mapping[str, Path],
     frames: str | None,
+    whole: int,
     pictures: Callable[[Camera, TargetAsset], PoseList],
     light: Callable[[Any], SampledValues] | None = None,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
-    `files` are those that the pictures come from, and `frames` is what it chooses of them; `pictures` gives the poses
-    for a lens and a target; `light` gives what is sampled for the opened stage.
+    `files` are those that the pictures come from, and `frames` is what it chooses of the `whole` number; `pictures`
+    gives the poses for a lens and a target; `light` gives what is sampled for the opened stage.
     """
     sources = open_sources(choices, files)
     with new_folder(out) as folder:
@@ -137,7 +140,7 @@ def _author(
             surroundings=sources.surroundings,
         )
         for body in sources.others:
-            notes += _write_other(body, folder, poses, frames, choices.units_per_metre)
+            notes += _write_other(body, folder, poses, frames, whole, choices.units_per_metre)
         notes += target_notes(open_stage(folder / ROOT))
         notes += choices.additions.write(folder / ROOT)
         _write_light(folder / ROOT, len(poses), light, choices.additions)
@@ -161,19 +164,17 @@ def _author(
 
 
 def _write_other(
-    body: OtherBody, folder: Path, poses: PoseList, frames: str | None, units_per_metre: float | None
+    body: OtherBody, folder: Path, poses: PoseList, frames: str | None, whole: int, units_per_metre: float | None
 ) -> tuple[str, ...]:
     """Write another body over the stage in `folder`, whose first target has the `poses`; return notes on it. Without
-    poses of its own a target moves with the first, and an occluder stands in the camera's axes. `units_per_metre` holds
-    for a model whose file does not say its unit."""
+    poses of its own a target moves with the first, and an occluder stands in the camera's axes. `whole`: how many
+    pictures `frames` chooses from · `units_per_metre` holds for a model whose file does not say its unit."""
     own = None
     if body.poses:
         own = read_pose_list(body.poses)
         if len(own) > 1 or not body.occluder:
+            _refuse_other_length(own, frames, whole)
             own = chosen_frames(own, frames)
-            if len(own) != len(poses):
-                found = f"has {len(own)} poses for {len(poses)} pictures"
-                raise InputError(found, where=body.poses, do="give a pose for each picture, in their order")
     own_unit = body.file.suffix.lower() not in READERS or says_unit(body.file)
     asset, notes = write_model(body.file, folder, None if own_unit else units_per_metre, None)
     if body.occluder:
@@ -181,6 +182,16 @@ def _write_other(
     else:
         add_target(folder / ROOT, asset, own or poses)
     return notes
+
+
+def _refuse_other_length(own: PoseList, frames: str | None, whole: int) -> None:
+    """Raise InputError unless the list has as many poses as there are pictures, before `frames` chooses some."""
+    if len(own) == whole:
+        return
+    pictures = f"{whole} picture{'s' * (whole > 1)}"
+    wanted = pictures if frames is None else f"the {pictures} that frames {frames!r} chooses from"
+    found = f"has {len(own)} pose{'s' * (len(own) > 1)} for {wanted}"
+    raise InputError(found, where=own.source, do="give a pose for each picture, in their order")
 
 
 def _write_light(root: Path, frames: int, light: Callable[[Any], SampledValues] | None, additions: Additions) -> None:

@@ -27,8 +27,8 @@ def model_file(given: str) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class OtherBody:
-    """A body beside the first target. file: its model's · poses: the pose list that it follows, None for none ·
-    occluder: whether it is fixed to the camera and no target."""
+    """A body beside the first target. file: its model's · poses: the pose list that it follows, or a folder of
+    such, None for none · occluder: whether it is fixed to the camera and no target."""
 
     file: Path
     poses: Path | None
@@ -40,8 +40,8 @@ def other_body(given: str, *, occluder: bool) -> OtherBody:
     model, colon, poses = given.rpartition(":")
     if not colon or Path(given).is_file():
         return OtherBody(file=model_file(given), poses=None, occluder=occluder)
-    if not Path(poses).is_file():
-        raise InputError("is not there, or is not a file", where=poses, do="write MODEL or MODEL:POSES")
+    if not (poses and Path(poses).exists()):
+        raise InputError("is not there", where=poses or given, do="write MODEL or MODEL:POSES")
     return OtherBody(file=model_file(model), poses=Path(poses), occluder=occluder)
 
 

@@ -98,11 +98,24 @@ def test_an_occluder_stands_where_its_poses_say(inputs, tmp_path, count) -> None
         assert np.linalg.norm(box - (matrix_from_quaternion(q) @ corner + t), axis=1).min() < 1e-7
 
 
+def test_a_list_is_as_long_as_that_of_which_frames_chooses(inputs, tmp_path) -> None:
+    short = pose_list(tmp_path, "short", [(Q[0], (0, 0, 5)), (Q[1], (0, 0, 6))])
+    with pytest.raises(InputError, match=r"has 2 poses for the 4 pictures that frames '1:3' chooses from"):
+        author(**inputs, also=f"cubesat:{short}", frames="1:3")
+
+
+def test_poses_come_from_the_folder_of_a_data_set_too(inputs, tmp_path) -> None:
+    (tmp_path / "set").mkdir()
+    pose_list(tmp_path / "set", "train", [(q, (0, 0, 20 + i)) for i, q in enumerate(Q)])
+    report = author(**inputs, also=f"cubesat:{tmp_path / 'set'}")
+    assert [scene.targets[1].T_cam_body.translation[2] for scene in scenes(report)] == pytest.approx([20, 21, 22, 23])
+
+
 def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
     short = pose_list(tmp_path, "short", [(Q[0], (0, 0, 5))])
-    with pytest.raises(InputError, match=r"short.json: has 1 poses for 4 pictures; give a pose for each picture"):
+    with pytest.raises(InputError, match=r"short.json: has 1 pose for 4 pictures; give a pose for each picture"):
         author(**inputs, also=f"cubesat:{short}")
-    with pytest.raises(InputError, match=r"nowhere.json: is not there, or is not a file; write MODEL or MODEL:POSES"):
+    with pytest.raises(InputError, match=r"nowhere.json: is not there; write MODEL or MODEL:POSES"):
         author(**inputs, also="cubesat:nowhere.json")
     with pytest.raises(InputError, match="voyager"):
         author(**inputs, occluder="voyager")
