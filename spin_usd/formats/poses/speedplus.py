@@ -5,6 +5,7 @@ t_cam_body in metres. The sets call the quaternion `q_vbs2tango_true` (SPEED: `q
 `r_Vo2To_vbs_true`. Source: tpark94/speedplusbaseline, vpulab/SPIN.
 """
 
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -28,8 +29,11 @@ def read(path: Path) -> Iterator[PoseEntry]:
         if not isinstance(entry, dict):
             raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
         filename = entry.get("filename")
+        if "filename" not in entry:
+            raise InputError("has no 'filename'", where=where, do="name the picture's file")
         if not isinstance(filename, str):
-            raise InputError("has no 'filename'", where=where)
+            found = f"has the filename {json.dumps(filename)[:80]}, which is not text"
+            raise InputError(found, where=where, do="name the picture's file")
         where = f"{where} ({filename[:80]!r})"
         yield PoseEntry(
             filename=filename,

@@ -76,6 +76,8 @@ def test_a_target_behind_the_camera_is_legal(tmp_path: Path) -> None:
         ([{"filename": "a"}], r"entry 0 .*q_vbs2tango"),
         ([{"filename": "a", "q_vbs2tango": [1, 0, 0, 0]}], r"entry 0 .*r_Vo2To_vbs"),
         ([GOOD, {"q_vbs2tango": [1, 0, 0, 0]}], r"entry 1.*'filename'"),
+        ([GOOD | {"filename": 5}], r"entry 0: has the filename 5, which is not text"),
+        ([GOOD | {"filename": None}], r"entry 0: has the filename null, which is not text"),
         ([GOOD, GOOD | {"filename": "img000001.png"}], r"entry 1 .*entry 0"),
         ([GOOD, GOOD | {"filename": "IMG000001"}], r"entry 1 .*entry 0"),
         ([GOOD | {"filename": "../img.jpg"}], r"entry 0.*\.\./img"),
