@@ -41,8 +41,9 @@ def author(
 
     Args:
         out: the folder to make.
-        poses: a pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, BOP, COCO, WebDataset or
-            spin_usd's own; then `target` and `camera` are needed too.
+        poses: a pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, CubeSat-CDT, BOP,
+            SwissCube, URSO, COCO, YOLO, WebDataset, Croissant or spin_usd's own; then `target` and `camera` are needed
+            too.
         sample: instead of it what poses and light are sampled from: text such as "range=3..10 inside=0.9", a TOML file,
             or a name; `target` and `camera` are needed where it names none.
         count: how many pictures are sampled; all if not given.
@@ -65,7 +66,8 @@ def author(
         sun_from_target: the same in the target's body axes; the Sun turns with the target.
         any_size: take a model of any size, even one with the camera inside it.
         also: further targets, each a name or a model file, or "MODEL:POSES" with a pose list that has a pose for each
-            picture, in their order; without one it moves with the first target, in whose axes it is modelled.
+            picture, in their order, before `frames` chooses; without one it moves with the first target, in whose axes
+            it is modelled.
         occluder: geometry fixed to the camera, each likewise: modelled in the camera's axes, in metres, or placed there
             by a pose list of one pose, or of one for each picture.
 

@@ -21,8 +21,8 @@ def author(
         Path | None,
         typer.Option(
             metavar="PATH",
-            help="A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, BOP, COCO, WebDataset "
-            "or spin_usd's own.",
+            help="A pose list, or the folder of a data set: SPEED+, SPEED, SHIRT, SPIN, SPARK, CubeSat-CDT, BOP, "
+            "SwissCube, URSO, COCO, YOLO, WebDataset, Croissant or spin_usd's own.",
         ),
     ] = None,
     sample: Annotated[
@@ -79,7 +79,8 @@ def author(
         typer.Option(
             metavar="MODEL[:POSES]",
             help="One more target, again for each: a name or a model file, and a pose list with a pose for each "
-            "picture; without one it moves with the first target, in whose axes it is modelled.",
+            "picture, before --frames chooses; without one it moves with the first target, in whose axes it is "
+            "modelled.",
         ),
     ] = None,
     occluder: Annotated[
