@@ -324,6 +324,7 @@ def test_two_at_once_make_one_whole_stage(inputs: dict[str, Any]) -> None:
     assert not [path for path in inputs["out"].parent.iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.slow
 def test_blenders_own_importer_reads_it(inputs: dict[str, Any]) -> None:
     """An authority that shares no code with us: meshes, and the camera's focal length and sensor in millimetres."""
     report = author_stage(**inputs)

@@ -86,6 +86,7 @@ def rendered(folder, levels, *, time=0.01):
     return [read_image(path)[0].astype(float) for path in sorted((folder / "out" / "image" / "nominal").iterdir())]
 
 
+@pytest.mark.slow
 def test_the_authored_detector_is_recovered_from_rendered_flat_fields(tmp_path) -> None:
     fullest = FULL_WELL / GAIN / (2**BITS - 1)
     levels = np.repeat(np.linspace(0.06, 0.85, LEVELS) * fullest, 2)

@@ -109,6 +109,7 @@ def test_labels_are_made_anew_only_where_the_body_that_moved_shows(rendered, sta
     np.testing.assert_allclose(after, np.multiply(before, 1.05), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_records_of_labels_alone_follow_a_target_that_nobody_sees(stage, tmp_path, spin_usd) -> None:
     options = ("--out", tmp_path / "dataset", "--renderer", "raycast", "--labels-only", "--frames", "2:3")
     spin_usd("render", stage, *options)

@@ -55,6 +55,7 @@ def clouds(dataset):
     return {str(path.relative_to(dataset)): path.read_bytes() for path in found}
 
 
+@pytest.mark.slow
 def test_workers_and_resuming_change_no_byte(stage, dataset, render, tmp_path) -> None:
     render(stage, tmp_path, "--workers", "2", "--no-cache")
     (tmp_path / "lidar" / "nominal" / "img000002.npz").unlink()
@@ -87,6 +88,7 @@ def test_a_picture_gives_its_points(dataset) -> None:
     assert np.quantile(distance, 0.99) < 1.0  # Tango's size and a little noise
 
 
+@pytest.mark.slow
 def test_a_stage_that_loses_its_lidar_loses_its_points(stage, render, tmp_path) -> None:
     render(stage, tmp_path, "--frames", "0:1")
     layer = tmp_path / "stage" / "layers" / "lidar.usda"

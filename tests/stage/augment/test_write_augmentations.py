@@ -240,6 +240,7 @@ def test_isda_differs_in_light_materials_and_background_with_the_same_labels(sta
             assert to_sun[2] <= np.cos(np.radians(30)) + 1e-6
 
 
+@pytest.mark.slow
 def test_relighting_needs_one_render(stage) -> None:
     augment_stage(stage=stage, spec="relight")
     every = [scenes(stage, f"relight_{i + 1}")[0] for i in range(10)]

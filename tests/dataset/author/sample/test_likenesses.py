@@ -78,6 +78,7 @@ def test_an_example_names_its_schema_for_editors(name) -> None:
     assert json.loads(file.read_text())["$id"] == "sample-1"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
     report = author_sample(sample=name, out=tmp_path / "stage", count=3)
@@ -118,6 +119,7 @@ def test_a_sequence_has_one_sun(tmp_path) -> None:
     assert (same == (sequence[:, None] == sequence[None])).all()
 
 
+@pytest.mark.slow
 def test_many_pictures_have_their_light_in_binary(tmp_path, monkeypatch) -> None:
     """The same light, whichever file it is in."""
     found = []
@@ -343,6 +345,7 @@ def test_the_command_authors_an_example(tmp_path: Path, spin_usd) -> None:
     assert json.loads(done.stdout)["frames"] == 2
 
 
+@pytest.mark.slow
 def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
     """A third of the pixels and of the focal length is the same view, so the same pictures cut the target off."""
     lens = lens_of(open_camera_layer(bundled("camera", "speedplus")))
@@ -355,6 +358,7 @@ def test_a_camera_of_fewer_pixels_cuts_off_no_more(tmp_path: Path) -> None:
     assert own.views.of["cut_off"] == third.views.of["cut_off"]
 
 
+@pytest.mark.slow
 def test_augmentations_are_written_over_an_example(tmp_path: Path, spin_usd) -> None:
     """What an augmentation changes beats the example's own light in every picture."""
     out = tmp_path / "stage"
