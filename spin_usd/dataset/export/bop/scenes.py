@@ -1,8 +1,9 @@
 """The files of BOP's scenes. A scene is a variant in a split; its images are numbered by their places in the stage."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,9 @@ from spin_usd.dataset.export.bop.entries import depth_numbers, model_entry
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.images import VISIBLE, any_image, own_suffix
-from spin_usd.dataset.export.layout.index_file import write_json_file
+from spin_usd.dataset.export.layout.index_file import IndexFile, json_object, write_json_file
 from spin_usd.dataset.export.layout.layout import FormatOption
-from spin_usd.dataset.export.layout.output import LinkedFile, MadeFile
+from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile
 from spin_usd.dataset.export.models.body_models import body_models
 from spin_usd.dataset.export.models.model import Model
 from spin_usd.dataset.export.models.model_file import ply_bytes
@@ -23,6 +24,11 @@ from spin_usd.formats.image_file import write_image
 RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
 RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
+RECTIFIED = (
+    "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest pixel, "
+    "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "
+    "what is projected from them are exact. What the lens did not show is black.",
+)
 
 
 def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedPicture:
@@ -33,6 +39,20 @@ def as_exported(dataset: ExportedDataset, picture: ExportedPicture) -> ExportedP
 def scene_number(dataset: ExportedDataset, variant: str) -> int:
     """Return the number of the variant's scene, from 0."""
     return dataset.variants.index(variant)
+
+
+def scene_indexes(
+    dataset: ExportedDataset, scene: Callable[[ExportedDataset, str, str], str], names: Sequence[str]
+) -> dict[str, IndexFile]:
+    """Return the files of these names in every scene; `scene` gives the folder of a split and a variant."""
+    folders = sorted({scene(dataset, entry.split, entry.variant) for entry in dataset.entries})
+    return {f"{folder}/{name}.json": json_object() for folder in folders for name in names}
+
+
+def scene_rows(picture: ExportedPicture, folder: str, values: Mapping[str, Any]) -> Iterator[IndexRow]:
+    """Yield the picture's entry in each of its scene's files, by their names."""
+    for name, value in values.items():
+        yield IndexRow(path=f"{folder}/{name}.json", value=(str(image_number(picture)), value))
 
 
 def image_number(picture: ExportedPicture) -> int:

@@ -10,6 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.export.bop.entries import camera_matrix, pose_entry, visibility_entry
 from spin_usd.dataset.export.bop.limits import amodal_known, depth_fits, depth_scale
 from spin_usd.dataset.export.bop.scenes import (
+    RECTIFIED,
     RECTIFY,
     RECTIFY_IT,
     RECTIFYING,
@@ -20,11 +21,13 @@ from spin_usd.dataset.export.bop.scenes import (
     image_number,
     mask_file,
     model_files,
+    scene_indexes,
     scene_number,
+    scene_rows,
 )
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
-from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, json_object, write_json_file
+from spin_usd.dataset.export.layout.index_file import IndexFile, json_list, write_json_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
@@ -51,11 +54,6 @@ CONVENTIONS = (
     "if nothing else were there, mask_visib what is seen of it.",
     "The diameter is the largest distance between two points of the model; no symmetries are given.",
 )
-RECTIFIED = (
-    "Lens distortion is taken out: images are interpolated between four pixels. Depth and masks are those of the "
-    "nearest pixel, so their outlines are off by up to half a pixel, and pixel counts are of these masks. Poses, "
-    "models and bbox_obj are exact. What the lens did not show is black.",
-)
 
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
@@ -76,8 +74,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
         fraction = target.visible_fraction
         seen.append(visibility_entry(visible=visible, amodal=amodal, fraction=fraction, outline=outline))
     camera = {"cam_K": camera_matrix(picture.camera, first_centre=FIRST_CENTRE), "depth_scale": scale}
-    for index, value in zip(INDEXES, (camera, poses, seen), strict=True):
-        yield IndexRow(path=f"{scene}/{index}.json", value=(str(image_number(picture)), value))
+    yield from scene_rows(picture, scene, dict(zip(INDEXES, (camera, poses, seen), strict=True)))
     if picture.split == SPLITS["test"]:
         yield from _asked_for(dataset, picture, seen)
 
@@ -102,9 +99,8 @@ def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
-    scenes = sorted({_scene(dataset, entry.split, entry.variant) for entry in dataset.entries})
-    found = {f"{scene}/{index}.json": json_object() for scene in scenes for index in INDEXES}
-    return found | ({TARGETS: json_list()} if SPLITS["test"] in dataset.splits else {})
+    asked_for = {TARGETS: json_list()} if SPLITS["test"] in dataset.splits else {}
+    return scene_indexes(dataset, _scene, INDEXES) | asked_for
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[Output]:

@@ -11,20 +11,22 @@ import numpy as np
 
 from spin_usd.dataset.export.bop.entries import MILLIMETRES, camera_matrix, pose_entry
 from spin_usd.dataset.export.bop.scenes import (
+    RECTIFIED,
     RECTIFY,
     RECTIFY_IT,
     RECTIFYING,
     YES,
     as_exported,
     image_file,
-    image_number,
     mask_file,
     model_files,
+    scene_indexes,
     scene_number,
+    scene_rows,
 )
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
-from spin_usd.dataset.export.layout.index_file import IndexFile, json_object, text_lines, write_json_file
+from spin_usd.dataset.export.layout.index_file import IndexFile, text_lines, write_json_file
 from spin_usd.dataset.export.layout.layout import ExportFormat, Layout
 from spin_usd.dataset.export.layout.limits import bodies_told_apart, undistorted
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
@@ -43,11 +45,6 @@ CONVENTIONS = (
     "seen of a body.",
     "swisscube_bbox.json has the eight corners of each model's box along the body's axes, z changing fastest.",
 )
-RECTIFIED = (
-    "Lens distortion is taken out: images are interpolated between four pixels, and masks are those of the nearest "
-    "pixel, so their outlines are off by up to half a pixel. Poses and models are exact. What the lens did not show is "
-    "black.",
-)
 
 
 def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Output]:
@@ -61,8 +58,7 @@ def _files(dataset: ExportedDataset, original: ExportedPicture) -> Iterator[Outp
         yield mask_file(picture, f"{scene}/mask_visib", place, picture.mask(target.id))
         poses.append(pose_entry(target.id, target.q_cam_body, target.t_cam_body))
     camera = {"cam_K": camera_matrix(picture.camera, first_centre=FIRST_CENTRE)}
-    for index, value in zip(INDEXES, (camera, poses), strict=True):
-        yield IndexRow(path=f"{scene}/{index}.json", value=(str(image_number(picture)), value))
+    yield from scene_rows(picture, scene, dict(zip(INDEXES, (camera, poses), strict=True)))
 
 
 def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
@@ -70,9 +66,7 @@ def _scene(dataset: ExportedDataset, split: str, variant: str) -> str:
 
 
 def _indexes(dataset: ExportedDataset) -> Mapping[str, IndexFile]:
-    scenes = sorted({_scene(dataset, entry.split, entry.variant) for entry in dataset.entries})
-    found = {f"{scene}/{index}.json": json_object() for scene in scenes for index in INDEXES}
-    return found | {f"{split}.txt": text_lines() for split in dataset.splits}
+    return scene_indexes(dataset, _scene, INDEXES) | {f"{split}.txt": text_lines() for split in dataset.splits}
 
 
 def _shared(dataset: ExportedDataset) -> Iterator[Output]:
