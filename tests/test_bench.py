@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from spin_usd.labels.table import LABELS
+from spin_usd.labels.table import PIXEL_LABELS
 from tests.conftest import REPOSITORY
 
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
@@ -36,8 +36,8 @@ def found(tmp_path_factory):
 @pytest.mark.slow
 def test_each_says_on_what_machine_it_was_run(found) -> None:
     assert set(found) == {"frames", "growth", "labels", "plan", "predict"}
-    for figures in found.values():
-        assert figures["machine"]["cores"] == os.cpu_count()
+    for name, figures in found.items():
+        assert figures["machine"]["cores"] == (1 if name == "labels" else os.cpu_count())
         assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
 
 
@@ -87,5 +87,5 @@ def test_predictions_are_held_against_what_was_taken(found) -> None:
 def test_every_label_has_its_cost(found) -> None:
     """Of one picture each, they are less than all together."""
     figures = found["labels"]
-    assert set(LABELS) < set(figures["seconds"])
+    assert set(PIXEL_LABELS) < set(figures["seconds"])
     assert sum(each["least"] for each in figures["seconds"].values()) <= figures["in_all"]["least"] + 1e-3
