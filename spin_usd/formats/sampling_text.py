@@ -6,6 +6,7 @@ are X,Y,Z, or X,Y,Z:DEGREES for all as near as that; attitudes are W,X,Y,Z, or W
 
 import re
 from collections.abc import Callable, Mapping
+from math import isfinite
 from typing import Any
 
 from spin_usd.errors import InputError
@@ -16,6 +17,9 @@ LOG_SPAN = re.compile(rf"log\(({NUMBER})\.\.({NUMBER})\)")
 NEAR = re.compile(rf"({NUMBER}(?:,{NUMBER})*)(?::({NUMBER}))?")
 UNIFORM = "uniform"
 NAMES = "img{picture:06d}"
+MAX_PICTURES = 1_000_000
+LOWER = "give the lower number first"
+HALF_TURN = 180.0  # degrees
 
 Words = Mapping[str, Any]
 
@@ -29,9 +33,10 @@ def sampling_document(text: str, count: int | None = None) -> dict[str, Any]:
     """Return the tables that `text` is short for; `count` pictures, unless the text itself says how many. Raises
     InputError that names the word."""
     words = _words(text)
-    pictures = _whole(_number("count", words.pop("count"))) if "count" in words else count
-    if pictures is None:
+    given = _number("count", words.pop("count")) if "count" in words else count
+    if given is None:
         raise InputError("says not how many pictures", where=f"sample {text!r}", do="add count=100")
+    pictures = _whole(_within("count", given, 1, MAX_PICTURES))
     poses, sample, constraints = _sorted(words)
     part = {"name": "sample", "names": NAMES, "pictures": pictures, "poses": poses, "sample": sample}
     return {"schema": "sample-1", "part": [part], "constraints": constraints}
@@ -61,7 +66,7 @@ def _sorted(words: Mapping[str, str]) -> tuple[dict[str, Any], dict[str, Any], d
                 raise InputError("is given beside attitude", where=f"sample {key!r}", do="keep one of them")
             poses[name] = read(key, value)
         elif key.endswith("_deg"):
-            constraints[key] = _number(key, value)
+            constraints[key] = _within(key, _number(key, value), 0, HALF_TURN)
         elif "." in key:
             sample[key] = {**_sampled(key, value), "per": "frame"}
         else:
@@ -74,9 +79,14 @@ OTHERS = "count, a parameter such as sun.direction, or a constraint such as targ
 
 def _numbers(key: str, value: str) -> Words:
     """Return a distribution of numbers."""
-    for pattern, kind in ((SPAN, UNIFORM), (LOG_SPAN, "log_uniform")):
-        if found := pattern.fullmatch(value):
-            return {"distribution": kind, "low": float(found[1]), "high": float(found[2])}
+    if found := SPAN.fullmatch(value):
+        low, high = _span(key, found)
+        return {"distribution": UNIFORM, "low": low, "high": high}
+    if found := LOG_SPAN.fullmatch(value):
+        low, high = _span(key, found)
+        if low <= 0:
+            raise InputError(f"{value!r} holds {low:g}", where=f"sample {key!r}", do="give log() numbers above 0")
+        return {"distribution": "log_uniform", "low": low, "high": high}
     return {"distribution": "fixed", "value": _number(key, value)}
 
 
@@ -106,7 +116,8 @@ def _facing(key: str, value: str) -> Words:
 
 def _inside(key: str, value: str) -> float | list[float]:
     found = SPAN.fullmatch(value)
-    return [float(found[1]), float(found[2])] if found else _number(key, value)
+    shares = [_within(key, share, 0, 1) for share in (_span(key, found) if found else [_number(key, value)])]
+    return shares if found else shares[0]
 
 
 def _sampled(key: str, value: str) -> Words:
@@ -122,22 +133,43 @@ def _sampled(key: str, value: str) -> Words:
 def _near(key: str, value: str, count: int, form: str) -> tuple[list[float], float | None]:
     """Return `count` numbers, and how many degrees may be between them and a sample; None where that is not said."""
     found = NEAR.fullmatch(value)
-    numbers = [float(number) for number in found[1].split(",")] if found else []
+    numbers = [_number(key, number) for number in found[1].split(",")] if found else []
     if found is None or len(numbers) != count:
         raise InputError(f"{value!r} is not {form}", where=f"sample {key!r}", do=f"write so, or {key}={UNIFORM}")
-    return numbers, None if found[2] is None else float(found[2])
+    if not any(numbers):
+        raise InputError(f"{value!r} is all zeros", where=f"sample {key!r}", do="make one of the numbers another")
+    return numbers, None if found[2] is None else _within(key, _number(key, found[2]), 0, HALF_TURN)
+
+
+def _span(key: str, found: re.Match[str]) -> list[float]:
+    """Return both ends of a span."""
+    low, high = (_number(key, found[i]) for i in (1, 2))
+    if low > high:
+        raise InputError(f"no number lies between {low:g} and {high:g}", where=f"sample {key!r}", do=LOWER)
+    return [low, high]
+
+
+def _within(key: str, number: float, least: float, most: float) -> float:
+    if not least <= number <= most:
+        found = f"{number:g} is not from {least:g} to {most:.7g}"
+        raise InputError(found, where=f"sample {key!r}", do="write one of those")
+    return number
 
 
 def _number(key: str, value: str) -> float:
     if not re.fullmatch(NUMBER, value):
         do = "write a number, or LOW..HIGH where numbers are sampled"
         raise InputError(f"{value!r} is not a number", where=f"sample {key!r}", do=do)
-    return float(value)
+    number = float(value)
+    if not isfinite(number):
+        raise InputError(f"{value!r} is too large a number", where=f"sample {key!r}", do="write a smaller one")
+    return number
 
 
-def _whole(number: float) -> int | float:
-    """Return a whole number as such; the schema refuses another."""
-    return int(number) if number.is_integer() else number
+def _whole(number: float) -> int:
+    if not float(number).is_integer():
+        raise InputError(f"{number:g} is not a whole number", where="sample 'count'", do="write for example count=100")
+    return int(number)
 
 
 POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {

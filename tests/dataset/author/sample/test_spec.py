@@ -159,10 +159,10 @@ def test_what_is_wrong_with_a_trajectory_names_its_key(tmp_path, old, new, word)
     [
         ("range=3..10 inside=2 count=1", "inside"),
         ("range=0.3 inside=1 count=1", "'inside'"),
-        ("range=10..3 count=1", "part 'sample', range"),
-        ("range=3 inside=0.9..0.2 count=1", "inside is from 0.9 to 0.2"),
+        ("range=10..3 count=1", "'range': no number"),
+        ("range=3 inside=0.9..0.2 count=1", "'inside': no number lies between 0.9 and 0.2"),
         ("inside=1 count=1", "range"),
-        ("range=3 count=1.5", "pictures"),
+        ("range=3 count=1.5", "'count'"),
         ("range=3 count=1 moon.direction=0,0,1", "moon.direction"),
         ("range=3 count=1 sun_up_deg=3", "sun_up_deg"),
     ],
