@@ -13,6 +13,7 @@ from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.spec_file import check_document
 from spin_usd.formats.text_file import read_text
 from spin_usd.geometry.transform import Transform
+from spin_usd.resources import bundled
 from spin_usd.scene.lidar.lidar import Lidar
 
 SCHEMA = "lidar-1"
@@ -24,7 +25,7 @@ def read_lidar_file(path: str | Path) -> Lidar:
     """Read the LiDAR in the file at `path`. Raises InputError that names the key or the number that is wrong."""
     path = Path(path)
     document = read_json_file(path) if path.suffix.lower() == ".json" else _read_toml(path)
-    check_document(document, SCHEMA, path)
+    _check(document, path)
     noise = document.get("noise", {})
     given = {
         "noise_constant": noise.get("constant"),
@@ -45,6 +46,15 @@ def read_lidar_file(path: str | Path) -> Lidar:
         )
     except GeometryError as error:
         raise InputError(error.found, where=path, do="correct it there") from None
+
+
+def _check(document: Any, path: Path) -> None:
+    """Raise InputError where the document breaks the schema, with a file that keeps to it."""
+    try:
+        check_document(document, SCHEMA, path)
+    except InputError as error:
+        do = f"compare it with {bundled('lidar', 'flash')}"
+        raise InputError(error.found, where=path, do=error.do or do) from None
 
 
 def _span(numbers: list[float]) -> tuple[float, float]:

@@ -50,7 +50,7 @@ def test_bundled_files_are_valid(name) -> None:
     ("more", "words"),
     [
         ({"pattern": "spiral"}, "pattern: 'spiral' is not one of"),
-        ({"rows": 0}, "rows: 0 is less than the minimum of 1"),
+        ({"rows": 0}, "rows: 0 is less than the minimum of 1; compare it with "),
         ({"noise": {"sigma": 1}}, "noise: "),
         ({"azimuth": [20, -10]}, "azimuths are 20 to -10 degrees"),
         ({"rows": 9999, "columns": 9999}, "9999 rows and 9999 columns are not 1 to"),
@@ -62,6 +62,7 @@ def test_what_cannot_be_is_refused(more, words, tmp_path) -> None:
         read(tmp_path, **more)
     assert words in str(refusal.value)
     assert "own.json" in str(refusal.value)
+    assert refusal.value.do
 
 
 def test_a_file_that_is_not_toml_is_refused(tmp_path) -> None:
