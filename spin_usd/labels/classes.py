@@ -17,9 +17,7 @@ from spin_usd.scene.source.channels import Channels
 def classes(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W) uint16: class ids, which count from 1 in the alphabetic order of the classes of all parts; 0 where
     there is no surface."""
-    frame = np.zeros(scene.camera.frame.shape, np.uint16)
-    frame[surface.rows, surface.columns] = class_of_parts(scene)[surface.part]
-    return frame
+    return surface.image(class_of_parts(scene)[surface.part], np.uint16)
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:

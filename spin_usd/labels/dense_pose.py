@@ -18,10 +18,7 @@ STRETCHED = 2  # what a lens may make of a small distance at the rim of a pictur
 
 def dense_pose(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: X, Y, Z in the body frame of the target that is seen, metres; 0 where none is."""
-    frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    of = surface.target > 0 if scene.others else slice(None)
-    frame[surface.rows[of], surface.columns[of]] = surface.body[of]
-    return frame
+    return surface.image(surface.body, np.float32, surface.of_targets)
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:

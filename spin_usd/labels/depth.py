@@ -17,9 +17,7 @@ RELATIVE = 1e-6  # float32 rounds to 6e-8; body coordinates and pose each add as
 
 def depth(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W) float32: z in the camera's frame, metres; 0 where there is no surface."""
-    frame = np.zeros(scene.camera.frame.shape, np.float32)
-    frame[surface.rows, surface.columns] = surface.z
-    return frame
+    return surface.image(surface.z, np.float32)
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:

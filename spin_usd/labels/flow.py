@@ -42,7 +42,7 @@ def flow(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     frame, following = np.zeros((*scene.camera.frame.shape, 3), np.float32), scene.next_frame
     if following is None:
         return frame
-    for one, rows in surface.pieces(scene):
+    for one, rows in surface.pieces():
         there = _same_body(one, following)
         if there:
             frame[surface.rows[rows], surface.columns[rows]] = _moves(surface, rows, one, following, there)

@@ -4,7 +4,7 @@ A file holds the masks of all targets, for they overlap: bit i - 1 of a pixel, w
 target i covers it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +17,13 @@ from spin_usd.scene.derived.surface import Surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
-MOST = 16  # targets, a bit each
+MAX_TARGETS = 16  # a bit each
 
 
 def mask_visible(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W) uint16: the bit of the target that is seen. Raises UnsupportedError for more than 16 targets."""
     bits = np.array([0, *_bits(scene)], np.uint16)
-    frame = np.zeros(scene.camera.frame.shape, np.uint16)
-    frame[surface.rows, surface.columns] = bits[surface.target]
-    return frame
+    return surface.image(bits[surface.target], np.uint16)
 
 
 def mask_amodal(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
@@ -40,9 +38,9 @@ def mask_amodal(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
 def _bits(scene: Scene) -> list[int]:
     """Return the value of the bit of each of the scene's targets."""
     count = len(scene.targets)
-    if count > MOST:
+    if count > MAX_TARGETS:
         do = "leave the masks out of --labels: instance holds any number of targets"
-        raise UnsupportedError(f"masks hold {MOST} targets at most, and the stage has {count}", do=do)
+        raise UnsupportedError(f"masks hold {MAX_TARGETS} targets at most, and the stage has {count}", do=do)
     return [1 << (body.id - 1) for body in scene.targets]
 
 
@@ -60,31 +58,27 @@ def faults_amodal(picture: LabelledPicture) -> Iterator[LabelFault]:
         yield LabelFault(code="support", message="mask_visible covers pixels outside mask_amodal")
 
 
-MASK_VISIBLE = Label(
-    name="mask_visible",
-    make=mask_visible,
-    channels=Channels(
-        meaning="which target is seen, 16-bit: bit i - 1 is set for target i; 0 = none",
-        dtype="uint16",
-        holds={"Y": "a bit a target"},
-    ),
-    suffix=".png",
-    usd_type="int",
-    file_bytes=0.01,
-    preview=by_bit,
-    faults=faults_visible,
-)
-MASK_AMODAL = Label(
-    name="mask_amodal",
-    make=mask_amodal,
-    channels=Channels(
-        meaning="which targets would be seen if each were alone, 16-bit: bit i - 1 is set for target i; 0 = none",
-        dtype="uint16",
-        holds={"Y": "a bit a target"},
-    ),
-    suffix=".png",
-    usd_type="int",
-    file_bytes=0.01,
-    preview=by_bit,
-    faults=faults_amodal,
-)
+def _mask(
+    name: str,
+    make: Callable[[Scene, Surface], NDArray[np.uint16]],
+    faults: Callable[[LabelledPicture], Iterator[LabelFault]],
+    meaning: str,
+) -> Label:
+    return Label(
+        name=name,
+        make=make,
+        channels=Channels(
+            meaning=f"{meaning}, 16-bit: bit i - 1 is set for target i; 0 = none",
+            dtype="uint16",
+            holds={"Y": "a bit a target"},
+        ),
+        suffix=".png",
+        usd_type="int",
+        file_bytes=0.01,
+        preview=by_bit,
+        faults=faults,
+    )
+
+
+MASK_VISIBLE = _mask("mask_visible", mask_visible, faults_visible, "which target is seen")
+MASK_AMODAL = _mask("mask_amodal", mask_amodal, faults_amodal, "which targets would be seen if each were alone")

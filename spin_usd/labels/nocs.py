@@ -26,7 +26,7 @@ def nocs(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W, 3) uint16: x, y and z in the body frame of the target that is seen, each 1 at its box's least and
     65535 at its greatest; 0 where none is."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.uint16)
-    for one, rows in surface.pieces(scene, targets_alone=True):
+    for one, rows in surface.pieces(targets_alone=True):
         frame[surface.rows[rows], surface.columns[rows]] = normalised(surface.body[rows], one.target.mesh.box)
     return frame
 

@@ -27,7 +27,7 @@ MOST = 0.5  # of the neighbours on one plane must lie across the normal; others 
 def normals_cam(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: unit normals in the camera's axes, towards the camera; 0 where there is no surface."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    for one, rows in surface.pieces(scene):
+    for one, rows in surface.pieces():
         turned = one.T_cam_body.directions(surface.normals[rows])
         frame[surface.rows[rows], surface.columns[rows]] = turned
     return frame
@@ -36,10 +36,7 @@ def normals_cam(scene: Scene, surface: Surface) -> NDArray[np.float32]:
 def normals_body(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: unit normals in the axes of the target that is seen, towards the camera; 0 where none
     is."""
-    frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    of = surface.target > 0 if scene.others else slice(None)
-    frame[surface.rows[of], surface.columns[of]] = surface.normals[of]
-    return frame
+    return surface.image(surface.normals, np.float32, surface.of_targets)
 
 
 def faults_cam(picture: LabelledPicture) -> Iterator[LabelFault]:

@@ -17,9 +17,7 @@ RELATIVE = 1e-6  # float32 rounds to 6e-8; depth, body coordinates and pose each
 
 def range_along_ray(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W) float32: metres from the camera to the surface point; 0 where there is no surface."""
-    frame = np.zeros(scene.camera.frame.shape, np.float32)
-    frame[surface.rows, surface.columns] = surface.z * ray_lengths(surface.xy)
-    return frame
+    return surface.image(surface.z * ray_lengths(surface.xy), np.float32)
 
 
 def ray_lengths(xy: NDArray[np.float64]) -> NDArray[np.float64]:

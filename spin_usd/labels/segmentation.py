@@ -15,9 +15,7 @@ from spin_usd.scene.source.channels import Channels
 
 def segmentation(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W) uint16: part ids, which count from 1; 0 where there is no surface."""
-    frame = np.zeros(scene.camera.frame.shape, np.uint16)
-    frame[surface.rows, surface.columns] = surface.part
-    return frame
+    return surface.image(surface.part, np.uint16)
 
 
 def faults(picture: LabelledPicture) -> Iterator[LabelFault]:

@@ -8,7 +8,7 @@ import pytest
 from spin_usd.errors import UnsupportedError
 from spin_usd.labels.flow import NextState
 from spin_usd.labels.lit import SunState
-from spin_usd.labels.masks import MOST, mask_visible
+from spin_usd.labels.masks import MAX_TARGETS, mask_visible
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.effort import Effort
@@ -72,7 +72,7 @@ def test_amodal_masks_are_renders_without_the_others(made, labels) -> None:
 
 
 def test_masks_of_more_targets_than_bits_are_refused(made) -> None:
-    more = tuple(Body(id=number, target=CUBE, T_cam_body=POSES[0]) for number in range(2, MOST + 2))
+    more = tuple(Body(id=number, target=CUBE, T_cam_body=POSES[0]) for number in range(2, MAX_TARGETS + 2))
     many = replace(made, others=more, next_frame=None)
     with pytest.raises(UnsupportedError, match="16 targets at most, and the stage has 17"):
         mask_visible(many, surface_of(many))

@@ -11,6 +11,7 @@ target's faces are for each of several bodies given that body's own scene, of Sc
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,7 @@ class Surface:
     def normals(self) -> Float:
         """Unit geometric normals (N, 3) in the axes of each point's own body, facing the camera."""
         found = np.empty((len(self.face), 3))
-        for one, rows in self.of_bodies(self.scene):
+        for one, rows in self.of_bodies():
             found[rows] = geometric_normals(one, self.face[rows])
         return found
 
@@ -72,20 +73,32 @@ class Surface:
         assert self.caster, "the surface was made without a ray caster"
         return self.caster
 
-    def of_bodies(self, scene: Scene) -> Iterator[tuple[Scene, Rows]]:
+    def image(self, values: NDArray[Any], dtype: type[np.generic], of: Rows = slice(None)) -> NDArray[Any]:
+        """Return (H, W), or (H, W, C), of that type: the `values` (N,) or (N, C) of its points, or of those chosen by
+        `of`, in their pixels of the whole frame; 0 in all others."""
+        found = np.zeros((*self.scene.camera.frame.shape, *values.shape[1:]), dtype)
+        found[self.rows[of], self.columns[of]] = values[of]
+        return found
+
+    @property
+    def of_targets(self) -> Rows:
+        """Which points are of a target, not of an occluder."""
+        return np.flatnonzero(self.target) if self.scene.others else slice(None)
+
+    def of_bodies(self) -> Iterator[tuple[Scene, Rows]]:
         """Yield the scene of each body alone that is seen, and which of the points are its own."""
-        if not scene.others:
-            yield scene, slice(0, len(self.face))
+        if not self.scene.others:
+            yield self.scene, slice(0, len(self.face))
             return
-        for place, one in enumerate(scene.apart):
+        for place, one in enumerate(self.scene.apart):
             rows = np.flatnonzero(self.place == place)
             if len(rows):
                 yield one, rows
 
-    def pieces(self, scene: Scene, *, targets_alone: bool = False) -> Iterator[tuple[Scene, Rows]]:
+    def pieces(self, *, targets_alone: bool = False) -> Iterator[tuple[Scene, Rows]]:
         """Yield the same by few points at once, whose temporaries fit a core's cache; `targets_alone`: without
         occluders."""
-        for one, rows in self.of_bodies(scene):
+        for one, rows in self.of_bodies():
             count = len(self.target[rows])
             if targets_alone and not self.target[rows][:1].any():
                 continue
