@@ -41,7 +41,17 @@ ONLY_IN = {
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
 CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py")
 # Who may read or write files and folders.
-FILES_IN = ("formats", "stage", "dataset", "cli", "resources.py", "plugin_path.py", "sha256.py", "renderers/blender")
+FILES_IN = (
+    "files",
+    "formats",
+    "stage",
+    "dataset",
+    "cli",
+    "resources.py",
+    "plugin_path.py",
+    "sha256.py",
+    "renderers/blender",
+)
 # fmt: off
 FILE_CALLS = {
     "open", "io.open", "os.open", "os.remove", "os.rename", "os.replace", "os.unlink", "os.mkdir", "os.makedirs",

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.files.limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.geometry.camera import Camera
 
@@ -34,7 +35,7 @@ class CameraFile:
 def read_camera_file(path: str | Path) -> CameraFile:
     """Read the camera of the file at `path`. Raises InputError that names the file and the key."""
     path = Path(path)
-    document = read_json_file(path)
+    document = read_json_file(path, MAX_SPECIFICATION)
     if not isinstance(document, dict):
         raise InputError("is not a camera file: it holds no JSON object", where=path)
     width, height = (_size(document, key, path) for key in ("Nu", "Nv"))

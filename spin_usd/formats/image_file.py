@@ -7,7 +7,7 @@ a full disk (each file is decoded again and compared), and for JPEG the process 
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from PIL import Image as PillowImage
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.files.given_file import open_file, path_of
+from spin_usd.files.limits import MAX_ARRAY
 
 Image = NDArray[Any]
 
@@ -82,9 +84,12 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
 
     Channels come in the order of their names, R, G, B (and A) before all others. Raises InputError.
     """
-    if not path.is_file():
-        raise InputError("is not a file", where=path, do="check the path")
-    source = oiio.ImageInput.open(str(path))
+    with open_file(path, MAX_ARRAY) as file:
+        return _decoded(file, path)
+
+
+def _decoded(file: BinaryIO, path: Path) -> tuple[Image, tuple[str, ...]]:
+    source = oiio.ImageInput.open(path_of(file))
     if source is None:
         raise InputError(f"cannot be read as an image ({_error(None)})", where=path, do="make it again")
     spec = source.spec()

@@ -1,22 +1,20 @@
 """JSON that a user gives: every way in which a file can be none, said in a sentence."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_text
 
 
-def read_json_file(path: Path) -> Any:
-    """Read the JSON value in the file at `path`. Raises InputError where it holds none."""
+def read_json_file(path: Path, max_bytes: int) -> Any:
+    """Read the JSON value in the file at `path`, of at most `max_bytes`. Raises InputError where it holds none."""
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=_object)
+        return json.loads(read_text(path, max_bytes), object_pairs_hook=_object)
     except InputError as error:
         raise InputError(error.found, where=path, do=error.do) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
-    except UnicodeDecodeError:
-        raise InputError("is not a text file", where=path, do="give a JSON file") from None
     except json.JSONDecodeError as error:
         raise InputError(
             f"is not JSON: {error.msg} at line {error.lineno}, column {error.colno}",
@@ -31,7 +29,6 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Make an object. Raises InputError for a key that stands twice, of which JSON readers silently take the last."""
     made = dict(pairs)
     if len(made) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
+        ((twice, _),) = Counter(key for key, _ in pairs).most_common(1)
         raise InputError(f"has the key {twice!r} twice in one object", do="keep one of them")
     return made

@@ -1,6 +1,5 @@
 """LiDAR files: a sensor and its mounting as TOML or JSON, valid by schemas/lidar-1.schema.json."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,9 +8,10 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
+from spin_usd.files.limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.spec_file import check_document
-from spin_usd.formats.text_file import read_text
+from spin_usd.formats.toml_file import read_toml_file
 from spin_usd.geometry.transform import Transform
 from spin_usd.resources import bundled
 from spin_usd.scene.lidar.lidar import Lidar
@@ -24,7 +24,8 @@ PARALLEL = 1e-6  # sine of the angle below which two directions span no plane
 def read_lidar_file(path: str | Path) -> Lidar:
     """Read the LiDAR in the file at `path`. Raises InputError that names the key or the number that is wrong."""
     path = Path(path)
-    document = read_json_file(path) if path.suffix.lower() == ".json" else _read_toml(path)
+    read = read_json_file if path.suffix.lower() == ".json" else read_toml_file
+    document = read(path, MAX_SPECIFICATION)
     _check(document, path)
     noise = document.get("noise", {})
     given = {
@@ -76,10 +77,3 @@ def _mounting(given: Mapping[str, Any]) -> Transform:
 
 def _unit(vector: Float) -> Float:
     return np.asarray(vector / np.linalg.norm(vector))
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -15,6 +14,9 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_SPECIFICATION
+from spin_usd.formats.toml_file import parsed_toml
 from spin_usd.resources import schemas
 from spin_usd.scene.model import NOMINAL
 
@@ -59,7 +61,8 @@ class Specification:
 def read_spec_file(path: str | Path) -> Specification:
     """Read the specification in the file at `path`. Raises InputError that names the key that is wrong."""
     path = Path(path)
-    data, document = _read_toml(path)
+    data = read_bytes(path, MAX_SPECIFICATION)
+    document = parsed_toml(data, path)
     check_document(document, SCHEMA, path)
     entries = tuple(entry for table in document["augmentation"] for entry in _entries(table))
     names = [entry.name for entry in entries]
@@ -151,18 +154,6 @@ def _fixed(words: Mapping[str, Any], turn: int) -> dict[str, Any]:
     """Return the words of a value taken in turn as those of a fixed one."""
     rest = {key: value for key, value in words.items() if key != "values"}
     return {**rest, "distribution": "fixed", "value": words["values"][turn % len(words["values"])]}
-
-
-def _read_toml(path: Path) -> tuple[bytes, dict[str, Any]]:
-    try:
-        data = path.read_bytes()
-        return data, tomllib.loads(data.decode())
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
-    except UnicodeDecodeError:
-        raise InputError("is not a text file", where=path, do="give a TOML file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None
 
 
 @cache

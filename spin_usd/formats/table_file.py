@@ -5,14 +5,16 @@ of headings, in any order.
 """
 
 import csv
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_text
+from spin_usd.files.limits import MAX_TABLE
 from spin_usd.formats.json_file import read_json_file
+from spin_usd.formats.toml_file import read_toml_file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +55,9 @@ def read_table(path: str | Path, table: Table) -> tuple[Row, ...]:
 def _raw_rows(path: Path, table: Table) -> Iterable[tuple[str, Any]]:
     match path.suffix.lower():
         case ".json":
-            return _structured(read_json_file(path), path, table)
+            return _structured(read_json_file(path, MAX_TABLE), path, table)
         case ".toml":
-            return _structured(_read_toml(path), path, table)
+            return _structured(read_toml_file(path, MAX_TABLE), path, table)
         case ".csv":
             return _read_csv(path)
     raise InputError("is neither .json, .csv nor .toml", where=path, do="give one of those")
@@ -102,26 +104,10 @@ def _shape(table: Table, path: Path) -> str:
 
 
 def _read_csv(path: Path) -> Iterator[tuple[str, Any]]:
-    lines = csv.DictReader(_read_text(path).splitlines(), skipinitialspace=True, restkey="a further column")
+    lines = csv.DictReader(read_text(path, MAX_TABLE).splitlines(), skipinitialspace=True, restkey="a further column")
     headings = lines.fieldnames or ()
     if len(headings) == 1 and (other := next((mark for mark in (";", "\t") if mark in headings[0]), None)):
         raise InputError(f"has {other!r} between its columns", where=path, do="put commas between them")
     for row in lines:
         text = {name: each.strip() if isinstance(each, str) else each for name, each in row.items()}
         yield f"{path}, line {lines.line_num}", text
-
-
-def _read_toml(path: Path) -> Any:
-    try:
-        return tomllib.loads(_read_text(path))
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}", where=path, do="fix it there") from None
-
-
-def _read_text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from None
-    except UnicodeDecodeError:
-        raise InputError("is not a text file", where=path, do="give a JSON, CSV or TOML file") from None

@@ -10,6 +10,8 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_TEXTURE
 from spin_usd.formats.named_file import file_within
 from spin_usd.scene.source.asset import RAW, SRGB, ImageFile
 
@@ -17,7 +19,6 @@ EXR, EXR_MAGIC = ".exr", b"v/1\x01"
 UNCHANGED = {"PNG": ".png", "JPEG": ".jpg"}
 REWRITTEN = ("BMP", "TGA", "TIFF", "WEBP", "GIF")
 EIGHT_BITS = ("1", "L", "LA", "P", "RGB", "RGBA")
-MAX_BYTES = 2**29
 MAX_PIXELS = 2**26  # what a stage's reader takes: 8192 x 8192
 
 
@@ -29,14 +30,12 @@ def texture_beside(file: Path, named: str, folder: Path) -> ImageFile:
     full = file_within(folder, file.parent, named)
     if full is None:
         raise InputError(f"the texture {named!r} lies outside the model's folder")
-    if not full.is_file():
+    if not full.exists():
         raise InputError(f"the texture {named!r} is missing")
-    if full.stat().st_size > MAX_BYTES:
-        raise InputError(f"the texture {named!r} has more than {MAX_BYTES} bytes")
     try:
-        data = full.read_bytes()
-    except OSError as error:
-        raise InputError(f"the texture {named!r} cannot be read ({error.strerror})") from None
+        data = read_bytes(full, MAX_TEXTURE)
+    except InputError as error:
+        raise InputError(f"the texture {named!r} {error.found}") from None
     return texture_of(full.name, data)
 
 

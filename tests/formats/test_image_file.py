@@ -195,5 +195,5 @@ def test_what_is_no_image_is_refused(tmp_path, content) -> None:
 
 def test_what_is_no_file_is_refused(tmp_path) -> None:
     for path in (tmp_path, tmp_path / "missing.png"):
-        with pytest.raises(InputError, match="is not a file"):
+        with pytest.raises(InputError, match="cannot be read"):
             read_image(path)

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.given_file import open_file, read_bytes
+from spin_usd.files.limits import MAX_ARRAY
 
 Cloud = NDArray[np.void]
 
@@ -61,7 +63,7 @@ def _write_npz(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
 
 
 def _read_npz(path: Path) -> Cloud:
-    with np.load(path, allow_pickle=False) as archive:
+    with open_file(path, MAX_ARRAY) as file, np.load(file, allow_pickle=False) as archive:
         columns = {name: archive[name] for name in archive.files}
     return _cloud(columns)
 
@@ -77,7 +79,7 @@ def _write_ply(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
 
 
 def _read_ply(path: Path) -> Cloud:
-    head, _, body = path.read_bytes().partition(END)
+    head, _, body = read_bytes(path, MAX_ARRAY).partition(END)
     words = [line.split() for line in head.decode().splitlines()]
     if words[:2] != [["ply"], ["format", "binary_little_endian", "1.0"]]:
         raise ValueError("its head is not that of a binary PLY")

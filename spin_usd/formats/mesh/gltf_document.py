@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import ImageFile
@@ -92,7 +94,7 @@ class Document:
         """Return the bytes of a buffer view."""
         view = at(self.entries("bufferViews"), index)
         start, length = view.get("byteOffset", 0), view["byteLength"]
-        data: bytes = self._buffers[view["buffer"]]
+        data: bytes = self.buffers[view["buffer"]]
         if start < 0 or length < 0 or start + length > len(data):
             raise ValueError(f"buffer view {index} reaches beyond its buffer")
         return data[start : start + length]
@@ -109,7 +111,8 @@ class Document:
         return self._strided(part["bufferView"], part.get("byteOffset", 0), kind, count, width)
 
     @cached_property
-    def _buffers(self) -> list[bytes]:
+    def buffers(self) -> list[bytes]:
+        """The bytes of each buffer, from its file beside this one where it has one."""
         return [self._buffer(entry, index) for index, entry in enumerate(self.entries("buffers"))]
 
     def _buffer(self, entry: dict[str, Any], index: int) -> bytes:
@@ -123,12 +126,12 @@ class Document:
         full = (folder / unquote(entry["uri"])).resolve()
         if not full.is_relative_to(folder):
             raise InputError(f"its buffer {entry['uri']!r} lies outside the model's folder", where=self.path)
-        return full.read_bytes()
+        return read_bytes(full, MAX_MODEL)
 
 
 def read_document(path: Path) -> Document:
-    """Read the file at `path`. Raises OSError, or a kind of ValueError for a file that is not glTF 2.0."""
-    data, binary = path.read_bytes(), b""
+    """Read the file at `path`. Raises InputError, or a kind of ValueError for a file that is not glTF 2.0."""
+    data, binary = read_bytes(path, MAX_MODEL), b""
     if data[:4] == GLB_MAGIC:
         (length,) = struct.unpack_from("<I", data, 12)
         data, rest = data[20 : 20 + length], data[20 + length :]

@@ -1,11 +1,14 @@
 """The box of a mesh file's faces, read by trimesh: an authority apart from our own readers."""
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.scene.source.source_bounds import SourceBounds
 
@@ -18,9 +21,10 @@ GLTF = (".gltf", ".glb")
 def mesh_bounds(path: Path, units_per_metre: float | None) -> SourceBounds | None:
     """Return the model's size in metres; None where trimesh cannot read it, or finds no face with an area."""
     try:
-        if path.suffix.lower() in GLTF and _has_normalised_points(read_document(path)):
+        document = read_document(path) if path.suffix.lower() in GLTF else None
+        if document and _has_normalised_points(document):
             return None  # trimesh 5.2 leaves them whole numbers
-        scene = _loaded(path)
+        scene = _loaded(path, document)
         corners = [_corners(scene, node) for node in scene.graph.nodes_geometry]
     # A parser of others' files raises whatever it stumbles over.
     except Exception:
@@ -39,15 +43,19 @@ def _has_normalised_points(document: Document) -> bool:
     return any(accessor.get("normalized", False) for accessor in points)
 
 
-def _loaded(path: Path) -> "trimesh.Scene":
-    """Return the file's geometry alone: nothing that it names is read, but for the buffers of a .gltf."""
+def _loaded(path: Path, document: Document | None) -> "trimesh.Scene":
+    """Return the file's geometry alone: nothing that it names is read, but for the buffers of the `document`."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
-    if path.suffix.lower() == ".gltf":
-        return trimesh.load_scene(path, process=False, skip_materials=True)
-    with path.open("rb") as opened:
-        kind = path.suffix.lower().removeprefix(".")
-        return trimesh.load_scene(opened, file_type=kind, process=False, skip_materials=True)
+    named = zip(document.entries("buffers"), document.buffers, strict=True) if document else ()
+    beside = {entry["uri"]: data for entry, data in named if "uri" in entry}
+    return trimesh.load_scene(
+        io.BytesIO(read_bytes(path, MAX_MODEL)),
+        file_type=path.suffix.lower().removeprefix("."),
+        resolver=beside,
+        process=False,
+        skip_materials=True,
+    )
 
 
 def _corners(scene: "trimesh.Scene", node: str) -> Float:

@@ -33,8 +33,8 @@ def read_mesh_file(path: str | Path, units_per_metre: float | None = None) -> Me
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"is not one of the mesh formats {', '.join(READERS)}", where=path)
-    if not path.is_file():
-        raise InputError("is not there, or is not a file", where=path)
+    if not path.exists():
+        raise InputError("is not there", where=path)
     scale = _units(path, units_per_metre)
     try:
         asset = reader(path)

@@ -13,9 +13,10 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.mesh.obj_materials import read_materials
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
-from spin_usd.formats.text_file import read_text
+from spin_usd.formats.text_file import read_any_text
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
@@ -85,7 +86,7 @@ def read_obj(path: Path) -> MeshAsset:
 def _statements(path: Path) -> Iterator[tuple[str, str, str]]:
     """Yield (where, keyword, rest) of every line that says something; a backslash continues a line."""
     pending = ""
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    for number, line in enumerate(read_any_text(path, MAX_MODEL).splitlines(), 1):
         line = pending + line.partition("#")[0].strip()
         if line.endswith("\\"):
             pending = line[:-1] + " "

@@ -16,6 +16,8 @@ from plyfile import PlyData, PlyElement
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, SpinError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.texture_file import color_space, texture_beside
@@ -43,15 +45,13 @@ class _PlyFaces:
 def read_ply(path: Path) -> MeshAsset:
     """Read the model in the file's own units. Raises InputError that names the file, GeometryError."""
     try:
-        data = PlyData.read(io.BytesIO(_with_plain_header(path.read_bytes())))
+        data = PlyData.read(io.BytesIO(_with_plain_header(read_bytes(path, MAX_MODEL))))
         faces = _faces(data)
         points = _columns(data["vertex"], (("x", "y", "z"),))
         part = None if points is None or not len(faces.counts) else _part(path.stem, points, faces)
         values = [] if part is None else [_at_corners(data["vertex"], faces, n) for n in (NORMALS, COLORS, COORDINATES)]
     except SpinError:
         raise
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})", where=path) from None
     # A parser of damaged files raises whatever it stumbles over.
     except Exception as error:
         raise InputError(f"cannot be read as PLY ({error})", where=path) from None

@@ -1,20 +1,26 @@
 """STL, parsed by trimesh: the file's points, faces and normals. Nothing is merged, smoothed or computed."""
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.limits import MAX_MODEL
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 if TYPE_CHECKING:
     import trimesh
 
+UNNAMED = "geometry_0"
+"""What trimesh calls the mesh of a binary file."""
+
 
 def read_stl(path: Path) -> MeshAsset:
     """Read the model in the file's own units. Raises InputError that names the file."""
-    parts = tuple(_part(path.stem if name == path.name else name, mesh) for name, mesh in _meshes(path))
+    parts = tuple(_part(path.stem if name == UNNAMED else name, mesh) for name, mesh in _meshes(path))
     if not parts:
         raise InputError("holds no faces", where=path)
     return MeshAsset(name=path.stem, parts=parts)
@@ -24,8 +30,9 @@ def _meshes(path: Path) -> list[tuple[str, "trimesh.Trimesh"]]:
     """Return (name, mesh) of each: an STL of text may hold several solids."""
     import trimesh  # not above: trimesh is slow to load, and few models need it
 
+    data = read_bytes(path, MAX_MODEL)
     try:
-        scene = trimesh.load_scene(path, process=False)
+        scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
     # A parser of damaged files raises whatever it stumbles over.
     except Exception as error:
         raise InputError(f"cannot be read as STL ({error})", where=path) from None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.numbers import finite_numbers, quaternion_of
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
@@ -19,7 +20,7 @@ MILLIMETRES = 1000.0
 
 def read(path: Path) -> Iterator[PoseEntry]:
     """Read the poses of the first body of each image. Raises InputError that names the image."""
-    images = read_json_file(path)
+    images = read_json_file(path, MAX_POSE_LIST)
     if not isinstance(images, dict):
         raise InputError("is not an object of images", where=path, do="give a scene_gt.json as BOP has it")
     scene = _scene(path)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.poses.record import pose_of_record
@@ -29,7 +30,7 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 
 def _images(path: Path) -> list[dict[str, Any]]:
-    document = read_json_file(path)
+    document = read_json_file(path, MAX_POSE_LIST)
     found = document.get("images") if isinstance(document, dict) else None
     if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
         raise InputError("has no list of images", where=path, do="give a file as COCO has it")

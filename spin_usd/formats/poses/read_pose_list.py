@@ -9,6 +9,8 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import open_file
+from spin_usd.files.limits import MAX_SHARD
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
 from spin_usd.formats.poses.pose_formats import POSE_FORMATS
 from spin_usd.geometry.rotation import QUATERNION_NORM_TOLERANCE
@@ -92,7 +94,7 @@ def _place(file: Path, folder: Path) -> str:
 def _format_of(path: Path) -> PoseFormat:
     """Return the first format that recognises the file; one that cannot be read is left to its reader to refuse."""
     head = ""
-    with suppress(OSError), path.open("rb") as file:
+    with suppress(InputError, OSError), open_file(path, MAX_SHARD) as file:
         head = file.read(HEAD_BYTES).decode("utf-8-sig", "replace")
     return next(each for each in POSE_FORMATS if each.recognises(path, head))
 

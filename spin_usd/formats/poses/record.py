@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_RECORD
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.numbers import finite_numbers
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat
@@ -15,7 +16,7 @@ SCHEMA = '"schema": "record-1"'
 
 def read(path: Path) -> Iterator[PoseEntry]:
     """Read the record at `path`. Raises InputError that names it."""
-    yield pose_of_record(read_json_file(path), str(path))
+    yield pose_of_record(read_json_file(path, MAX_RECORD), str(path))
 
 
 def _records(dataset: Path) -> Sequence[Path]:
@@ -28,7 +29,7 @@ def _records(dataset: Path) -> Sequence[Path]:
 
 
 def _index(file: Path) -> int:
-    record = read_json_file(file)
+    record = read_json_file(file, MAX_RECORD)
     index = record.get("index") if isinstance(record, dict) else None
     return index if isinstance(index, int) else 0
 

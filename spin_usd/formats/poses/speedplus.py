@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import open_file
+from spin_usd.files.limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.numbers import finite_numbers
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
@@ -24,7 +26,7 @@ NAMES = ("train", "validation", "test", "real", "real_test", "roe1", "roe2", "po
 
 def read(path: Path) -> Iterator[PoseEntry]:
     """Read the entries of the JSON file at `path`. Raises InputError that names the file and the entry."""
-    for i, entry in enumerate(_entries(read_json_file(path), path)):
+    for i, entry in enumerate(_entries(read_json_file(path, MAX_POSE_LIST), path)):
         where = f"{path}, entry {i}"
         if not isinstance(entry, dict):
             raise InputError(f"is a {type(entry).__name__}, expected an object", where=where)
@@ -66,7 +68,7 @@ def _lists(folder: Path) -> Sequence[Path]:
 
 def _begins_with(file: Path, words: bytes) -> bool:
     """Return whether the words are among the first of the file; one that cannot be read is left to the reader."""
-    with suppress(OSError), file.open("rb") as opened:
+    with suppress(InputError, OSError), open_file(file, MAX_POSE_LIST) as opened:
         return words in opened.read(INDEX_BYTES)
     return False
 

@@ -6,17 +6,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spin_usd.errors import InputError
+from spin_usd.files.given_file import open_file
+from spin_usd.files.limits import MAX_RECORD, MAX_SHARD
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.poses.record import pose_of_record
 
 SUFFIX = ".json"
-MAX_RECORD = 2**24  # bytes
 
 
 def read(path: Path) -> Iterator[PoseEntry]:
     """Read the records of the shard. Raises InputError that names the member."""
     try:
-        with tarfile.open(path) as tar:
+        with open_file(path, MAX_SHARD) as shard, tarfile.open(fileobj=shard) as tar:
             for member in tar:
                 key, dot, kind = member.name.rpartition("/")[2].partition(".")
                 if member.isfile() and dot + kind == SUFFIX:

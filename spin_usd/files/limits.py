@@ -1,0 +1,10 @@
+"""The most bytes that a file of each kind may have: above what is of use, and below what fills a machine's memory."""
+
+MAX_SPECIFICATION = 2**22  # TOML or JSON that a person writes: cameras, LiDARs, what is sampled
+MAX_TABLE = 2**24  # a row for each part or keypoint of a model
+MAX_POSE_LIST = 2**30  # a million pictures of 1 kB each
+MAX_RECORD = 2**24  # of one picture, with all its targets and labels
+MAX_SHARD = 2**40  # a tar file, of which one member at a time is read
+MAX_MODEL = 2**31  # text of 2^24 faces
+MAX_TEXTURE = 2**29
+MAX_ARRAY = 2**31  # an image or a point cloud of a picture: 2^26 pixels of eight floats

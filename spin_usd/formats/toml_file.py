@@ -1,0 +1,23 @@
+"""TOML that a user gives: every way in which a file can be none, said in a sentence."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from spin_usd.errors import InputError
+from spin_usd.files.given_file import decoded, read_bytes
+
+
+def read_toml_file(path: Path, max_bytes: int) -> dict[str, Any]:
+    """Read the tables of the file at `path`, of at most `max_bytes`. Raises InputError where it holds none."""
+    return parsed_toml(read_bytes(path, max_bytes), path)
+
+
+def parsed_toml(data: bytes, where: object) -> dict[str, Any]:
+    """Return the tables in the `data` of a file. Raises InputError."""
+    try:
+        return tomllib.loads(decoded(data, where))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"is not TOML: {error}", where=where, do="fix it there") from None
+    except RecursionError:
+        raise InputError("is not TOML: it is nested too deep", where=where, do="fix it there") from None
