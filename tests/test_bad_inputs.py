@@ -268,7 +268,7 @@ def test_render_refuses_bad_stages(tmp_path, spin_usd, name) -> None:
 
 def test_a_stage_that_multiplies_without_end_is_given_up(tmp_path, monkeypatch) -> None:
     """2.3 kB of doubling references: 2**32 prims. The patience with it is shortened from minutes to seconds."""
-    monkeypatch.setattr(make_plan, "STAGE_PATIENCE_S", 3.0)
+    monkeypatch.setattr(make_plan, "PATIENCE_S", 3.0)
     doubling = "".join(
         f'def "D{i}"\n{{\n  def "A" (references = </D{i + 1}>)\n  {{\n  }}\n'
         f'  def "B" (references = </D{i + 1}>)\n  {{\n  }}\n}}\n'

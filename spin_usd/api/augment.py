@@ -5,9 +5,10 @@ from typing import Any
 
 from spin_usd.api.checked import checked
 from spin_usd.dataset.author.reports import AugmentReport
-from spin_usd.dataset.process.child import Child, stage_memory
+from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.store.stage_path import existing_stage
-from spin_usd.progress import Progress, ignore
+from spin_usd.progress import Progress
 
 
 @checked
@@ -24,14 +25,15 @@ def augment(
 
     Raises InputError that names the specification, the augmentation and what is wrong in it; then nothing is written.
     """
-    with Child(memory=stage_memory()) as child:
-        report = child.call(
-            "augment",
-            progress=ignore if on_progress is None else on_progress,
-            stage=str(existing_stage(Path(stage))),
-            spec=str(spec),
-            out=None if out is None else str(out),
-        )
+    root = existing_stage(Path(stage))
+    report = ask_child(
+        "augment",
+        reads=f"{root} or {spec}",
+        progress=on_progress,
+        stage=str(root),
+        spec=str(spec),
+        out=None if out is None else str(out),
+    )
     return AugmentReport.from_json(report)
 
 

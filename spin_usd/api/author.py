@@ -6,8 +6,12 @@ from typing import Any
 
 from spin_usd.api.checked import checked
 from spin_usd.dataset.author.reports import AuthorReport
-from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.store.new_folder import nothing_left_of
 from spin_usd.errors import InputError
+from spin_usd.progress import Progress
+
+AUTHOR_PATIENCE_S = 300.0  # it says no word while it reads a model, which may have millions of faces
 
 
 @checked
@@ -36,6 +40,7 @@ def author(
     any_size: bool = False,
     also: str | Path | Sequence[str] = (),
     occluder: str | Path | Sequence[str] = (),
+    on_progress: Progress | None = None,
 ) -> AuthorReport:
     """Make the layered stage `out`/dataset.usda, in a new folder.
 
@@ -70,6 +75,7 @@ def author(
             it is modelled.
         occluder: geometry fixed to the camera, each likewise: modelled in the camera's axes, in metres, or placed there
             by a pose list of one pose, or of one for each picture.
+        on_progress: called with what is counted, how many are done and how many there are.
 
     Raises InputError for what cannot be accepted, StageError and UnsupportedError for a USD target, and OutputError;
     then `out` is not there.
@@ -99,8 +105,10 @@ def author(
         "occluders": _texts(occluder),
     }
     call, source = _source(_text(poses), _text(sample), count, choices)
-    with Child() as child:
-        return AuthorReport.from_json(child.call(call, **source, **choices))
+    with nothing_left_of(Path(out)):
+        reads = f"{poses or sample} or {target}"
+        report = ask_child(call, reads=reads, progress=on_progress, within_s=AUTHOR_PATIENCE_S, **source, **choices)
+    return AuthorReport.from_json(report)
 
 
 def _source(

@@ -11,6 +11,7 @@ from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
 
 
@@ -120,31 +121,33 @@ def author(
     if minimal:
         _write_minimal(context, out, as_json)
         return
-    report = spin_usd.author(
-        out=out,
-        poses=poses,
-        sample=sample,
-        count=count,
-        target=target,
-        camera=camera,
-        units_per_metre=units_per_metre,
-        prim=prim,
-        frames=frames,
-        seed=seed,
-        preset=preset,
-        lights=lights,
-        environment=environment,
-        augment=augment,
-        keypoints=keypoints,
-        parts=parts,
-        channels=channels,
-        lidar=lidar,
-        sun_direction=sun_direction,
-        sun_from_target=sun_from_target,
-        any_size=any_size,
-        also=also or (),
-        occluder=occluder or (),
-    )
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.author(
+            out=out,
+            poses=poses,
+            sample=sample,
+            count=count,
+            target=target,
+            camera=camera,
+            units_per_metre=units_per_metre,
+            prim=prim,
+            frames=frames,
+            seed=seed,
+            preset=preset,
+            lights=lights,
+            environment=environment,
+            augment=augment,
+            keypoints=keypoints,
+            parts=parts,
+            channels=channels,
+            lidar=lidar,
+            sun_direction=sun_direction,
+            sun_from_target=sun_from_target,
+            any_size=any_size,
+            also=also or (),
+            occluder=occluder or (),
+            on_progress=progress,
+        )
     if as_json:
         print(json.dumps(report.as_json()))
         return

@@ -21,7 +21,9 @@ from spin_usd.cli.measure import measure
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
-from spin_usd.errors import DONE, INTERNAL, SpinError
+from spin_usd.dataset.process.limits import refuse_tight_limits
+from spin_usd.errors import DONE, INTERNAL
+from spin_usd.faults import expected
 
 INTERRUPTED = 130
 
@@ -53,6 +55,7 @@ def common(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
+    refuse_tight_limits()
     context.obj = {"quiet": quiet}
 
 
@@ -78,11 +81,12 @@ def run() -> NoReturn:
         if code == INTERRUPTED:
             resumes = "; run again, it takes up where it stopped" if RESUMED & set(arguments) else ""
             print(f"interrupted{resumes}", file=sys.stderr)
-    except SpinError as e:
-        code = _report(e, str(e), e.exit_code, debug)
     except Exception as e:
-        what = f"internal error: {type(e).__name__}: {e}".splitlines()[0]
-        code = _report(e, f"{what}; run again with --debug and report it", INTERNAL, debug)
+        if error := expected(e):
+            code = _report(e, str(error), error.exit_code, debug)
+        else:
+            what = f"internal error: {type(e).__name__}: {e}".splitlines()[0]
+            code = _report(e, f"{what}; run again with --debug and report it", INTERNAL, debug)
     sys.exit(code)
 
 

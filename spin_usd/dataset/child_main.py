@@ -6,12 +6,13 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import IO, Any
 
-from spin_usd.errors import SpinError
+from spin_usd.faults import expected
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
+SUBJECTS = ("stage", "root", "dataset")  # arguments that name what a call reads
 
 
 def main() -> None:
@@ -22,14 +23,26 @@ def main() -> None:
         request = json.loads(line)
         try:
             answer = {"result": calls[request["call"]](**request["arguments"])}
-        except SpinError as e:
-            where = None if e.where is None else str(e.where)
-            answer = {"error": {"kind": type(e).__name__, "found": e.found, "where": where, "do": e.do}}
-        except Exception as e:
-            answer = {"error": {"kind": type(e).__name__, "traceback": traceback.format_exc()}}
+        except Exception as fault:
+            answer = {"error": _error(fault, request["arguments"])}
         _write(answers, answer)
     sys.stderr.flush()
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
+
+
+def _error(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the parent makes the error of again: a SpinError where what was read is at fault, a defect else."""
+    where = next((arguments[name] for name in SUBJECTS if name in arguments), None)
+    error = expected(fault, where)
+    if error is None:
+        return {"kind": type(fault).__name__, "traceback": traceback.format_exc()}
+    return {
+        "kind": type(error).__name__,
+        "found": error.found,
+        "where": None if error.where is None else str(error.where),
+        "do": error.do,
+        "traceback": traceback.format_exc(),
+    }
 
 
 def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
@@ -41,12 +54,12 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
     def author(**arguments: Any) -> Any:
         from spin_usd.dataset.author.author import author_stage
 
-        return author_stage(**arguments).as_json()
+        return author_stage(progress=progress, **arguments).as_json()
 
     def author_sample(**arguments: Any) -> Any:
         from spin_usd.dataset.author.author import author_sample
 
-        return author_sample(**arguments).as_json()
+        return author_sample(progress=progress, **arguments).as_json()
 
     def augment(**arguments: Any) -> Any:
         from spin_usd.dataset.author.augment import augment_stage

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd import resources
-from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.ask_child import ask_child
 from spin_usd.dataset.read.contact_sheet import write_contact_sheet
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.render.render import render
@@ -35,9 +35,9 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
         if out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
         progress("authoring: stage", 0, 1)
-        with Child() as child:
-            poses = str(resources.stages() / "examples" / POSES)
-            child.call("author", poses=poses, target="tango", camera="speedplus", out=str(stage.parent.absolute()))
+        poses = resources.stages() / "examples" / POSES
+        folder = str(stage.parent.absolute())
+        ask_child("author", reads=poses, poses=str(poses), target="tango", camera="speedplus", out=folder)
     dataset, request = out / "dataset", RenderRequest(stage=stage, effort=Effort(samples=SAMPLES))
     report = render(request, dataset, workers=workers, progress=progress)
     sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")

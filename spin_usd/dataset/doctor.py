@@ -13,6 +13,7 @@ import psutil
 
 import spin_usd
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.limits import rendering_memory
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.versions import LIBRARIES
@@ -67,7 +68,7 @@ def _children() -> Iterator[Line]:
     """Start each renderer as a render would start it: a library that crashes must not take us along."""
     for renderer in RENDERERS:
         try:
-            with Child() as child:
+            with Child(memory=rendering_memory()) as child:
                 found = child.call("try_renderer", name=renderer)
             yield Line(subject=f"renderer {renderer}", found=found)
         except (SpinError, RuntimeError) as e:

@@ -17,11 +17,13 @@ from spin_usd.dataset.author.size import check_written
 from spin_usd.dataset.author.views import ComposedTarget, read_composed_target
 from spin_usd.dataset.store.new_folder import new_folder
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
+from spin_usd.faults import reading
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.formats.mesh.mesh_file import READERS, says_unit
 from spin_usd.formats.poses.read_pose_list import read_pose_list
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
+from spin_usd.progress import Progress, ignore
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.source.poses import PoseList
 from spin_usd.stage.augment.sampled_layer import write_sampled
@@ -46,6 +48,7 @@ def author_stage(
     out: str | Path,
     frames: str | None = None,
     additions: Mapping[str, Any] = MappingProxyType({}),
+    progress: Progress = ignore,
     **choices: Any,
 ) -> AuthorReport:
     """Write the stage of a pose list into the new folder `out`. `choices` are those of Choices, `additions` those of
@@ -53,10 +56,12 @@ def author_stage(
 
     Raises InputError for what cannot be accepted, OutputError when it cannot be written; then `out` is not there.
     """
-    listed = read_pose_list(poses)
+    with reading(poses):
+        listed = read_pose_list(poses)
     chosen = chosen_frames(listed, frames)
     wanted = Choices(**choices, additions=read_additions(**additions))
-    return _author(wanted, Path(out), {"poses": Path(poses)}, frames, len(listed), lambda camera, asset: chosen)
+    files = {"poses": Path(poses)}
+    return _author(wanted, Path(out), files, frames, len(listed), lambda camera, asset: chosen, progress=progress)
 
 
 def author_sample(
@@ -67,6 +72,7 @@ def author_sample(
     frames: str | None = None,
     seed: int = 0,
     additions: Mapping[str, Any] = MappingProxyType({}),
+    progress: Progress = ignore,
     **choices: Any,
 ) -> AuthorReport:
     """Write a stage of sampled pictures into the new folder `out`: `sample` is a specification's name, its file, or its
@@ -86,7 +92,7 @@ def author_sample(
     def pictures(camera: Camera, asset: TargetAsset) -> PoseList:
         framed = any(picture.part.law.inside for picture in chosen)  # nothing else asks for the hull
         hull = hull_corners(asset) if framed else box_corners(asset)
-        return sample_poses(chosen, seed, camera, hull, found.source)
+        return sample_poses(chosen, seed, camera, hull, found.source, progress)
 
     def light(stage: Any) -> SampledValues:
         return sample_light(stage, chosen, seed, found.constraints)
@@ -94,7 +100,8 @@ def author_sample(
     wanted = Choices(
         seed=seed, sample=None if found.file else str(sample), **given, additions=read_additions(**additions)
     )
-    return _author(wanted, Path(out), {"sample": found.file} if found.file else {}, frames, len(made), pictures, light)
+    files = {"sample": found.file} if found.file else {}
+    return _author(wanted, Path(out), files, frames, len(made), pictures, light, progress=progress)
 
 
 def _chosen(made: tuple[PartPicture, ...], frames: str | None) -> tuple[PartPicture, ...]:
@@ -112,6 +119,8 @@ def _author(
     whole: int,
     pictures: Callable[[Camera, TargetAsset], PoseList],
     light: Callable[[Any], SampledValues] | None = None,
+    *,
+    progress: Progress,
 ) -> AuthorReport:
     """Write the stage into the new folder `out`.
 
@@ -151,7 +160,7 @@ def _author(
         camera_notes = (*sources.camera_notes, *_colour_notes(sources.camera_file, composed, choices.additions))
         notes += notes_on_far_keypoints(choices.additions.keypoints, hull)
         if choices.augment is not None:
-            augment_stage(stage=folder / ROOT, spec=choices.augment)
+            augment_stage(stage=folder / ROOT, spec=choices.augment, progress=progress)
     return AuthorReport(
         root=str(out / ROOT),
         frames=len(poses),
@@ -171,7 +180,8 @@ def _write_other(
     pictures `frames` chooses from · `units_per_metre` holds for a model whose file does not say its unit."""
     own = None
     if body.poses:
-        own = read_pose_list(body.poses)
+        with reading(body.poses):
+            own = read_pose_list(body.poses)
         if len(own) > 1 or not body.occluder:
             _refuse_other_length(own, frames, whole)
             own = chosen_frames(own, frames)

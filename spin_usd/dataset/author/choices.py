@@ -9,6 +9,7 @@ from spin_usd.dataset.author.additions import Additions
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
+from spin_usd.faults import reading
 from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
@@ -64,7 +65,8 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     """Open what the choices name; `pictures`: the files that the poses come from. Raises InputError."""
     if not -(2**63) <= choices.seed < 2**63:
         raise InputError(f"seed {choices.seed} does not fit 64 bits")
-    camera, camera_file, camera_notes = open_camera(str(choices.camera))
+    with reading(choices.camera):
+        camera, camera_file, camera_notes = open_camera(str(choices.camera))
     target_file = model_file(str(choices.target))
     files = {**pictures, "target": target_file, "camera": camera_file}
     preset = _preset(str(choices.preset)) if choices.preset is not None else None

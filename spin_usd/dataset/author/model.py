@@ -6,6 +6,7 @@ from pathlib import Path
 from spin_usd.dataset.author.camera import USD_SUFFIXES
 from spin_usd.dataset.author.plausible_target import ModelUnit
 from spin_usd.errors import InputError
+from spin_usd.faults import reading
 from spin_usd.formats.mesh.mesh_file import READERS, read_mesh_file
 from spin_usd.resources import bundled
 from spin_usd.stage.author.target.from_mesh_file import target_name, write_mesh_target
@@ -56,11 +57,13 @@ def write_model(
         number += 1
         name = f"{plain}_{number}"
     if file.suffix.lower() in USD_SUFFIXES:
-        asset = copy_usd_target(file, place, name, units_per_metre, prim)
+        with reading(file):
+            asset = copy_usd_target(file, place, name, units_per_metre, prim)
         return asset, asset.notes
     if prim is not None:
         raise InputError("prim is given, and only USD files have prims", where=file, do="leave prim out")
-    model = read_mesh_file(file, units_per_metre)
+    with reading(file):
+        model = read_mesh_file(file, units_per_metre)
     return describe(write_mesh_target(model, place, name), name), model.notes
 
 

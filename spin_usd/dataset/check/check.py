@@ -9,7 +9,7 @@ from spin_usd.dataset.check.checked_picture import Inventory
 from spin_usd.dataset.check.pictures import picture_findings
 from spin_usd.dataset.check.provenance import RENDER_AGAIN
 from spin_usd.dataset.picture.make_picture import KINDS
-from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
@@ -50,13 +50,8 @@ def check(path: Path, *, progress: Progress) -> CheckReport:
 def check_stage(root: Path, *, progress: Progress) -> CheckReport:
     """Check the stage whose root layer is `root`."""
     try:
-        with Child(memory=stage_memory()) as child:
-            found = child.call(
-                "check_stage",
-                stage=str(root.absolute()),
-                progress=progress,
-                within_s=STAGE_PATIENCE_S,
-            )
+        with Child() as child:
+            found = child.call("check_stage", stage=str(root.absolute()), progress=progress)
     except ChildDiedError as died:
         unreadable = Finding(code="unreadable", where=str(root), message=f"cannot be read: {died.found}")
         return CheckReport(kind="stage", findings=[unreadable])

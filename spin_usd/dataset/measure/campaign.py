@@ -11,7 +11,7 @@ from spin_usd.arrays import digest
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.child import HANG_S
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import MAX_SAMPLES, Effort

@@ -21,6 +21,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.limits import rendering_memory
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers, share_of, usable_cpus
@@ -164,7 +165,7 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
 
 def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:
     """Start a process of that kind, the `number`th of `count`."""
-    child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
+    child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
     child.send(
         "open_measuring",
         stage=str(plan.root),

@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import OutputError, RenderError
 

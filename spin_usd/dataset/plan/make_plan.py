@@ -7,9 +7,11 @@ from typing import Any
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
-from spin_usd.dataset.process.child import STAGE_PATIENCE_S, Child, ChildDiedError, stage_memory
+from spin_usd.dataset.process.ask_child import unreadable
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
-from spin_usd.errors import SpinError, StageError
+from spin_usd.errors import SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
@@ -72,8 +74,7 @@ def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan
     try:
         return _plan(question, processes, progress)
     except ChildDiedError as died:
-        do = "simplify it, or look for what multiplies in it"
-        raise StageError(f"cannot be read: {died.found}", where=question.stage, do=do) from died
+        raise unreadable(died, question.stage) from died
     except SpinError as e:
         if question.copy_to is None or e.where is None:
             raise
@@ -82,8 +83,8 @@ def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan
 
 
 def _plan(question: Question, processes: int, progress: Progress) -> Plan:
-    with Pool[int](hang_s=STAGE_PATIENCE_S) as pool:
-        first = Child(memory=stage_memory())
+    with Pool[int](hang_s=PATIENCE_S) as pool:
+        first = Child()
         pool.add(0, first)
         opened = first.call(
             "open_plan",
@@ -92,13 +93,13 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
             frames=question.frames,
             seed=question.seed,
             copy_to=str(question.copy_to) if question.copy_to else None,
-            within_s=STAGE_PATIENCE_S,
+            within_s=PATIENCE_S,
         )
         settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
         chosen, variants = range(*opened["chosen"]), opened["variants"]
         count = sharing(len(chosen) * len(variants), processes)
         for number in range(1, count):
-            pool.add(number, Child(memory=stage_memory()))
+            pool.add(number, Child())
         for number in range(count):
             pool.send(
                 number,

@@ -17,22 +17,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
-import psutil
-
 from spin_usd import errors
+from spin_usd.dataset.process.limits import PATIENCE_S, reading_memory
 from spin_usd.errors import RenderError, SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
-HANG_S = 3600.0  # no word from a child at work for so long is taken for a hang
-STAGE_PATIENCE_S = 120.0  # for a child that reads a stage to say something: a stage can be made never to open
-
-
-def stage_memory() -> int:
-    """Bytes of address space for a child that reads a stage: half the machine's memory."""
-    return int(psutil.virtual_memory().total // 2)
 
 
 class ChildDiedError(RenderError):
@@ -46,7 +38,8 @@ class Child:
         self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None, memory: int | None = None
     ) -> None:
         """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files. `memory`:
-        bytes of address space it may take (Linux), for children that read what a stranger wrote."""
+        bytes of address space that it may take (Linux), those of a child that reads what a stranger wrote unless
+        given."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
         environment.update(TMPDIR=str(scratch or tempfile.gettempdir()), SPIN_USD_PARENT=str(os.getpid()))
         self._heard = bytearray()  # what was read of answers not yet received
@@ -60,8 +53,7 @@ class Child:
             pass_fds=keep_open,
             start_new_session=True,
         )
-        if memory is not None and hasattr(resource, "prlimit"):
-            resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
+        self._limit(reading_memory() if memory is None else memory)
 
     def __enter__(self) -> Self:
         return self
@@ -120,7 +112,7 @@ class Child:
         call: str,
         *,
         progress: Callable[..., None] | None = None,
-        within_s: float | None = None,
+        within_s: float = PATIENCE_S,
         **arguments: Any,
     ) -> Any:
         """Do `call` in the child and return its result; `within_s` bounds the wait for each word from it."""
@@ -154,6 +146,13 @@ class Child:
         self._log.seek(max(self._log.tell() - LOG_TAIL, 0))
         return self._log.read().decode(errors="replace")
 
+    def _limit(self, memory: int) -> None:
+        """Bound the child's address space, and let a crash of it leave no core file."""
+        if hasattr(resource, "prlimit"):
+            with suppress(ProcessLookupError):  # it died already, as the first call will say
+                resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
+                resource.prlimit(self.process.pid, resource.RLIMIT_CORE, (0, 0))
+
     def _release(self) -> None:
         for stream in (self.process.stdout, self.process.stdin):
             if stream and not stream.closed:
@@ -172,7 +171,9 @@ def _error(raised: Mapping[str, Any]) -> Exception:
     """Make the child's exception again here."""
     kind = getattr(errors, raised["kind"], None)
     if isinstance(kind, type) and issubclass(kind, SpinError):
-        return kind(raised["found"], where=raised["where"], do=raised["do"])
+        error = kind(raised["found"], where=raised["where"], do=raised["do"])
+        error.add_note(raised["traceback"])
+        return error
     return ChildInternalError(raised["traceback"])
 
 

@@ -7,7 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Generic, Self, TypeVar
 
-from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child import Child, ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.errors import SpinError
 
 LOOK_S = 1.0  # between two looks at whether a child hangs

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.child import HANG_S, Child, ChildDiedError
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError

@@ -3,6 +3,7 @@
 import psutil
 
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.limits import rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.report import RunListener
 from spin_usd.dataset.render.supervise import supervise
@@ -25,7 +26,7 @@ def make_pictures(
 
     def start(number: int) -> Child:
         listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
-        child = Child(keep_open=(lease.descriptor,), scratch=lease.work)
+        child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
         child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 

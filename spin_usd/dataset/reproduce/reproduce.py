@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
@@ -54,8 +55,16 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduct
     Dataset(dataset).require(frame, variant)
     record = read_json(store.record(variant, frame), "record-1")
     require_renderer(record["provenance"]["render"]["renderer"])
-    with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder, Child(scratch=Path(folder)) as child:
-        answer = child.call("reproduce", dataset=str(store.root), record=record, folder=folder)
+    with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
+        answer = ask_child(
+            "reproduce",
+            reads=store.root,
+            renders_in=Path(folder),
+            within_s=HANG_S,
+            dataset=str(store.root),
+            record=record,
+            folder=folder,
+        )
     return Reproduction(
         files=tuple(Comparison(**comparison) for comparison in answer["files"]),
         versions={name: (recorded, now) for name, (recorded, now) in answer["versions"].items()},

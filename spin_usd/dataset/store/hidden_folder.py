@@ -33,7 +33,7 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
     token = new_token()
     hidden = _hidden(parent, name, beside, token)
     try:
-        _sweep(parent, name, beside)
+        sweep(parent, name, beside=beside)
         hidden.folder.mkdir()
         create_lock(hidden.folder / LOCK, token)
         lock = take_lock(hidden.folder / LOCK)
@@ -47,7 +47,9 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
             os.close(lock.descriptor)
 
 
-def _sweep(parent: Path, name: str, beside: str) -> None:
+def sweep(parent: Path, name: str, *, beside: str = "none") -> None:
+    """Remove what killed processes left of the hidden folders of that name. Raises OSError where `parent` cannot be
+    listed."""
     for entry in os.listdir(parent):
         if found := re.fullmatch(rf"\.{re.escape(name)}\.([0-9a-f]{{32}})", entry):
             _sweep_one(_hidden(parent, name, beside, found[1]), found[1])

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from spin_usd.dataset.store.hidden_folder import hidden_folder
+from spin_usd.dataset.store.hidden_folder import hidden_folder, sweep
 from spin_usd.errors import InputError, OutputError
 
 
@@ -35,3 +35,14 @@ def new_folder(out: Path) -> Iterator[Path]:
             raise OutputError(error.found, where=where, do=error.do) from None
         except OSError as error:
             raise OutputError(f"could not be written ({error.strerror or error})", where=out) from None
+
+
+@contextmanager
+def nothing_left_of(out: Path) -> Iterator[None]:
+    """Remove what a process that makes the new folder `out` in the block leaves hidden beside it where it is killed."""
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            sweep(out.parent, out.name)
+        raise

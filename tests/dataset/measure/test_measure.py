@@ -21,7 +21,8 @@ from spin_usd.dataset.measure.processes import Job, JobResult, Processes, Proces
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.child import HANG_S, Child
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError

@@ -13,6 +13,7 @@ from spin_usd.dataset.author.sample.sample_pictures import SampledPictures, samp
 from spin_usd.dataset.author.sample.spec import SamplingPart, SamplingSpec
 from spin_usd.errors import InputError
 from spin_usd.geometry.camera import Camera
+from spin_usd.progress import Progress, ignore
 from spin_usd.sampling.constraints import CONSTRAINTS, SUN
 from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.stream import stream
@@ -69,7 +70,14 @@ def _check_names(names: Sequence[str], source: str) -> None:
         raise InputError(f"two pictures are named {names[pair[0]]!r}", where=source, do=do)
 
 
-def sample_poses(chosen: Sequence[PartPicture], seed: int, camera: Camera, hull: Float, source: str) -> PoseList:
+def sample_poses(
+    chosen: Sequence[PartPicture],
+    seed: int,
+    camera: Camera,
+    hull: Float,
+    source: str,
+    progress: Progress = ignore,
+) -> PoseList:
     """Sample the poses of the `chosen` pictures, of a target with the corners `hull` (N, 3), body frame, metres.
 
     Raises InputError that names the picture or the sequence for one that cannot be had.
@@ -89,7 +97,8 @@ def sample_poses(chosen: Sequence[PartPicture], seed: int, camera: Camera, hull:
         return q[picture.picture], t[picture.picture]
 
     found = []
-    for picture in chosen:
+    for done, picture in enumerate(chosen):
+        progress("sampling: pose", done, len(chosen))
         try:
             found.append(pose(picture))
         except InputError as error:

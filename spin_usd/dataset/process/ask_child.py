@@ -1,0 +1,35 @@
+"""One question to a child process of its own, which reads what others wrote and may die of it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.limits import PATIENCE_S, rendering_memory
+from spin_usd.errors import StageError
+
+
+def ask_child(
+    call: str,
+    *,
+    reads: object,
+    renders_in: Path | None = None,
+    progress: Callable[..., None] | None = None,
+    within_s: float = PATIENCE_S,
+    **arguments: Any,
+) -> Any:
+    """Return what `call` returns in a child of its own. `reads`: the file that it does, for messages; `renders_in`:
+    for one that renders, where it may put temporary files; `within_s` bounds the wait for each word from it.
+
+    Raises what the child raises, and StageError where it dies.
+    """
+    with Child(scratch=renders_in, memory=rendering_memory() if renders_in else None) as child:
+        try:
+            return child.call(call, progress=progress, within_s=within_s, **arguments)
+        except ChildDiedError as died:
+            raise unreadable(died, reads) from died
+
+
+def unreadable(died: ChildDiedError, where: object) -> StageError:
+    """Return the error on a file of which a child died when it read it."""
+    return StageError(f"cannot be read: {died.found}", where=where, do="simplify it, or look for what multiplies in it")

@@ -1,0 +1,76 @@
+"""What a child process may take, and what this machine and whoever started us leave it.
+
+Address space, not memory held, is what the system can bound (setrlimit(2), RLIMIT_AS): libraries reserve some that they
+never use.
+"""
+
+import resource
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import psutil
+
+from spin_usd.errors import InputError
+
+PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be made never to open
+HANG_S = 3600.0  # for one that renders
+
+RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
+LEAST_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything
+LEAST_FILES = 64  # open at once
+CGROUPS = Path("/sys/fs/cgroup")
+
+
+def reading_memory() -> int:
+    """Return the bytes of address space for a child that reads what others wrote: half of the memory."""
+    return _allowed(max(machine_memory() // 2, LEAST_MEMORY))
+
+
+def rendering_memory() -> int:
+    """Return the bytes of address space for a child that renders: all of the memory."""
+    return _allowed(machine_memory() + RESERVED)
+
+
+def machine_memory() -> int:
+    """Return the bytes of memory that this machine has, or the control group that we run in."""
+    return min([int(psutil.virtual_memory().total), *_group_limits()])
+
+
+def refuse_tight_limits() -> None:
+    """Raise InputError where a limit of this shell leaves no room for any command."""
+    for limit, least, word in (
+        (resource.RLIMIT_AS, LEAST_MEMORY, "of address space (ulimit -v) is {0:.3g} GiB, and {1:.3g} GiB are needed"),
+        (resource.RLIMIT_NOFILE, LEAST_FILES, "of open files (ulimit -n) is {2}, and {3} are needed"),
+    ):
+        given = resource.getrlimit(limit)[0]
+        if given != resource.RLIM_INFINITY and given < least:
+            found = word.format(given / 2**30, least / 2**30, given, least)
+            raise InputError(f"the limit {found}", do="raise it in the shell, or in what started it")
+
+
+def _allowed(wanted: int) -> int:
+    """Return so many bytes, or what a limit of this process leaves: only root may raise those."""
+    given = resource.getrlimit(resource.RLIMIT_AS)
+    return min([wanted, *(limit for limit in given if limit != resource.RLIM_INFINITY)])
+
+
+def _group_limits() -> Iterator[int]:
+    """Yield the bytes that each control group that holds us may have. Source: cgroups(7); in version 1 the controller
+    "memory" has a hierarchy of its own, in version 2 there is one without a name."""
+    with suppress(OSError):
+        for line in Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines():
+            _, controllers, path = line.split(":", 2)
+            if controllers == "memory":
+                yield from _up_from(CGROUPS / "memory", path, "memory.limit_in_bytes")
+            elif not controllers:
+                yield from _up_from(CGROUPS, path, "memory.max")
+
+
+def _up_from(root: Path, path: str, name: str) -> Iterator[int]:
+    """Yield what the files `name` hold on the way up to `root`; a container may see only that."""
+    group = root / path.lstrip("/")
+    for folder in (group, *group.parents):
+        if folder.is_relative_to(root):
+            with suppress(OSError, ValueError):  # no such group here, or "max"
+                yield int((folder / name).read_text(encoding="ascii"))

@@ -1,0 +1,69 @@
+"""Faults of parsers and of the system, told apart from defects of ours.
+
+What a library raises over what it reads is the fault of what is read, and what the system refuses is the machine's:
+both are a SpinError, one sentence, wherever they are met. This is the one place that says which they are.
+"""
+
+import errno
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from spin_usd.errors import InputError, OutputError, SpinError
+
+PARSERS: Mapping[str, str] = {
+    "builtins.UnicodeError": "holds text that is not UTF-8",
+    "builtins.RecursionError": "is nested too deeply",
+    "builtins.MemoryError": "needs more memory than a process that reads it may take",
+    "builtins.OverflowError": "holds a number that is too large",
+    "json.decoder.JSONDecodeError": "is not JSON",
+    "tomllib.TOMLDecodeError": "is not TOML",
+    "numpy.linalg.LinAlgError": "holds numbers that cannot be calculated with",
+    "cv2.error": "holds numbers that cannot be calculated with",
+    "pxr.Tf.ErrorException": "is damaged",
+}
+"""Classes of what parsers raise, as text: whoever imports this must not import pxr. What they say of the input."""
+
+SYSTEM: Mapping[int, str] = {
+    errno.EACCES: "change its permissions, or choose another place",
+    errno.EPERM: "change its permissions, or choose another place",
+    errno.EROFS: "choose a place that can be written",
+    errno.ENOSPC: "free some space",
+    errno.EDQUOT: "free some space",
+    errno.EFBIG: "free some space, or raise the limit of a file's size (ulimit -f)",
+    errno.EIO: "check the disk",
+    errno.ESTALE: "check the network's file system",
+    errno.ELOOP: "remove the links that lead in a circle",
+    errno.ENAMETOOLONG: "give a shorter name",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    errno.ENFILE: "end programs that hold many files open",
+    errno.EAGAIN: "raise the limit of processes (ulimit -u)",
+    errno.ENOMEM: "free some memory, or raise its limit (ulimit -v)",
+}
+"""Refusals of the system, and what to do about each."""
+
+
+def expected(fault: BaseException, where: object = None) -> SpinError | None:
+    """Return the fault as the SpinError that it is, with `where` it was met if it does not say; None for a defect."""
+    if isinstance(fault, SpinError):
+        return fault
+    if isinstance(fault, OSError) and fault.errno is not None and fault.errno in SYSTEM:
+        reason, at = os.strerror(fault.errno), fault.filename if fault.filename is not None else where
+        return OutputError(reason if at is None else f"the system says: {reason}", where=at, do=SYSTEM[fault.errno])
+    names = (f"{kind.__module__}.{kind.__qualname__}" for kind in type(fault).__mro__)
+    found = next((PARSERS[name] for name in names if name in PARSERS), None)
+    if found is None:
+        return None
+    return InputError(found if where is not None else f"what was read {found}", where=where)
+
+
+@contextmanager
+def reading(where: object) -> Iterator[None]:
+    """Give the faults of the parsers that the block uses as InputError that says `where`."""
+    try:
+        yield
+    except Exception as fault:
+        error = expected(fault, where)
+        if error is None or error is fault:
+            raise
+        raise error from fault

@@ -1,0 +1,58 @@
+import errno
+import json
+import tomllib
+
+import cv2
+import numpy as np
+import pytest
+from pxr import Tf, Usd
+
+from spin_usd.errors import InputError, OutputError
+from spin_usd.faults import expected, reading
+
+FILE = "/data/poses.json"
+
+
+def _singular() -> None:
+    np.linalg.solve(np.zeros((2, 2)), np.ones(2))
+
+
+PARSERS = {
+    "text": lambda: b"\xff".decode(),
+    "nesting": lambda: json.loads("[" * 200_000),
+    "json": lambda: json.loads("{"),
+    "toml": lambda: tomllib.loads("="),
+    "numbers": _singular,
+    "a number": lambda: float(10**400),
+    "opencv": lambda: cv2.Rodrigues(np.zeros(5)),
+    "usd": lambda: Usd.Stage.Open("/no/such/stage.usda"),
+    "memory": lambda: bytes(1 << 62),
+}
+
+
+@pytest.mark.parametrize("name", PARSERS)
+def test_what_a_parser_raises_is_the_fault_of_its_input(name) -> None:
+    with pytest.raises(InputError, match=FILE), reading(FILE):
+        PARSERS[name]()
+
+
+def test_the_classes_of_usd_are_named_as_usd_names_them() -> None:
+    assert f"{Tf.ErrorException.__module__}.{Tf.ErrorException.__qualname__}" == "pxr.Tf.ErrorException"
+
+
+@pytest.mark.parametrize("fault", [KeyError("x"), TypeError("x"), ZeroDivisionError(), ValueError("x"), OSError("x")])
+def test_a_defect_of_ours_stays_one(fault) -> None:
+    assert expected(fault) is None
+    with pytest.raises(type(fault)), reading(FILE):
+        raise fault
+
+
+def test_an_error_that_says_where_keeps_it() -> None:
+    with pytest.raises(InputError, match=r"^other: is wrong$"), reading(FILE):
+        raise InputError("is wrong", where="other")
+
+
+def test_what_the_system_refuses_is_said_with_the_file_and_the_remedy(tmp_path) -> None:
+    with pytest.raises(OutputError, match=r"aaa: .*File name too long; give a shorter"), reading(None):
+        (tmp_path / ("a" * 300 + "aaa")).stat()
+    assert "ulimit -n" in str(expected(OSError(errno.EMFILE, "")))
