@@ -12,6 +12,7 @@ import hypothesis
 import pytest
 
 from spin_usd.cli.main import run as run_console_script
+from spin_usd.dataset.process.processors import hold_to, share_of
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True)
@@ -19,6 +20,13 @@ hypothesis.settings.load_profile("steady")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SHARED = REPOSITORY.parent / "shared"
+
+
+def pytest_configure(config) -> None:
+    """Give each of several test processes its share of the processors, so that what they start does not compete."""
+    ours = getattr(config, "workerinput", None)  # of pytest-xdist
+    if ours is not None:
+        hold_to(share_of(int(ours["workerid"].removeprefix("gw")), ours["workercount"]))
 
 
 @pytest.fixture(scope="session")

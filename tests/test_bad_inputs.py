@@ -1,14 +1,23 @@
-"""Every bad input: one sentence on standard error that says what and where, exit code 2, nothing half-written."""
+"""Every bad input: one sentence on standard error that says what and where, exit code 2, nothing half-written.
+
+The functions that the commands' children call refuse all of it; the commands themselves, one input of each kind.
+"""
 
 import json
+from dataclasses import asdict
 from typing import Any
 
 import pytest
 
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.plan import make_plan
+from spin_usd.dataset.plan.in_child import open_plan, plan_pictures
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.errors import SpinError
+from spin_usd.progress import ignore
+from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.scene.effort import Effort
 
 GOOD_POSE = {"filename": "a.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]}
 GOOD_CAMERA = {
@@ -73,16 +82,14 @@ def inputs(tmp_path):
     return tmp_path
 
 
+def choices(inputs, **changes):
+    files = {"poses": "poses.json", "camera": "camera.json", "target": "mesh.obj", "out": "stage"}
+    return {name: inputs / file for name, file in files.items()} | {"units_per_metre": 1} | changes
+
+
 def author(inputs, **changes):
-    options = {
-        "poses": inputs / "poses.json",
-        "camera": inputs / "camera.json",
-        "target": inputs / "mesh.obj",
-        "units-per-metre": 1,
-        "out": inputs / "stage",
-        **changes,
-    }
-    return ["author", *(text for name, value in options.items() if value is not None for text in (f"--{name}", value))]
+    given = {name: value for name, value in choices(inputs, **changes).items() if value is not None}
+    return ["author", *(text for name, value in given.items() for text in (f"--{name.replace('_', '-')}", value))]
 
 
 def refused(spin_usd, arguments, word, *, code=2):
@@ -90,9 +97,13 @@ def refused(spin_usd, arguments, word, *, code=2):
     done = spin_usd(*arguments, code=code)
     assert done.stdout == ""
     assert done.stderr.startswith("spin-usd: ")
-    assert done.stderr.count("\n") == 1
-    assert word.lower() in done.stderr.lower(), done.stderr
+    assert_one_sentence(done.stderr, word)
     return done.stderr
+
+
+def assert_one_sentence(said, word) -> None:
+    assert len(said.splitlines()) == 1
+    assert word.lower() in said.lower(), said
 
 
 def test_the_inputs_are_otherwise_good(inputs, spin_usd) -> None:
@@ -101,6 +112,17 @@ def test_the_inputs_are_otherwise_good(inputs, spin_usd) -> None:
 
 
 @pytest.mark.parametrize("name", BAD_FILES)
+def test_bad_files_are_refused(inputs, name) -> None:
+    file, content, word = BAD_FILES[name]
+    (inputs / file).write_text(content)
+    with pytest.raises(SpinError) as raised:
+        author_stage(**choices(inputs))
+    assert_one_sentence(str(raised.value), word)
+    assert file in str(raised.value)
+    assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
+
+
+@pytest.mark.parametrize("name", ["truncated JSON", "lens that folds", "face that indexes nothing"])
 def test_author_refuses_bad_files(inputs, spin_usd, name) -> None:
     file, content, word = BAD_FILES[name]
     (inputs / file).write_text(content)
@@ -114,10 +136,10 @@ BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "unknown camera": ({"camera": "hubble"}, "speedplus"),
     "unknown target": ({"target": "voyager"}, "tango"),
     "missing mesh": ({"target": "nowhere.obj"}, "nowhere.obj"),
-    "units not given": ({"units-per-metre": None}, "--units-per-metre"),
-    "zero units": ({"units-per-metre": 0}, "units"),
-    "negative units": ({"units-per-metre": -1}, "units"),
-    "units that are no number": ({"units-per-metre": "nan"}, "units"),
+    "units not given": ({"units_per_metre": None}, "--units-per-metre"),
+    "zero units": ({"units_per_metre": 0}, "units"),
+    "negative units": ({"units_per_metre": -1}, "units"),
+    "units that are no number": ({"units_per_metre": "nan"}, "units"),
     "frames that select none": ({"frames": "7:9"}, "7:9"),
     "frames that are no slice": ({"frames": "a:b"}, "a:b"),
     "output in a file": ({"out": "mesh.obj/stage"}, "mesh.obj"),
@@ -125,11 +147,25 @@ BAD_OPTIONS: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", BAD_OPTIONS)
-def test_author_refuses_bad_options(inputs, spin_usd, name) -> None:
+def bad_options(inputs, name):
     changes, word = BAD_OPTIONS[name]
     if str(changes.get("out", "")).startswith("mesh.obj"):
         changes = {"out": inputs / changes["out"]}
+    return changes, word
+
+
+@pytest.mark.parametrize("name", BAD_OPTIONS)
+def test_bad_options_are_refused(inputs, name) -> None:
+    changes, word = bad_options(inputs, name)
+    with pytest.raises(SpinError) as raised:
+        author_stage(**choices(inputs, **changes))
+    assert_one_sentence(str(raised.value), word)
+    assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
+
+
+@pytest.mark.parametrize("name", ["units not given", "units that are no number", "output in a read-only place"])
+def test_author_refuses_bad_options(inputs, spin_usd, name) -> None:
+    changes, word = bad_options(inputs, name)
     refused(spin_usd, author(inputs, **changes), word)
     assert {p.name for p in inputs.iterdir()} == {"poses.json", "camera.json", "mesh.obj"}
 
@@ -259,6 +295,28 @@ BAD_STAGES = {
 
 
 @pytest.mark.parametrize("name", BAD_STAGES)
+def test_bad_stages_are_refused(tmp_path, name) -> None:
+    content, word = BAD_STAGES[name]
+    (tmp_path / "stage.usda").write_text(content)
+    with pytest.raises(SpinError) as raised:
+        planned(tmp_path / "stage.usda", tmp_path / "copy")
+    assert_one_sentence(str(raised.value), word)
+
+
+def planned(path, copy):
+    """What a child of `render` does first of all."""
+    settings = asdict(RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0))
+    opened = open_plan(stage=str(path), variants=(), frames=None, seed=None, copy_to=str(copy))
+    asked = {"settings": settings, "image_suffix": ".png", "labels": (), "provenance": (), "explain": False}
+    stage = {name: opened[name] for name in ("root", "variants", "chosen")}
+    return plan_pictures(**stage, **asked, progress=ignore)
+
+
+def test_such_a_stage_is_otherwise_good(good_stage, tmp_path) -> None:
+    assert planned(good_stage, tmp_path / "copy")
+
+
+@pytest.mark.parametrize("name", ["not USD", "missing reference", "index out of range", "missing texture"])
 def test_render_refuses_bad_stages(tmp_path, spin_usd, name) -> None:
     content, word = BAD_STAGES[name]
     (tmp_path / "stage.usda").write_text(content)

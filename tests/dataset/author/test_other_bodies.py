@@ -8,6 +8,7 @@ import trimesh
 from pxr import Sdf
 
 from spin_usd import author
+from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.stage.check.check_stage import check_stage
@@ -45,7 +46,7 @@ def scenes(report):
 
 def test_a_second_target_has_the_poses_of_its_own_list(inputs, tmp_path) -> None:
     given = [(q, (1, -0.5, 5 + i)) for i, q in enumerate(reversed(Q))]
-    report = author(**inputs, also=f"cubesat:{pose_list(tmp_path, 'second', given)}")
+    report = author_stage(**inputs, also=[f"cubesat:{pose_list(tmp_path, 'second', given)}"])
     for scene, (q, t) in zip(scenes(report), given, strict=True):
         _, second = scene.targets
         assert (second.id, second.target.name, second.target.path) == (2, "cubesat", "/World/Cubesat")
@@ -59,13 +60,13 @@ def test_a_second_target_has_the_poses_of_its_own_list(inputs, tmp_path) -> None
 
 def test_frames_choose_the_poses_of_all_targets_alike(inputs, tmp_path) -> None:
     second = pose_list(tmp_path, "second", [(q, (0, 0, 20 + i)) for i, q in enumerate(Q)])
-    found = scenes(author(**inputs, also=f"cubesat:{second}", frames="1:4:2"))
+    found = scenes(author_stage(**inputs, also=[f"cubesat:{second}"], frames="1:4:2"))
     places = [[body.T_cam_body.translation[2] for body in scene.targets] for scene in found]
     np.testing.assert_allclose(places, [[7, 21], [9, 23]], atol=ROUNDED)
 
 
 def test_a_target_without_poses_moves_with_the_first(inputs) -> None:
-    for scene in scenes(author(**inputs, also=["cubesat", "cubesat"])):
+    for scene in scenes(author_stage(**inputs, also=["cubesat", "cubesat"])):
         first, *others = scene.targets
         assert [body.target.path for body in others] == ["/World/Cubesat", "/World/Cubesat_2"]
         for body in others:
@@ -88,7 +89,7 @@ def test_an_occluder_is_a_layer_below_the_camera(inputs, tmp_path) -> None:
 def test_an_occluder_stands_where_its_poses_say(inputs, tmp_path, count) -> None:
     given = [([0.6, 0, 0, 0.8], (0.3, -0.1, 1.5 + i)) for i in range(count)]
     arm = f"{tmp_path / 'arm.stl'}:{pose_list(tmp_path, 'arm', given)}"
-    for number, scene in enumerate(scenes(author(**inputs, occluder=arm))):
+    for number, scene in enumerate(scenes(author_stage(**inputs, occluders=[arm]))):
         (body,) = scene.others
         q, t = given[number % count]
         centre = body.T_cam_body.points(body.target.mesh.centre)
@@ -101,22 +102,22 @@ def test_an_occluder_stands_where_its_poses_say(inputs, tmp_path, count) -> None
 def test_a_list_is_as_long_as_that_of_which_frames_chooses(inputs, tmp_path) -> None:
     short = pose_list(tmp_path, "short", [(Q[0], (0, 0, 5)), (Q[1], (0, 0, 6))])
     with pytest.raises(InputError, match=r"has 2 poses for the 4 pictures that frames '1:3' chooses from"):
-        author(**inputs, also=f"cubesat:{short}", frames="1:3")
+        author_stage(**inputs, also=[f"cubesat:{short}"], frames="1:3")
 
 
 def test_poses_come_from_the_folder_of_a_data_set_too(inputs, tmp_path) -> None:
     (tmp_path / "set").mkdir()
     pose_list(tmp_path / "set", "train", [(q, (0, 0, 20 + i)) for i, q in enumerate(Q)])
-    report = author(**inputs, also=f"cubesat:{tmp_path / 'set'}")
+    report = author_stage(**inputs, also=[f"cubesat:{tmp_path / 'set'}"])
     assert [scene.targets[1].T_cam_body.translation[2] for scene in scenes(report)] == pytest.approx([20, 21, 22, 23])
 
 
 def test_what_does_not_fit_is_refused(inputs, tmp_path) -> None:
     short = pose_list(tmp_path, "short", [(Q[0], (0, 0, 5))])
     with pytest.raises(InputError, match=r"short.json: has 1 pose for 4 pictures; give a pose for each picture"):
-        author(**inputs, also=f"cubesat:{short}")
+        author_stage(**inputs, also=[f"cubesat:{short}"])
     with pytest.raises(InputError, match=r"nowhere.json: is not there; write MODEL or MODEL:POSES"):
-        author(**inputs, also="cubesat:nowhere.json")
+        author_stage(**inputs, also=["cubesat:nowhere.json"])
     with pytest.raises(InputError, match="voyager"):
-        author(**inputs, occluder="voyager")
+        author_stage(**inputs, occluders=["voyager"])
     assert not (tmp_path / "stage").exists()

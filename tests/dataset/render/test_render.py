@@ -76,9 +76,9 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None
     assert all(set(record["files"]) == kinds for record in records)
 
 
-@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("workers", [1, 2])
 def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers) -> None:
-    report = make(small_stage, tmp_path, frames="0:3", workers=workers)
+    report = make(small_stage, tmp_path, frames="0:2", workers=workers)
     alone = one_core(report.work, workers=workers, cores=len(usable_cpus()))
     assert read_measured(tmp_path / "cache" / MEASURED).taken == pytest.approx(alone)
 
@@ -93,11 +93,6 @@ def test_denoised_adaptive_reduced_pictures_do_not_depend_on_processes_and_proce
     assert digests(tmp_path / "1") == digests(tmp_path / "2")
 
 
-def test_check_finds_nothing_wrong_with_a_fresh_dataset(blender_dataset, spin_usd) -> None:
-    found = json.loads(spin_usd("check", blender_dataset, "--json").stdout)
-    assert found == {"kind": "dataset", "findings": []}
-
-
 def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared) -> None:
     oracle = [sys.executable, shared / "check" / "oracle.py", blender_dataset]
     done = subprocess.run(oracle, capture_output=True, text=True)
@@ -109,10 +104,10 @@ def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tm
     assert digests(tmp_path / "one") == digests(blender_dataset)
 
 
-def test_a_moved_dataset_is_reproduced(blender_dataset, tmp_path, spin_usd) -> None:
+def test_a_moved_dataset_is_right_and_reproduced(blender_dataset, tmp_path, spin_usd) -> None:
     moved = tmp_path / "elsewhere"
     shutil.copytree(blender_dataset, moved)
-    assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
+    assert json.loads(spin_usd("check", moved, "--json").stdout) == {"kind": "dataset", "findings": []}
     made = json.loads(spin_usd("reproduce", moved, "img000003", "--json").stdout)
     assert len(made["files"]) == 5
     assert all(file["same"] for file in made["files"])
@@ -144,23 +139,16 @@ def test_a_second_run_makes_nothing(small_stage, dataset) -> None:
     assert digests(dataset) == before
 
 
-def test_a_lost_file_or_record_is_made_again(small_stage, dataset) -> None:
+def test_what_is_lost_or_of_another_version_is_made_again(small_stage, dataset) -> None:
     before = digests(dataset)
     (dataset / "depth" / "nominal" / "img000001.exr").unlink()
     (dataset / "records" / "nominal" / "img000002.json").write_text("{")
-    report = make(small_stage, dataset, frames="0:4")
-    assert (report.made, report.reused) == (2, 2)
-    assert digests(dataset) == before
-
-
-def test_a_picture_in_channels_of_another_version_is_made_again(small_stage, dataset) -> None:
-    before = digests(dataset)
-    path = dataset / "records" / "nominal" / "img000001.json"
+    path = dataset / "records" / "nominal" / "img000003.json"
     record = json.loads(path.read_text())
     record["files"]["depth"]["channels"] = {"Z": "z"}
     path.write_text(json.dumps(record))
     report = make(small_stage, dataset, frames="0:4")
-    assert (report.made, report.reused) == (1, 3)
+    assert (report.made, report.reused) == (3, 1)
     assert read_json(path, "record-1")["files"]["depth"]["channels"] == {"Y": "z"}
     assert digests(dataset) == before
 
@@ -185,14 +173,16 @@ def test_another_image_format_replaces_the_images(small_stage, dataset, spin_usd
     assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
 
 
-@pytest.mark.parametrize("kind", ["depth", "segmentation", "dense_pose", "image"])
-def test_check_finds_a_flipped_byte(dataset, spin_usd, kind) -> None:
-    path = next((dataset / kind / "nominal").iterdir())
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
+def test_check_finds_each_flipped_byte(dataset, spin_usd) -> None:
+    """In a file of every kind."""
+    spoilt = [next((dataset / kind / "nominal").iterdir()) for kind in ("depth", "segmentation", "dense_pose", "image")]
+    for path in spoilt:
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 1
+        path.write_bytes(content)
     found = json.loads(spin_usd("check", dataset, "--json", code=1).stdout)["findings"]
-    assert [(f["code"], f["where"]) for f in found] == [("sha256", f"{kind}/nominal/{path.name}")]
+    named = {("sha256", str(path.relative_to(dataset))) for path in spoilt}
+    assert ({(f["code"], f["where"]) for f in found}, len(found)) == (named, len(spoilt))
 
 
 def test_check_finds_labels_that_lie(dataset, spin_usd) -> None:
@@ -368,14 +358,15 @@ def test_a_dataset_is_not_mixed_with_another_stages_pictures(small_stage, datase
     assert (dataset / "stage" / "layers").is_dir()
 
 
-@pytest.fixture
-def shorter(small_stage, tmp_path, spin_usd):
+@pytest.fixture(scope="module")
+def shorter(small_stage, tmp_path_factory, spin_usd):
     """The small stage's first three pictures, as a stage of their own."""
+    out = tmp_path_factory.mktemp("shorter") / "stage"
     poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
     camera = small_stage.parent.parent / "camera.json"
     spin_usd("author", "--poses", poses, "--target", "tango", "--camera", camera, "--frames", "0:3",
-             "--out", tmp_path / "shorter")  # fmt: skip
-    return tmp_path / "shorter" / "dataset.usda"
+             "--out", out)  # fmt: skip
+    return out / "dataset.usda"
 
 
 def cached_labels(dataset):
@@ -456,11 +447,12 @@ def test_a_folder_that_is_no_dataset_is_left_alone(small_stage, tmp_path, held) 
     assert [p for p in (tmp_path / "out").rglob("*") if p.is_file()] == [path]
 
 
-@pytest.mark.parametrize("spoil", ['{"files": []}', '{"files": {"depth": {"path": "stage/layers/lights.usda"}}}', "[]"])
-def test_a_spoilt_record_harms_no_file(small_stage, dataset, spoil) -> None:
+def test_a_spoilt_record_harms_no_file(small_stage, dataset) -> None:
     before = digests(dataset)
-    (dataset / "records" / "nominal" / "img000001.json").write_text(spoil)
-    assert make(small_stage, dataset, frames="0:4").made == 1
+    spoilt = ('{"files": []}', '{"files": {"depth": {"path": "stage/layers/lights.usda"}}}', "[]")
+    for number, text in enumerate(spoilt, start=1):
+        (dataset / "records" / "nominal" / f"img00000{number}.json").write_text(text)
+    assert make(small_stage, dataset, frames="0:4").made == len(spoilt)
     assert digests(dataset) == before
     assert (dataset / "stage" / "layers" / "lights.usda").is_file()
 

@@ -163,7 +163,13 @@ def assert_alone_is_the_same(stage, whole, tmp_path, variant, index, renderer) -
             assert (out / entry["path"]).read_bytes() == (whole / entry["path"]).read_bytes()
 
 
-@pytest.mark.parametrize(("variant", "index"), [(variant, i % 3) for i, variant in enumerate(VARIANTS)])
+@pytest.mark.parametrize(
+    ("variant", "index"),
+    [
+        pytest.param(variant, i % 3, marks=[] if variant in ("nominal", "starry", "noisy") else [pytest.mark.slow])
+        for i, variant in enumerate(VARIANTS)
+    ],
+)
 def test_a_picture_alone_without_a_cache_is_the_picture_among_others(stage, whole, tmp_path, variant, index) -> None:
     assert_alone_is_the_same(stage, whole, tmp_path, variant, index, "raycast")
 
@@ -330,6 +336,7 @@ def test_labels_of_one_geometry_are_one_file_and_replaced_one_by_one(stage, tmp_
     assert one.read_bytes() == other.read_bytes() == content
 
 
+@pytest.mark.slow
 def test_a_texture_concerns_those_who_show_it(stage, tmp_path, spin_usd) -> None:
     """Of the looks, `reflective` shows the solar cells' image and `matt` does not."""
     shutil.copytree(stage.parent, tmp_path / "stage")
