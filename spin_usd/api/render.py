@@ -7,6 +7,7 @@ from spin_usd.api.checked import checked
 from spin_usd.api.request import render_request
 from spin_usd.dataset.render import render as rendering
 from spin_usd.dataset.render.report import RenderReport
+from spin_usd.dataset.shards.shard import Shard
 from spin_usd.progress import Progress, ignore
 
 
@@ -33,6 +34,7 @@ def render(
     prune: bool = False,
     replace: bool = False,
     verify: bool = False,
+    shard: str | None = None,
     on_progress: Progress | None = None,
 ) -> RenderReport:
     """Render and label a stage into a dataset. Run again, it makes what is missing.
@@ -60,6 +62,8 @@ def render(
         prune: remove the dataset's pictures that the stage does not have.
         replace: remove all pictures of another stage first.
         verify: read what is there before it is used again, and make damaged pictures anew.
+        shard: "I/N": make the pictures of shard I of N alone, I from 0. All shards may write one folder at the same
+            time, or each its own, which `merge` puts together.
         on_progress: called with what is counted, how many are done and how many there are.
 
     Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
@@ -88,5 +92,6 @@ def render(
         prune=prune,
         replace=replace,
         verify=verify,
+        shard=None if shard is None else Shard.parse(shard),
         progress=ignore if on_progress is None else on_progress,
     )

@@ -57,6 +57,14 @@ Replace = Annotated[
 Verify = Annotated[
     bool, typer.Option("--verify", help="Read what is there before it is used again, and make damaged pictures anew.")
 ]
+ShardText = Annotated[
+    str | None,
+    typer.Option(
+        "--shard",
+        metavar="I/N",
+        help="Make the pictures of shard I of N alone, I from 0; see docs/clusters.md.",
+    ),
+]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Worker processes; as many as fit if not given.")

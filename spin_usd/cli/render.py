@@ -41,6 +41,7 @@ def render(
     prune: options.Prune = False,
     replace: options.Replace = False,
     verify: options.Verify = False,
+    shard: options.ShardText = None,
     as_json: options.Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
@@ -66,6 +67,7 @@ def render(
             prune=prune,
             replace=replace,
             verify=verify,
+            shard=shard,
             on_progress=progress,
         )
     show_notes(report.doubts)

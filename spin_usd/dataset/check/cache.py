@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from spin_usd.dataset.check.checked_picture import Inventory
-from spin_usd.dataset.store.cache import CACHED, MEASURED, CacheEntry, entries
+from spin_usd.dataset.store.cache import CACHED, MEASURED, SHARDS, CacheEntry, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import CACHE
 from spin_usd.dataset.store.tree import files
@@ -29,6 +29,6 @@ def _wrong(entry: CacheEntry, inventory: Inventory) -> str | None:
 
 def _foreign(name: str) -> str | None:
     parts = name.split("/")
-    if len(parts) == 2 and parts[1] == MEASURED:
+    if len(parts) == 2 and parts[1] in (MEASURED, SHARDS):
         return None
     return f"is not of the cache; it holds {', '.join(CACHED)}"

@@ -21,10 +21,13 @@ from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wa
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import default_workers, make_pictures
+from spin_usd.dataset.shards.agreement import Agreement, agree
+from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
+from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.store.dataset_folder import Lease, Store
-from spin_usd.dataset.store.file_digests import refuse_changed, write_sums
+from spin_usd.dataset.store.file_digests import refuse_changed, same_files, write_sums
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import OutputError
@@ -40,9 +43,10 @@ def render(
     prune: bool = False,
     replace: bool = False,
     verify: bool = False,
+    shard: Shard | None = None,
     progress: Progress,
 ) -> RenderReport:
-    """Make the dataset in the folder `out`, or what is missing of it.
+    """Make the dataset in the folder `out`, or what is missing of it; of a `shard` its own pictures alone.
 
     Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
     renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
@@ -55,10 +59,12 @@ def render(
     store = Store(root=out.absolute())
     require_renderer(request.renderer)
     store.prepare()
-    with store.locked() as lease:
-        options = _DatasetOptions(workers=workers, keep_cache=keep_cache, prune=prune, replace=replace, verify=verify)
+    with store.locked(shard.name if shard else None) as lease:
+        options = _DatasetOptions(
+            workers=workers, keep_cache=keep_cache, prune=prune, replace=replace, verify=verify, shard=shard
+        )
         report = _render(store, lease, request, options, progress)
-        if not report.failed:
+        if not report.failed and shard is None:  # others may be using the cache
             _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
     return report
@@ -73,6 +79,7 @@ class _DatasetOptions:
     prune: bool
     replace: bool
     verify: bool
+    shard: Shard | None
 
 
 def _render(
@@ -83,13 +90,21 @@ def _render(
     copied = store.stage.resolve() if own else lease.work / STAGE
     planned = plan(request, progress=progress, copy_to=None if own else copied, had=store.kinds)
     kinds = wanted_kinds(request, planned)
-    if not own:
-        refuse_changed(store.stage)
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()
-    removed = _remove_unwanted(store, planned, options)
-    write_json(store.description, describe(store, planned, root, kinds), work=lease.work)
-    if not own:
-        _adopt_stage(store, lease.work)
+    agreement: Agreement | None = None
+    if options.shard:
+        planned, agreement = plan_of_shard(
+            planned, options.shard, run_options(request, planned), image_suffix=request.image_suffix, stage=copied
+        )
+    with store.turn():
+        if not own:
+            refuse_changed(store.stage)
+        removed = _remove_unwanted(store, planned, options)
+        if agreement:
+            agree(store, agreement, work=lease.work)
+        write_json(store.description, describe(store, planned, root, kinds), work=lease.work)
+        if not own:
+            _adopt_stage(store, lease.work)
     chosen = doubts(request.chosen, planned.stages)
     report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
     wanted = WantedFiles(kinds=kinds, image_suffix=request.image_suffix, verify=options.verify)
@@ -110,7 +125,8 @@ def _render(
             _keep_only_shared_renders(tasks)
         make_pictures(for_workers, tasks, count, lease, listener)
         if report.made:
-            write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
+            with store.turn():
+                write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
 
 
@@ -168,9 +184,12 @@ def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:
 
 
 def _adopt_stage(store: Store, work: Path) -> None:
-    """Put the copied stage in its place; the one that was there goes with the work folder."""
+    """Put the copied stage in its place, unless the same is there, which others may be reading; what was there goes
+    with the work folder."""
     try:
         write_sums(work / STAGE)
+        if same_files(work / STAGE, store.stage):
+            return
         with suppress(FileNotFoundError):
             store.stage.rename(work / "old")
         (work / STAGE).rename(store.stage)

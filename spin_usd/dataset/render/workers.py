@@ -26,7 +26,7 @@ def make_pictures(
 
     def start(number: int) -> Child:
         listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
-        child = Child(keep_open=(lease.descriptor,), scratch=lease.work, memory=rendering_memory())
+        child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=rendering_memory())
         child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 

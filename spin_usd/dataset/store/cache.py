@@ -28,6 +28,7 @@ from spin_usd.sha256 import sha256_of
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
 MEASURED = "measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+SHARDS = "shards.json"  # and which picture is of which shard (dataset.shards.agreement)
 VERSION_DIGITS = 8
 
 

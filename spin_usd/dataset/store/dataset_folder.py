@@ -6,36 +6,39 @@ records/<variant>/<frame>.json       schema record-1, the index: written last, s
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 cache/                               renders and labels by content (dataset.cache)
 .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
+.lock-<I>-of-<N>, .lock-turn         of shards, which share .lock: each one's, and that of who changes what all share
 
 These are a dataset's own; all else in the folder is its user's, and left alone.
 """
 
 import os
+import re
 import shutil
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.picture.make_picture import KINDS
+from spin_usd.dataset.store.hold import held
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.lock import Lock, create_lock, new_token, refuse_other_file, take_lock, token_in
+from spin_usd.dataset.store.lock import take_lock, token_in
 from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE
 from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
 from spin_usd.errors import InputError, OutputError
 
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
 LOCK = ".lock"
-LOCK_PATIENCE_S = 5.0  # a killed run's last worker needs a moment to die
+TURN = ".lock-turn"
+LOCK_OF_SHARD = re.compile(r"\.lock-[0-9]+-of-[0-9]+")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lease:
-    """A run's hold on a folder: the descriptor of its lock, which workers keep open too, and the folder of its
+    """A run's hold on a folder: the descriptors of its locks, which workers keep open too, and the folder of its
     temporary files."""
 
-    descriptor: int
+    descriptors: tuple[int, ...]
     work: Path
 
 
@@ -113,8 +116,13 @@ class Store:
             return []
         except OSError as e:
             raise OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder") from e
-        token = token_in(self.lock)
-        return [name for name in names if token is None or name not in (LOCK, self.work(token).name)]
+        ours = {name for lock in names if _is_lock(lock) for name in self._under(lock)}
+        return [name for name in names if name not in ours]
+
+    def _under(self, lock: str) -> tuple[str, ...]:
+        """Return the names of the lock and of the folder that was made under it; none where that is no lock of ours."""
+        token = token_in(self.root / lock)
+        return (lock, self.work(token).name) if token else ()
 
     def refuse_strange(self) -> None:
         """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
@@ -126,25 +134,55 @@ class Store:
                 raise InputError(f"is no {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 
     @contextmanager
-    def locked(self) -> Iterator[Lease]:
-        """Hold the folder, which is made where there is none, for this run.
+    def locked(self, shard: str | None = None) -> Iterator[Lease]:
+        """Hold the folder, which is made where there is none, for this run; with the name of a `shard`, "0-of-3",
+        beside the runs of other shards.
 
         Takes a folder that it made back when nothing came of the run. Raises InputError when another run has it, and
         OutputError.
         """
         made = self._make_root()
-        lock = self._acquire()
-        work = self.work(lock.token)
         try:
-            self._sweep(work)
-            yield Lease(descriptor=lock.descriptor, work=work)
+            with ExitStack() as stack:
+                busy = "another run is writing this dataset"
+                whole = held(self.lock, busy=busy, shared=shard is not None, at_last=self._sweep_shards)
+                locks = [stack.enter_context(whole)]
+                if shard:
+                    own = held(self.root / f".lock-{shard}", busy="another run is making this shard")
+                    locks.append(stack.enter_context(own))
+                else:
+                    self._sweep_shards()
+                work = self.work(locks[-1].token)
+                stack.callback(shutil.rmtree, work, ignore_errors=True)
+                self._sweep(work)
+                yield Lease(descriptors=tuple(lock.descriptor for lock in locks), work=work)
         finally:
-            shutil.rmtree(work, ignore_errors=True)
-            self.lock.unlink(missing_ok=True)
             if made:
                 with suppress(OSError):  # not empty
                     self.root.rmdir()
-            os.close(lock.descriptor)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Wait for the other shards that change what all shards of the dataset share, and hold them off. Raises
+        OutputError."""
+        with held(self.root / TURN, stays=True):
+            yield
+
+    def shards_at_work(self) -> Iterator[Path]:
+        """Yield the work folders of the shards that are being made, this process' own among them."""
+        for name in filter(LOCK_OF_SHARD.fullmatch, os.listdir(self.root)):
+            if token := token_in(self.root / name):
+                if lock := take_lock(self.root / name, shared=True):
+                    os.close(lock.descriptor)
+                else:
+                    yield self.work(token)
+
+    def _sweep_shards(self) -> None:
+        """Remove what shards left, now that none is at work: locks, and temporary files of those that were killed."""
+        for lock in filter(_is_lock, os.listdir(self.root)):
+            if lock != LOCK and (ours := self._under(lock)):
+                shutil.rmtree(self.root / ours[1], ignore_errors=True)
+                (self.root / lock).unlink(missing_ok=True)
 
     def _make_root(self) -> bool:
         """Make the folder, and return whether there was none."""
@@ -156,23 +194,6 @@ class Store:
         except OSError as e:
             raise self._unwritable(e) from e
         return True
-
-    def _acquire(self) -> Lock:
-        give_up = time.monotonic() + LOCK_PATIENCE_S
-        while True:
-            try:
-                with suppress(FileExistsError):
-                    create_lock(self.lock, new_token())
-                if lock := take_lock(self.lock):
-                    return lock
-            except OSError as e:
-                refuse_other_file(self.lock)
-                raise self._unwritable(e) from e
-            if time.monotonic() > give_up:
-                refuse_other_file(self.lock)
-                do = "wait for it, or end it"
-                raise InputError("another run is writing this dataset", where=self.root, do=do)
-            time.sleep(0.05)
 
     def _sweep(self, work: Path) -> None:
         """Make the work folder anew, without what a run that was killed left in it."""
@@ -192,6 +213,10 @@ def refuse_strange(root: Path, names: tuple[str, ...]) -> None:
     for node in strange(root, names):
         do = "put what it stands for in its place, or remove it"
         raise InputError(f"is a {node.type}, and those are not followed", where=root / node.name, do=do)
+
+
+def _is_lock(name: str) -> bool:
+    return name in (LOCK, TURN) or LOCK_OF_SHARD.fullmatch(name) is not None
 
 
 def _is_record(name: str) -> bool:

@@ -4,6 +4,7 @@ is ours. The list is as the program `sha256sum` writes it, and `sha256sum --chec
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from spin_usd.dataset.store.tree import files
@@ -16,8 +17,19 @@ CHANGED = "is not as spin-usd wrote it, and would be replaced"
 
 def write_sums(folder: Path, *, beside: Iterable[Path] = ()) -> None:
     """List the files of the folder, and those `beside` it. Raises OSError."""
-    text = "".join(f"{_line(folder, file)}\n" for file in _files(folder, beside))
-    (folder / SUMS).write_text(text, encoding="utf-8", errors="surrogateescape")
+    (folder / SUMS).write_text(sums(folder, beside=beside), encoding="utf-8", errors="surrogateescape")
+
+
+def sums(folder: Path, *, beside: Iterable[Path] = ()) -> str:
+    """Return the list of the files as they are now. Raises OSError."""
+    return "".join(f"{_line(folder, file)}\n" for file in _files(folder, beside))
+
+
+def same_files(folder: Path, other: Path) -> bool:
+    """Return whether both folders list the same files with the same bytes."""
+    with suppress(OSError):
+        return (folder / SUMS).read_bytes() == (other / SUMS).read_bytes()
+    return False
 
 
 def refuse_changed(folder: Path) -> None:

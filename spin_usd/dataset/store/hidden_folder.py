@@ -36,9 +36,11 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
         sweep(parent, name, beside=beside)
         hidden.folder.mkdir()
         create_lock(hidden.folder / LOCK, token)
-        lock = take_lock(hidden.folder / LOCK)
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=parent, do="choose another folder") from e
+    lock = None
+    with suppress(OSError):  # a file system without locks: nobody sweeps there
+        lock = take_lock(hidden.folder / LOCK)
     try:
         yield hidden
     finally:

@@ -55,25 +55,54 @@ def create_lock(path: Path, token: str) -> None:
         os.close(descriptor)
 
 
-def take_lock(path: Path) -> Lock | None:
-    """Hold the lock at `path`; None where it is another's, or gone, or not yet written. Raises OSError."""
+def take_lock(path: Path, *, shared: bool = False) -> Lock | None:
+    """Hold the lock at `path`, alone or `shared` with others that share it; None where it is another's, or gone, or not
+    yet written. Raises OSError, also where the file system has no locks."""
     try:
         descriptor = _open(path, os.O_RDWR)
     except FileNotFoundError:
         return None
-    with suppress(OSError):
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # The run before may have removed the file between our opening and our locking it.
-        if os.path.samestat(os.fstat(descriptor), path.lstat()) and (token := _token(descriptor)):
-            return Lock(descriptor, token)
-    os.close(descriptor)
-    return None
+    token = None
+    try:
+        if _flock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX) and _is_at(path, descriptor):
+            token = _token(descriptor)
+    finally:
+        if token is None:
+            os.close(descriptor)
+    return Lock(descriptor, token) if token else None
+
+
+def take_alone(lock: Lock) -> bool:
+    """Hold alone what was held shared, and return whether that could be done; where not it is held no more."""
+    return _flock(lock.descriptor, fcntl.LOCK_EX)
 
 
 def refuse_other_file(path: Path) -> None:
     """Raise InputError where something is at `path` and is not a lock of ours."""
     if os.path.lexists(path) and token_in(path) is None:
         raise InputError("is there and is not a lock of spin-usd", where=path, do="move it elsewhere, or remove it")
+
+
+def _flock(descriptor: int, kind: int) -> bool:
+    """Lock the open file in that way, and return whether nobody's lock was in the way. Raises OSError."""
+    try:
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _is_at(path: Path, descriptor: int) -> bool:
+    """Return whether the open file is still the one at `path`: the run before may have removed it between our opening
+    and our locking it. To open it again asks the file server, where a look at its attributes may be answered from what
+    this machine remembers."""
+    with suppress(FileNotFoundError):
+        again = _open(path, os.O_RDONLY)
+        try:
+            return os.path.samestat(os.fstat(descriptor), os.fstat(again))
+        finally:
+            os.close(again)
+    return False
 
 
 def _open(path: Path, flags: int) -> int:

@@ -1,0 +1,64 @@
+"""The agreement of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
+
+It lies in the dataset's cache. Shards that write one folder at the same time must have the same; who merges folders
+learns from it which pictures are still to come, and of which shard.
+"""
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.store.atomic import write_json
+from spin_usd.dataset.store.cache import SHARDS
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.errors import InputError
+
+AGREED = "agreed"  # in the work folder of a shard that is being made: it has agreed
+WORDS = {
+    "count": "in another number of shards",
+    "stage": "of another stage",
+    "settings": "with other options",
+    "shards": "of other frames or variants, or by another version of spin_usd",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """count: how many shards there are · stage: a digest of the stage's files · settings: how pictures are made, and
+    the kinds of file · shards: the number of each picture's shard, by variant and frame."""
+
+    count: int
+    stage: str
+    settings: Mapping[str, Any]
+    shards: Mapping[str, Mapping[str, int]]
+
+
+def agree(store: Store, agreement: Agreement, *, work: Path) -> None:
+    """Keep the agreement, in the dataset's turn. Raises InputError where shards that are being made in this folder have
+    agreed on another, and OutputError. `work`: the shard's folder of temporary files."""
+    before = read_agreement(store)
+    if before != agreement:
+        if any((other / AGREED).exists() for other in store.shards_at_work()):
+            do = "wait until those shards have ended, or choose another folder"
+            raise InputError(_difference(before, agreement), where=store.root, do=do)
+        write_json(store.cache / SHARDS, asdict(agreement), work=work)
+    (work / AGREED).touch()
+
+
+def read_agreement(store: Store) -> Agreement | None:
+    """Read the agreement; None where there is none, or it is damaged."""
+    with suppress(OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        value = json.loads((store.cache / SHARDS).read_text(encoding="utf-8"))
+        shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
+        settings = dict(value["settings"])
+        return Agreement(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)
+    return None
+
+
+def _difference(before: Agreement | None, now: Agreement) -> str:
+    """Say in what the shards that are being made differ from this one."""
+    differing = (words for name, words in WORDS.items() if before and getattr(before, name) != getattr(now, name))
+    return f"is being made {next(differing, 'otherwise')}"

@@ -1,0 +1,50 @@
+"""The part of a plan that a shard makes, and what it agrees on with the other shards."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from hashlib import sha256
+from pathlib import Path
+
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.plan.make_plan import Plan
+from spin_usd.dataset.plan.work import RunOptions
+from spin_usd.dataset.shards.agreement import Agreement
+from spin_usd.dataset.shards.cut import cut
+from spin_usd.dataset.shards.shard import Shard
+from spin_usd.dataset.store.file_digests import sums
+
+
+def plan_of_shard(
+    plan: Plan, shard: Shard, options: RunOptions, *, image_suffix: str, stage: Path
+) -> tuple[Plan, Agreement]:
+    """Return the plan of the shard's pictures alone, and the agreement of all shards. `stage`: the folder of the
+    planned stage's files."""
+    numbers = cut(plan.pictures, options, shard.count).shards
+    own = (picture for picture, number in zip(plan.pictures, numbers, strict=True) if number == shard.number)
+    settings = {
+        "renderer": plan.settings.renderer,
+        "effort": asdict(plan.settings.effort),
+        "seed": plan.settings.seed,
+        "kinds": list(options.kinds),
+        "image": image_suffix,
+    }
+    agreement = Agreement(
+        count=shard.count,
+        stage=digest_of(stage),
+        settings=settings,
+        shards=_by_name(plan.pictures, numbers),
+    )
+    return replace(plan, pictures=tuple(own)), agreement
+
+
+def digest_of(stage: Path) -> str:
+    """Return a digest of the files in the folder of a stage."""
+    return sha256(sums(stage).encode("utf-8", errors="surrogateescape")).hexdigest()
+
+
+def _by_name(pictures: Sequence[PlannedPicture], numbers: Sequence[int]) -> dict[str, dict[str, int]]:
+    found = defaultdict[str, dict[str, int]](dict)
+    for picture, number in zip(pictures, numbers, strict=True):
+        found[picture.variant][picture.frame] = number
+    return dict(found)

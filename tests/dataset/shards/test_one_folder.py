@@ -1,0 +1,113 @@
+"""Shards that write one folder at the same time make what a single run makes, and keep out who would harm them."""
+
+import json
+import subprocess
+import sys
+from contextlib import ExitStack
+from dataclasses import replace
+
+import pytest
+
+from spin_usd.dataset.shards.agreement import Agreement, agree, read_agreement
+from spin_usd.dataset.store import hold
+from spin_usd.dataset.store.cache import SHARDS
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.errors import InputError
+from tests.dataset.shards.folder import content
+
+SHARD = [sys.executable, "-m", "spin_usd.cli.main", "render"]
+
+
+def start(stage, out, shard, renderer):
+    options = ["--renderer", renderer, "--samples", "1", "--workers", "1", "--variants", "all", "--json"]
+    return subprocess.Popen(
+        [*SHARD, stage, "--out", out, "--shard", shard, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+
+
+@pytest.mark.parametrize("renderer", ["raycast", pytest.param("blender", marks=pytest.mark.slow)])
+def test_three_at_once_make_the_bytes_of_one_run(stage, whole, make, tmp_path, renderer) -> None:
+    if renderer == "blender":
+        make(tmp_path / "whole", renderer=renderer)
+        whole = content(tmp_path / "whole")
+    out = tmp_path / "dataset"
+    runs = [start(stage, out, f"{number}/3", renderer) for number in range(3)]
+    answers = [run.communicate() for run in runs]
+    assert [run.returncode for run in runs] == [0, 0, 0], answers
+    reports = [json.loads(stdout) for stdout, _ in answers]
+    assert sum(report["made"] for report in reports) == 12
+    assert sum(report["renders"] for report in reports) == 6
+    assert content(out) == whole
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(hold, "PATIENCE_S", 0.2)
+
+
+def test_a_shard_and_a_whole_run_refuse_each_other(impatient, tmp_path) -> None:
+    store = Store(root=tmp_path)
+    for first, second in ((None, "0-of-2"), ("0-of-2", None), ("0-of-2", "0-of-2")):
+        with store.locked(first), pytest.raises(InputError, match="another run"), store.locked(second):
+            pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_shards_hold_the_folder_together_and_the_last_one_leaves_it_clean(impatient, tmp_path) -> None:
+    store = Store(root=tmp_path)
+    with ExitStack() as first, store.locked("1-of-2") as second:
+        lease = first.enter_context(store.locked("0-of-2"))
+        with store.turn():
+            assert {*store.shards_at_work()} == {lease.work, second.work}
+        first.close()
+        assert {*store.shards_at_work()} == {second.work}
+        with pytest.raises(InputError, match="another run"), store.locked():
+            pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_shard_left_goes_with_the_next_whole_run(tmp_path) -> None:
+    code = (
+        "import os, pathlib, sys; from spin_usd.dataset.store.dataset_folder import Store\n"
+        "store = Store(root=pathlib.Path(sys.argv[1]))\n"
+        "with store.locked('0-of-2') as lease, store.turn():\n"
+        "    (lease.work / 'half').write_text('x'); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", code, tmp_path])
+    assert len(list(tmp_path.iterdir())) == 4
+    with Store(root=tmp_path).locked("1-of-2"):
+        assert list(tmp_path.glob(".work-*/half"))
+    with Store(root=tmp_path).locked():
+        assert not list(tmp_path.glob(".work-*/half"))
+    assert list(tmp_path.iterdir()) == []
+
+
+AGREEMENT = Agreement(count=2, stage="0" * 64, settings={"kinds": ["depth"]}, shards={"nominal": {"a": 0, "b": 1}})
+
+
+def test_a_shard_of_another_cut_is_refused_while_one_is_made_and_not_after(tmp_path) -> None:
+    """One that is being made and has not agreed yet is in nobody's way: it will be refused itself."""
+    store = Store(root=tmp_path)
+    with store.locked("0-of-2") as mine:
+        agree(store, AGREEMENT, work=mine.work)
+        for changed, words in (
+            ({"count": 3}, "in another number of shards"),
+            ({"stage": "1" * 64}, "of another stage"),
+            ({"settings": {"kinds": ["range"]}}, "with other options"),
+            ({"shards": {"nominal": {"a": 1, "b": 0}}}, "of other frames or variants"),
+        ):
+            with store.locked("1-of-2") as other:
+                with pytest.raises(InputError, match=f"is being made {words}"):
+                    agree(store, replace(AGREEMENT, **changed), work=other.work)
+                assert read_agreement(store) == AGREEMENT
+                agree(store, AGREEMENT, work=other.work)
+    with store.locked("1-of-3"), store.locked("0-of-3") as mine:
+        agree(store, replace(AGREEMENT, count=3), work=mine.work)
+    assert read_agreement(store) == replace(AGREEMENT, count=3)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"count": "x"}', '{"count": 1, "shards": []}'])
+def test_a_damaged_agreement_is_none(tmp_path, text) -> None:
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache" / SHARDS).write_text(text)
+    assert read_agreement(Store(root=tmp_path)) is None
