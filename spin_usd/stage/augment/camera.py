@@ -19,6 +19,7 @@ from spin_usd.stage.augment.attribute_change import (
 from spin_usd.stage.read.camera.camera import find_camera
 from spin_usd.stage.read.camera.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import read
 
 EXPOSURE = {
     "exposure.time": "exposure:time",
@@ -38,10 +39,10 @@ def exposure(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
 def exposure_stops(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Add stops to the camera's own `exposure`."""
     attribute = find_camera(base.stage).GetAttribute("exposure")
-    varies, own = attribute.ValueMightBeTimeVarying(), float(attribute.Get(base.first))
+    varies, own = attribute.ValueMightBeTimeVarying(), float(read(attribute, base.first))
 
     def values(sampled: ParameterValues, time: float) -> tuple[float]:
-        stops = float(attribute.Get(Usd.TimeCode(time))) if varies else own
+        stops = float(read(attribute, Usd.TimeCode(time))) if varies else own
         return (stops + float(sampled["exposure.stops"]),)
 
     return AttributeChange(parameters=names, attributes=(attribute_of(attribute),), values=values, varies=varies)
@@ -68,7 +69,7 @@ def vignetting(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Set the first of the three coefficients; the others stay."""
     camera, name = find_camera(base.stage), schema.OPTICS["vignetting"]
     attribute = camera.GetAttribute(name)
-    own = attribute.Get(base.first) if attribute else fallback_of(schema.OPTICS_API, name)
+    own = read(attribute, base.first) if attribute else fallback_of(schema.OPTICS_API, name)
     return AttributeChange(
         parameters=names,
         attributes=(ChangedAttribute(prim=str(camera.GetPath()), name=name, type=in_schema(schema.OPTICS_API, name)),),
@@ -113,7 +114,7 @@ def lens(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     if not prim.HasAPI(schema.LENS_API):
         found = f"has no {schema.LENS_API}, so {names[0]} has nothing to be added to"
         raise InputError(found, where=prim.GetPath(), do="give its lens in spin:lens:*, or remove the parameter")
-    own, focal = read_lens(prim), float(prim.GetAttribute("focalLength").Get(base.first))
+    own, focal = read_lens(prim), float(read(prim.GetAttribute("focalLength"), base.first))
     before = _lens_values(own, focal)
     changed = {name for each in names for name in _changed(before, _lens_values(_offset(own, {each: 1e-3}), focal))}
     attributes = tuple(

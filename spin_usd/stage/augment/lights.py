@@ -24,6 +24,7 @@ from spin_usd.stage.read.lights.lights import find_lights
 from spin_usd.stage.read.target.target import find_target
 from spin_usd.stage.usd.conversion import quatd
 from spin_usd.stage.usd.transforms import placement
+from spin_usd.stage.usd.values import read
 
 SAMPLED = ":sampled"
 """Suffix of the transform operations that are written here, so that they never collide with the stage's own."""
@@ -144,10 +145,10 @@ def strengths(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     intensities = [UsdLux.LightAPI(prim).GetIntensityAttr() for prim in lights]
     varies = any(attribute.ValueMightBeTimeVarying() for attribute in intensities)
     per_watt = _intensity_per_watt(sun, base) if sun else 0.0
-    constant = [float(attribute.Get(base.first)) for attribute in intensities]
+    constant = [float(read(attribute, base.first)) for attribute in intensities]
 
     def values(sampled: ParameterValues, time: float) -> tuple[float, ...]:
-        own = [float(a.Get(Usd.TimeCode(time))) for a in intensities] if varies else constant
+        own = [float(read(a, Usd.TimeCode(time))) for a in intensities] if varies else constant
         return tuple(_strength(own[i], sampled, prim == sun, per_watt) for i, prim in enumerate(lights))
 
     return AttributeChange(
@@ -171,10 +172,10 @@ def _changed_lights(base: BaseStage, sun: Usd.Prim | None, names: tuple[str, ...
 def _intensity_per_watt(sun: Usd.Prim, base: BaseStage) -> float:
     """Return the intensity with which a white light gives 1 W/m2: see `read.lights.distant`."""
     light = UsdLux.LightAPI(sun)
-    angle = float(sun.GetAttribute("inputs:angle").Get(base.first))
+    angle = float(read(sun.GetAttribute("inputs:angle"), base.first))
     size = 1.0 if angle == 0 else float(np.pi * np.sin(np.radians(angle) / 2) ** 2)
-    scale = 1.0 if light.GetNormalizeAttr().Get(base.first) else 1 / size
-    return float(scale / np.exp2(float(light.GetExposureAttr().Get(base.first))))
+    scale = 1.0 if read(light.GetNormalizeAttr(), base.first) else 1 / size
+    return float(scale / np.exp2(float(read(light.GetExposureAttr(), base.first))))
 
 
 def _strength(own: float, sampled: ParameterValues, is_sun: bool, per_watt: float) -> float:

@@ -11,6 +11,7 @@ from spin_usd.errors import InputError
 from spin_usd.stage.augment.attribute_change import AttributeChange, BaseStage, ChangedAttribute, attribute_of
 from spin_usd.stage.read.target.target import find_targets
 from spin_usd.stage.usd.shader_inputs import Output, read_input
+from spin_usd.stage.usd.values import read
 
 COLORS = ("diffuseColor", "specularColor", "emissiveColor")
 FALLBACKS: dict[str, tuple[float, ...]] = {
@@ -59,7 +60,7 @@ def _shaders(base: BaseStage, name: str, parameter: str) -> list[UsdShade.Shader
         names = ", ".join(there[:20]) or "none that can be overridden"
         raise InputError(f"no target has a material {name!r}", where=parameter, do=f"it has {names}")
     sources = [material.ComputeSurfaceSource()[0] for material in chosen]
-    return [shader for shader in sources if shader and shader.GetIdAttr().Get() == "UsdPreviewSurface"]
+    return [shader for shader in sources if shader and read(shader.GetIdAttr()) == "UsdPreviewSurface"]
 
 
 def _replaced(shader: UsdShade.Shader, name: str) -> tuple[ChangedAttribute, Callable[[Any], Any]]:

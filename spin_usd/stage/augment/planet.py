@@ -20,6 +20,7 @@ from spin_usd.stage.read.camera.camera import find_camera
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.transforms import between, placement
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 
 POSITION = ("earth.direction", "earth.altitude", "earth.attitude")
@@ -47,7 +48,7 @@ def the_planet(base: BaseStage, name: str) -> Usd.Prim:
 
 def radii(base: BaseStage, planet: Usd.Prim) -> tuple[float, float]:
     """Return the least and the greatest semi-axis of `planet`, metres."""
-    sizes = np.array(planet.GetAttribute(schema.PLANET_RADII).Get(base.first)) * base.metres
+    sizes = np.array(read(planet.GetAttribute(schema.PLANET_RADII), base.first)) * base.metres
     return float(sizes.min()), float(sizes.max())
 
 

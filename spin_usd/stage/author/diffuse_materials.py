@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from spin_usd.stage.author.paths import MODEL, TARGET, WORLD
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import read
 
 SURFACE = "UsdPreviewSurface"
 TYPES = Sdf.ValueTypeNames
@@ -78,7 +79,7 @@ def _below(model: Sdf.PrimSpec, relative: str) -> Sdf.PrimSpec:
 
 
 def _is_surface(prim: Usd.Prim) -> bool:
-    return bool(prim.IsA(UsdShade.Shader)) and UsdShade.Shader(prim).GetIdAttr().Get() == SURFACE
+    return bool(prim.IsA(UsdShade.Shader)) and read(UsdShade.Shader(prim).GetIdAttr()) == SURFACE
 
 
 def _is_displayed(prim: Usd.Prim) -> bool:

@@ -11,7 +11,8 @@ from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
-from spin_usd.stage.usd.layer_file import author_metadata, open_layer, reason
+from spin_usd.stage.usd.layer_file import author_metadata, open_layer
+from spin_usd.stage.usd.parser_faults import reason
 
 KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them."""

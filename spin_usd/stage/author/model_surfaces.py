@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from spin_usd.stage.read.target.face_subsets import binds_material, find_subsets
 from spin_usd.stage.read.target.part_labels import labels_of_target
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read
 from spin_usd.stage.usd.visibility import PROXIES
 
 NO_SURFACES = (UsdGeom.Points, UsdGeom.Curves)
@@ -58,8 +59,7 @@ def _surface(prim: Usd.Prim, target: Usd.Prim, model: Usd.Prim) -> ModelSurface:
 
 def _names(prim: Usd.Prim) -> list[str]:
     """Return its prim name, its display name, and the names of its part labels."""
-    attribute = prim.GetAttribute(schema.PART_LABELS)
-    labels = (attribute.Get() if attribute else None) or ()
+    labels = read(prim.GetAttribute(schema.PART_LABELS), DEFAULT_TIME, *TEXTS) or ()
     return [name for name in (prim.GetName(), prim.GetDisplayName(), *labels) if name]
 
 

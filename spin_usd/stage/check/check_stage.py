@@ -9,13 +9,14 @@ from pathlib import Path
 
 from pxr import Usd, UsdValidation
 
-from spin_usd.errors import InputError, StageError
+from spin_usd.errors import InputError, SpinError, StageError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
-from spin_usd.stage.check.stage_rules import STAGE_RULES
+from spin_usd.stage.check.stage_rules import STAGE_RULES, StageRule
 from spin_usd.stage.composition.materialx import names_document
 from spin_usd.stage.composition.open_stage import open_for_check
+from spin_usd.stage.usd.parser_faults import parser_faults
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages do not apply.
 SKIPPED_KEYWORD = "UsdzValidators"
@@ -42,11 +43,21 @@ def check_stage(
     except StageError as refusal:
         message = f"{refusal.found}; {refusal.do}"
         return (Finding(code="refused", where=str(refusal.where), message=message),)
-    found = [*validator_findings(stage)]
+    found = [*_findings_of(validator_findings, stage, path)]
     for rule in STAGE_RULES:
-        found += rule(stage)
+        found += _findings_of(rule, stage, path)
     found += scene_findings(path, stage, progress=progress, target_rule=target_rule, on_views=on_views)
     return tuple(found)
+
+
+def _findings_of(rule: StageRule, stage: Usd.Stage, path: str | Path) -> Iterator[Finding]:
+    """Yield the findings of one rule; a value that it cannot read is one more, and ends the rule."""
+    try:
+        with parser_faults(path):
+            yield from rule(stage)
+    except SpinError as refusal:
+        do = f"; {refusal.do}" if refusal.do else ""
+        yield Finding(code="unreadable", where=str(refusal.where), message=f"{refusal.found}{do}")
 
 
 def validator_findings(stage: Usd.Stage) -> Iterator[Finding]:

@@ -18,6 +18,7 @@ from spin_usd.stage.check.views import view_findings
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.read.stage_reader import StageReader
+from spin_usd.stage.usd.parser_faults import parser_faults
 
 MAX_VARIANTS = 200  # of one set; each is composed and read
 READING = "reading: picture"
@@ -86,21 +87,22 @@ class _VariantCheck:
     def findings(self, index: int, count: int, progress: Progress) -> Iterator[Finding]:
         """Read all pictures and yield findings. `index`: of the variant among `count`, for the progress."""
         try:
-            reader = StageReader(self.path, variant=self.variant)
-            blended = BlendedPoses(reader)
-            seen = {str(body.prim.GetPath()): ViewCollector(target=body.id) for body in reader.bodies if body.id}
-            for done, frame in enumerate(reader.frames):
-                if done % PROGRESS_EVERY == 0:
-                    progress(READING, index * len(reader.frames) + done, count * len(reader.frames))
-                self.picture = frame.name
-                scene = reader.scene(frame)
-                blended.add(scene)
-                for collector in seen.values():
-                    collector.add(scene)
-                for body in scene.bodies:
-                    yield from self.shapes.findings(body.target)
-                self.identical.add(scene, len(reader.frames))
-            progress(READING, (index + 1) * len(reader.frames), count * len(reader.frames))
+            with parser_faults(self.path):
+                reader = StageReader(self.path, variant=self.variant)
+                blended = BlendedPoses(reader)
+                seen = {str(body.prim.GetPath()): ViewCollector(target=body.id) for body in reader.bodies if body.id}
+                for done, frame in enumerate(reader.frames):
+                    if done % PROGRESS_EVERY == 0:
+                        progress(READING, index * len(reader.frames) + done, count * len(reader.frames))
+                    self.picture = frame.name
+                    scene = reader.scene(frame)
+                    blended.add(scene)
+                    for collector in seen.values():
+                        collector.add(scene)
+                    for body in scene.bodies:
+                        yield from self.shapes.findings(body.target)
+                    self.identical.add(scene, len(reader.frames))
+                progress(READING, (index + 1) * len(reader.frames), count * len(reader.frames))
         except SpinError as error:
             for each in (error, *self._others()):
                 do = f"; {each.do}" if each.do else ""
@@ -127,7 +129,7 @@ class _VariantCheck:
 
     def _others(self) -> Iterator[SpinError]:
         """Yield all other errors of the variant's readers; reading a picture ended at the first of them."""
-        with suppress(SpinError):  # a variant that cannot be opened was reported already
+        with suppress(SpinError), parser_faults(self.path):  # a variant that cannot be opened was reported already
             yield from refusals(open_stage(self.path, variant=self.variant))
 
     def _once(self, code: str, where: object, found: str, do: str, severity: str = "error") -> Iterator[Finding]:

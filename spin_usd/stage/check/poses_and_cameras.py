@@ -13,7 +13,8 @@ from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.camera.lens import derived_values, read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
-from spin_usd.stage.usd.transforms import NORM_TOLERANCE, orient_norm_error
+from spin_usd.stage.usd.transforms import NORM_TOLERANCE, op_types, orient_norm_error
+from spin_usd.stage.usd.values import read
 
 ROUNDED_NORM = 1e-9  # of a quaternion printed with ten decimals: no label can show such a rotation
 SEEN_RAD = 1e-6  # 0.003 px of SPEED+'s camera
@@ -122,7 +123,7 @@ def _rounds(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> b
     if op.GetOpType() != UsdGeom.XformOp.TypeTranslate or not camera:
         return False
     for time in [Usd.TimeCode(t) for t in op.GetTimeSamples()] or [Usd.TimeCode.Default()]:
-        step = np.spacing(np.abs(np.array(op.Get(time), np.float32)).max())
+        step = np.spacing(np.abs(np.array(read(op.GetAttr(), time, *op_types(op)), np.float32)).max())
         world = UsdGeom.XformCache(time)
         here, there = (world.GetLocalToWorldTransform(prim).ExtractTranslation() for prim in (camera, target))
         if step > SEEN_RAD * (there - here).GetLength():
@@ -132,14 +133,14 @@ def _rounds(op: UsdGeom.XformOp, target: Usd.Prim, camera: Usd.Prim | None) -> b
 
 def _derived_findings(prim: Usd.Prim, camera: Camera) -> Iterator[Finding]:
     where = str(prim.GetPath())
-    derived = derived_values(camera, prim.GetAttribute("focalLength").Get())
+    derived = derived_values(camera, read(prim.GetAttribute("focalLength")))
     attributes = {name: prim.GetAttribute(name) for name in ("focalLength", *derived)}
     absent = [name for name, attribute in attributes.items() if not (attribute and attribute.HasAuthoredValue())]
     if absent:
         message = f"the camera does not author {', '.join(absent)}, so other programs show another lens; author them"
         yield Finding(code="lens-derived", where=where, message=message, severity=WARNING)
     for name, want in derived.items():
-        if name not in absent and not _agree(have := attributes[name].Get(), want):
+        if name not in absent and not _agree(have := read(attributes[name]), want):
             message = f"{name} is {have}, but {want} follows from spin:lens:*, which is rendered: set it to that"
             yield Finding(code="lens-derived", where=where, message=message)
 

@@ -9,6 +9,7 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.author.camera_layer import SOLAR_IRRADIANCE
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.draw_modes import stand_ins
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import ancestors
 
 BRIGHTNESS = ((SOLAR_IRRADIANCE / 50, "nearly black"), (SOLAR_IRRADIANCE * 2, "about as bright as with it"))
@@ -94,13 +95,13 @@ def _dark_unless_normalised(prim: Usd.Prim) -> bool:
 def irradiance(prim: Usd.Prim) -> float:
     """Compute the irradiance, W/m2, of a white distant light at its default time: see `read.lights.distant`."""
     light = UsdLux.LightAPI(prim)
-    half = np.radians(float(prim.GetAttribute("inputs:angle").Get())) / 2
+    half = np.radians(float(read(prim.GetAttribute("inputs:angle")))) / 2
     size = 1.0 if half == 0 or _normalised(prim) else np.pi * np.sin(half) ** 2
-    return float(light.GetIntensityAttr().Get() * np.exp2(light.GetExposureAttr().Get()) * size)
+    return float(read(light.GetIntensityAttr()) * np.exp2(read(light.GetExposureAttr())) * size)
 
 
 def _normalised(prim: Usd.Prim) -> bool:
-    return bool(UsdLux.LightAPI(prim).GetNormalizeAttr().Get())
+    return bool(read(UsdLux.LightAPI(prim).GetNormalizeAttr()))
 
 
 def _of_target(prim: Usd.Prim) -> bool:

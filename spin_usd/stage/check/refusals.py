@@ -29,6 +29,7 @@ from spin_usd.stage.read.target.renderable import is_geometry
 from spin_usd.stage.read.target.target import find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.parser_faults import parser_faults
 from spin_usd.stage.usd.transforms import check_chain
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, is_invisible, own_purpose
 
@@ -42,7 +43,8 @@ def refusals(stage: Usd.Stage) -> Iterator[SpinError]:
     """Yield the errors of the opened `stage` at its first frame, one for each prim."""
     for attempt in _attempts(stage):
         try:
-            attempt()
+            with parser_faults(stage.GetRootLayer().realPath):
+                attempt()
         except SpinError as error:
             yield error
 

@@ -1,6 +1,7 @@
 """The rules on a composed stage. A new one is a file of its own and an entry here."""
 
 from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 from pxr import Usd
 
@@ -17,7 +18,9 @@ from spin_usd.stage.check.prims import (
 from spin_usd.stage.check.properties import property_findings
 from spin_usd.stage.check.variant_opinions import variant_findings
 
-STAGE_RULES: tuple[Callable[[Usd.Stage], Iterator[Finding]], ...] = (
+StageRule: TypeAlias = Callable[[Usd.Stage], Iterator[Finding]]
+
+STAGE_RULES: tuple[StageRule, ...] = (
     layer_findings,
     capture_findings,
     pose_findings,

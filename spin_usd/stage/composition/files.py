@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf
+from pxr import Sdf
 
 from spin_usd.errors import StageError
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM
-from spin_usd.stage.usd.layer_file import reason
+from spin_usd.stage.usd.parser_faults import parser_faults
 
 LAYERS = (".usd", ".usda", ".usdc")
 EXTENSIONS = (*LAYERS, ".usdz")
@@ -86,11 +86,6 @@ def udim_files(path: Path) -> list[Path]:
     return sorted(path.parent.glob(path.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")))
 
 
-def parse_failure(error: Tf.ErrorException, where: object) -> StageError:
-    """Turn a Tf exception into an error of one sentence."""
-    return StageError(f"USD cannot read it: {reason(error)}", where=where, do="fix the layer")
-
-
 def _check_file(file: Path) -> None:
     status = file.lstat()
     if not stat.S_ISREG(status.st_mode):
@@ -104,7 +99,7 @@ def _named_by(file: Path) -> list[str]:
     suffix = file.suffix.lower()
     if suffix not in EXTENSIONS:
         return []
-    try:
+    with parser_faults(file):
         if suffix == ".usdz":
             _check_package(file)
             return []
@@ -115,8 +110,6 @@ def _named_by(file: Path) -> list[str]:
             raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
         names = named_assets(str(file))
         return names if all((file.parent / name).is_file() for name in names) else opened_assets(str(file), names)
-    except Tf.ErrorException as error:
-        raise parse_failure(error, file) from None
 
 
 def _check_depth(file: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdShade
 
 from spin_usd.stage.usd.image_tiles import is_tiled
+from spin_usd.stage.usd.values import read, read_any
 
 TEXTURE = "UsdUVTexture"
 
@@ -23,10 +24,10 @@ def dispensable_images(stage: Usd.Stage) -> set[Path]:
     dispensable: dict[Path, bool] = {}
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
         shader = UsdShade.Shader(prim)
-        file = shader.GetInput("file") if shader and shader.GetIdAttr().Get() == TEXTURE else None
+        file = shader.GetInput("file") if shader and read(shader.GetIdAttr()) == TEXTURE else None
         if not file:
             continue
-        asset = file.Get()
+        asset = read_any(file.GetAttr())
         if isinstance(asset, Sdf.AssetPath) and not asset.resolvedPath:
             path = _expected_path(file.GetAttr(), asset)
             dispensable[path] = dispensable.get(path, True) and lacks_file(shader, asset)

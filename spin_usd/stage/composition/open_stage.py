@@ -7,13 +7,14 @@ from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 
-from pxr import Tf, Usd, UsdUtils
+from pxr import Usd, UsdUtils
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import NOMINAL
-from spin_usd.stage.composition.files import Files, files_of, parse_failure
+from spin_usd.stage.composition.files import Files, files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
+from spin_usd.stage.usd.parser_faults import parser_faults
 
 MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
@@ -95,10 +96,8 @@ def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -
 
 
 def _opened(files: Files, path: str | Path) -> Usd.Stage:
-    try:
+    with parser_faults(path):
         return Usd.Stage.Open(str(files.root))
-    except Tf.ErrorException as error:
-        raise parse_failure(error, path) from None
 
 
 def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:

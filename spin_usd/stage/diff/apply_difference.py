@@ -15,7 +15,7 @@ from spin_usd.stage.diff.differences import (
     SELECTION,
     Difference,
 )
-from spin_usd.stage.usd.layer_file import reason
+from spin_usd.stage.usd.parser_faults import reason
 
 Stage: TypeAlias = Usd.Stage
 """A stage's type, for callers outside this package, which do not import pxr."""

@@ -8,6 +8,7 @@ from spin_usd.scene.model import FrameId
 from spin_usd.scene.source.poses import FRAME_NAME, FRAME_NAME_RULE, repeated_name
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import root_number
+from spin_usd.stage.usd.values import DEFAULT_TIME, TEXT, WHOLE, read, read_samples
 
 MAX_FRAMES = 1_000_000  # frame_000000 has six digits
 
@@ -20,10 +21,8 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
     """
     prim = stage.GetDefaultPrim()
     attribute = prim.GetAttribute(schema.CAPTURE_FRAME) if prim else None
-    times = attribute.GetTimeSamples() if attribute else []
-    if attribute and times:
-        query = Usd.AttributeQuery(attribute)  # resolves the source of the values only once
-        named = [(float(time), str(query.Get(time))) for time in times]
+    named = read_samples(attribute, *TEXT) if attribute else []
+    if named:
         _check_names([name for _, name in named], f"{prim.GetPath()}.{schema.CAPTURE_FRAME}")
     else:
         named = [(time, f"frame_{index:06d}") for index, time in enumerate(_time_range(stage))]
@@ -37,17 +36,13 @@ def read_frames(stage: Usd.Stage, variant: str) -> tuple[FrameId, ...]:
 def read_seed(stage: Usd.Stage) -> int:
     """Read the dataset's seed, 0 unless authored."""
     prim = stage.GetDefaultPrim()
-    attribute = prim.GetAttribute(schema.CAPTURE_SEED) if prim else None
-    return int((attribute.Get() if attribute else 0) or 0)
+    return int(read(prim.GetAttribute(schema.CAPTURE_SEED), DEFAULT_TIME, *WHOLE) or 0) if prim else 0
 
 
 def _source_files(prim: Usd.Prim) -> dict[float, str]:
     """Map time codes to the image file for which the pose was given, where that is authored."""
     attribute = prim.GetAttribute(schema.CAPTURE_SOURCE_FILE) if prim else None
-    if not attribute:
-        return {}
-    query = Usd.AttributeQuery(attribute)
-    return {time: str(query.Get(time)) for time in query.GetTimeSamples()}
+    return dict(read_samples(attribute, *TEXT)) if attribute else {}
 
 
 def _time_range(stage: Usd.Stage) -> list[float]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES
 
 GEOMETRY = ("default", "inherited")
@@ -18,7 +19,7 @@ def stand_ins(root: Usd.Prim) -> Iterator[tuple[Usd.Prim, str]]:
     prims = iter(Usd.PrimRange(root, PROXIES))
     for prim in prims:
         model = UsdGeom.ModelAPI(prim)
-        applied = prim.IsModel() and (prim.IsComponent() or model.GetModelApplyDrawModeAttr().Get())
+        applied = prim.IsModel() and (prim.IsComponent() or read(model.GetModelApplyDrawModeAttr()))
         mode = str(model.ComputeModelDrawMode()) if applied else GEOMETRY[0]
         if mode not in GEOMETRY:
             prims.PruneChildren()

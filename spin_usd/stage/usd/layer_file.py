@@ -1,6 +1,5 @@
 """Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TypeAlias
 from pxr import Sdf, Tf, UsdGeom
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.stage.usd.parser_faults import reason
 
 Layer: TypeAlias = Sdf.Layer
 """A layer's type, for callers outside this package, which do not import pxr."""
@@ -16,10 +16,6 @@ Layer: TypeAlias = Sdf.Layer
 TIME_CODES_PER_SECOND = 24.0
 UP_AXIS = UsdGeom.Tokens.z
 METERS_PER_UNIT = 1.0
-
-SYNTAX_ERROR = re.compile(r".*?:(\d+):(\d+): (.*) at '(.*)' in <.*>", re.DOTALL)
-GRAMMAR = "parse error matching "  # followed by a rule of USD's grammar, as C++ spells its type
-MAX_QUOTE = 60
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:
@@ -67,16 +63,3 @@ def writing(path: Path) -> Iterator[None]:
         raise
     except OSError as error:
         raise OutputError(f"could not be written ({error.strerror or error})", where=path) from None
-
-
-def reason(error: Tf.ErrorException) -> str:
-    """Return USD's message without the place in its source code: with the place in the layer where it names one, else
-    its first message."""
-    messages = [str(getattr(each, "commentary", each)).strip() for each in error.args] or [str(error)]
-    placed = [found for found in map(SYNTAX_ERROR.fullmatch, messages) if found]
-    if not placed:
-        return messages[0]
-    line, column, problem, text = placed[0].groups()
-    text = text if len(text) <= MAX_QUOTE else f"{text[: MAX_QUOTE - 1]}…"
-    problem = "cannot be understood" if problem.startswith(GRAMMAR) else problem
-    return f"line {line}, column {column}: {problem}, at {repr(text) if text else 'the end of the line'}"

@@ -9,6 +9,7 @@ from pxr import Usd, UsdShade
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.usd.image_tiles import resolved_tiles
+from spin_usd.stage.usd.values import read, read_any
 
 LINEAR = ("", "lin_rec709_scene", "lin_rec709", "raw", "data", "identity")
 
@@ -29,7 +30,7 @@ class Output:
 
 def node_id(shader: UsdShade.Shader) -> str:
     """Return the node's identifier. Raises UnsupportedError for a node that is given by a file or by code."""
-    identifier = shader.GetIdAttr().Get() if shader.GetImplementationSource() == UsdShade.Tokens.id else None
+    identifier = read(shader.GetIdAttr()) if shader.GetImplementationSource() == UsdShade.Tokens.id else None
     if not identifier:
         raise UnsupportedError("has no info:id", where=shader.GetPath(), do="use the nodes of UsdPreviewSurface")
     return str(identifier)
@@ -58,7 +59,7 @@ def read_input(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
     space = str(source.GetColorSpace()) if source.HasColorSpace() else ""
     if space not in LINEAR:
         raise UnsupportedError(f"is given in colour space '{space}'", where=where, do="author linear Rec. 709 values")
-    return resolved_tiles(source, source.Get(time))
+    return resolved_tiles(source, read_any(source, time))
 
 
 def read_constant(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
@@ -76,17 +77,14 @@ def read_numbers(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, default
 
 
 def numbers(value: Any, default: tuple[float, ...], where: str) -> Float:
-    """Convert `value` to as many finite numbers as `default` has, which replaces None."""
+    """Convert `value` to as many numbers as `default` has, which replaces None."""
     if value is None:
         return np.array(default, np.float64)
     array = np.array(value)
     if array.dtype.kind not in "fiu" or array.size != len(default):
         found = f"is {value!r}, expected {len(default)} number{'s' * (len(default) > 1)}"
         raise StageError(found, where=where, do="author a value of the type that the node's definition gives")
-    result = array.reshape(-1).astype(np.float64)
-    if not np.isfinite(result).all():
-        raise StageError(f"is {value}", where=where, do="make it finite")
-    return result
+    return array.reshape(-1).astype(np.float64)
 
 
 def read_token(shader: UsdShade.Shader, name: str, time: Usd.TimeCode, allowed: tuple[str, ...], default: str) -> str:

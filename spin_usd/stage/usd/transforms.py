@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
@@ -11,6 +11,7 @@ from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
 from spin_usd.stage.usd.conversion import quaternions
 from spin_usd.stage.usd.notes import Notes
+from spin_usd.stage.usd.values import read, read_all
 
 # USD reads a quaternion that is not of unit length as another rotation; 1e-6 in the norm is 2e-6 rad at most.
 NORM_TOLERANCE = 1e-6
@@ -20,6 +21,19 @@ HALF_NORM_TOLERANCE = 2e-3  # four halves of 11 bits each
 SHEAR_TOLERANCE = 1e-5
 ORTHONORMAL = 1e-12  # a matrix this near to a rotation is taken as it is; 30 roundings stay below
 UNIT_SCALE_TOLERANCE = 1e-9  # a product of a few rotations is rounded by less
+
+
+_T, _OP = Sdf.ValueTypeNames, UsdGeom.XformOp
+NUMBER, VECTOR = (_T.Double, _T.Float, _T.Half), (_T.Double3, _T.Float3, _T.Half3)
+OP_TYPES = {
+    **dict.fromkeys((_OP.TypeTranslate, _OP.TypeScale), VECTOR),
+    **dict.fromkeys((_OP.TypeTranslateX, _OP.TypeTranslateY, _OP.TypeTranslateZ), NUMBER),
+    **dict.fromkeys((_OP.TypeScaleX, _OP.TypeScaleY, _OP.TypeScaleZ), NUMBER),
+    **dict.fromkeys((_OP.TypeRotateX, _OP.TypeRotateY, _OP.TypeRotateZ), NUMBER),
+    _OP.TypeOrient: (_T.Quatd, _T.Quatf, _T.Quath),
+    _OP.TypeTransform: (_T.Matrix4d,),
+}
+"""The types of the attributes of transform operations; of those not here, rotations about three axes, VECTOR."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,13 +111,28 @@ def check_ops(prim: Usd.Prim) -> None:
     if UsdGeom.Xformable(prim):
         _check_order(prim)
         for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+            _check_type(op)
             if op.GetOpType() == UsdGeom.XformOp.TypeOrient:
                 _check_orient(op, prim)
 
 
+def op_types(op: UsdGeom.XformOp) -> tuple[Sdf.ValueTypeName, ...]:
+    """Return the types that the attribute of a transform operation may have."""
+    return OP_TYPES.get(op.GetOpType(), VECTOR)
+
+
+def _check_type(op: UsdGeom.XformOp) -> None:
+    """Raise StageError for an operation whose attribute is not of the operation's type."""
+    attribute, allowed = op.GetAttr(), op_types(op)
+    kind = attribute.GetTypeName()
+    if not kind or not any(kind.type == each.type for each in allowed):
+        found = f"is a {kind}" if kind else "is of a type unknown to USD"
+        raise StageError(found, where=attribute.GetPath(), do=f"make it a {' or '.join(map(str, allowed))}")
+
+
 def _check_order(prim: Usd.Prim) -> None:
     xformable = UsdGeom.Xformable(prim)
-    for name in xformable.GetXformOpOrderAttr().Get() or []:
+    for name in read(xformable.GetXformOpOrderAttr()) or []:
         plain = name.removeprefix("!invert!")
         if plain != "!resetXformStack!" and not prim.GetAttribute(plain):
             raise StageError(f"xformOpOrder lists {name}, which is not authored", where=prim.GetPath(), do="author it")
@@ -113,7 +142,7 @@ def _rotation(op: UsdGeom.XformOp, time: Usd.TimeCode, notes: Notes) -> Gf.Matri
     """Return the rotation, as a row-vector matrix, of an orientation whose norm is not 1. Raises StageError where
     rounding does not explain its norm."""
     off = orient_norm_error(op)
-    where, value = op.GetAttr().GetPath(), op.GetAttr().Get(time)
+    where, value = op.GetAttr().GetPath(), read(op.GetAttr(), time)
     if off > ROUNDED_TOLERANCE or value is None:
         found = f"holds a quaternion whose norm is off 1 by {off:.3g}, which is not a rotation"
         raise StageError(found, where=where, do="normalise it")
@@ -134,10 +163,7 @@ def _check_orient(op: UsdGeom.XformOp, prim: Usd.Prim) -> None:
 
 def orient_norm_error(op: UsdGeom.XformOp) -> float:
     """Return the largest error of an orientation's norms, which should be 1; infinity for NaN."""
-    query = Usd.AttributeQuery(op.GetAttr())  # resolves the source of the values only once
-    times = query.GetTimeSamples() or [Usd.TimeCode.Default()]
-    values = [value for value in map(query.Get, times) if value is not None]
-    return norm_error(quaternions(values))
+    return norm_error(quaternions(read_all(op.GetAttr(), *op_types(op))))
 
 
 def norm_error(quaternions: Float) -> float:
@@ -159,6 +185,8 @@ def local_matrix(prim: Usd.Prim, time: Usd.TimeCode, notes: Notes) -> Float:
         found = "resets its transform stack, so it does not move with the target"
         raise UnsupportedError(found, where=prim.GetPath(), do="remove !resetXformStack!")
     ops = xformable.GetOrderedXformOps()
+    for op in ops:
+        _check_type(op)
     rounded = [
         op for op in ops if op.GetOpType() == UsdGeom.XformOp.TypeOrient and orient_norm_error(op) > NORM_TOLERANCE
     ]

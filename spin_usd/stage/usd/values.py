@@ -4,13 +4,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pxr import Usd
+from pxr import Gf, Sdf, Usd
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.scene.material import Limits
 
 INFINITY = float("inf")
+TYPES = Sdf.ValueTypeNames
+TEXT, TEXTS = (TYPES.String, TYPES.Token), (TYPES.StringArray, TYPES.TokenArray)
+WHOLE, VECTORS = (TYPES.Int, TYPES.Int64), (TYPES.Double3Array, TYPES.Float3Array, TYPES.Half3Array)
+"""Types of attributes that a prim may have without their schema."""
+DEFAULT_TIME = Usd.TimeCode.Default()
+MAX_SHOWN = 60  # characters of a wrong value in a message
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,9 @@ FINITE, AT_LEAST_0, ABOVE_0, SHARE = Range(), Range(0), Range(0, open=True), Ran
 def value_in(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode) -> Any:
     """Read the number, or tuple of numbers, of the attribute `name`. Raises StageError where one is outside
     `allowed`."""
-    value = typed_value(prim, name, time)
+    value = _typed(prim.GetAttribute(name), time, ())
+    if value is None:
+        raise StageError("has no value", where=f"{prim.GetPath()}.{name}", do=f"choose {allowed}")
     numbers = (value,) if isinstance(value, int | float) else tuple(value)
     if not all(number in allowed for number in numbers):
         raise StageError(f"is {value}", where=f"{prim.GetPath()}.{name}", do=f"choose {allowed}")
@@ -61,13 +69,88 @@ def value_in(prim: Usd.Prim, name: str, allowed: Range, time: Usd.TimeCode) -> A
 
 
 def typed_value(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Any:
-    """Read the value of an attribute of an applied schema. Raises StageError where it is not of the schema's type: USD
-    returns whatever a layer authors."""
+    """Read the value of an attribute of an applied schema, which has a fallback. Raises StageError where it has no
+    value of the schema's type."""
     attribute = prim.GetAttribute(name)
-    value, kind = attribute.Get(time), attribute.GetTypeName()
-    if type(value) is not type(kind.defaultValue):
-        raise StageError(f"is {value!r}", where=attribute.GetPath(), do=f"make it a {kind}")
+    value = read(attribute, time)
+    if value is None:
+        raise StageError("has no value", where=f"{prim.GetPath()}.{name}", do="author one, or apply its schema")
     return value
+
+
+def read(attribute: Usd.Attribute, time: Usd.TimeCode = DEFAULT_TIME, *types: Sdf.ValueTypeName) -> Any:
+    """Read the value of `attribute` at `time`; None where there is no such attribute, or no value.
+
+    USD returns whatever a layer authors, of any type. Raises StageError unless the value is of one of `types`, where
+    none are given of the attribute's own, and unless its numbers are finite. All values of stages are read by this
+    function or by `read_samples`.
+    """
+    value = _typed(attribute, time, types)
+    if value is not None:
+        _check_finite(attribute, value)
+    return value
+
+
+def read_samples(attribute: Usd.Attribute, *types: Sdf.ValueTypeName) -> list[tuple[float, Any]]:
+    """Read all time samples, as (time code, value), of values as `read` gives them. Raises as `read`."""
+    query = Usd.AttributeQuery(attribute)  # resolves the source of the values only once
+    found = [(float(time), query.Get(time)) for time in query.GetTimeSamples()]
+    for _, value in found:
+        if value is not None:
+            _check_type(attribute, value, types)
+            _check_finite(attribute, value)
+    return [(time, value) for time, value in found if value is not None]
+
+
+def read_all(attribute: Usd.Attribute, *types: Sdf.ValueTypeName) -> list[Any]:
+    """Read all values that `attribute` has at any time: its samples', else its default's. Raises as `read`."""
+    values = [value for _, value in read_samples(attribute, *types)]
+    default = None if values else read(attribute, DEFAULT_TIME, *types)
+    return values if default is None else [default]
+
+
+def read_any(attribute: Usd.Attribute, time: Usd.TimeCode = DEFAULT_TIME) -> Any:
+    """Read a value that may be of any type that USD knows, as `read`."""
+    value = attribute.Get(time) if attribute else None
+    if isinstance(value, Sdf.UnregisteredValue):
+        found = f"is {_shown(value)}, of a type unknown to USD"
+        raise StageError(found, where=attribute.GetPath(), do="author it with a type that USD knows")
+    if value is not None:
+        _check_finite(attribute, value)
+    return value
+
+
+def _typed(attribute: Usd.Attribute, time: Usd.TimeCode, types: tuple[Sdf.ValueTypeName, ...]) -> Any:
+    value = attribute.Get(time) if attribute else None
+    if value is not None:
+        _check_type(attribute, value, types)
+    return value
+
+
+def _check_type(attribute: Usd.Attribute, value: Any, types: tuple[Sdf.ValueTypeName, ...]) -> None:
+    expected = types or (attribute.GetTypeName(),)
+    if not any(type(value) is type(each.defaultValue) for each in expected):
+        do = f"make it a {' or '.join(map(str, expected))}" if expected[0] else "author it with a type that USD knows"
+        raise StageError(f"is {_shown(value)}", where=attribute.GetPath(), do=do)
+
+
+def _check_finite(attribute: Usd.Attribute, value: Any) -> None:
+    """Raise StageError for NaN and infinity. Quaternions have no numpy type; their norms are checked elsewhere."""
+    if isinstance(value, str | int | Sdf.AssetPath | Gf.Quatd | Gf.Quatf | Gf.Quath):
+        return
+    numbers = np.array(value)
+    if numbers.dtype.kind != "f" or np.isfinite(numbers).all():
+        return
+    if not attribute.GetTypeName().isArray:
+        raise StageError(f"is {value}", where=attribute.GetPath(), do="make it finite")
+    i = int(np.argmin(np.isfinite(numbers.reshape(len(numbers), -1)).all(1)))
+    found = f"{attribute.GetName()}[{i}] is {numbers[i]}, but its numbers must be finite"
+    raise StageError(found, where=attribute.GetPrim().GetPath(), do="fix it")
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 1]}…"
 
 
 def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:
@@ -79,7 +162,7 @@ def refuse_unapplied(prim: Usd.Prim, prefix: str, api: str) -> None:
 
 def array(attribute: Usd.Attribute, time: Usd.TimeCode, dtype: type) -> Any:
     """Read an array attribute at `time`; empty where it has no value."""
-    value = attribute.Get(time)
+    value = read(attribute, time)
     return np.zeros(0, dtype) if value is None else np.array(value, dtype)
 
 

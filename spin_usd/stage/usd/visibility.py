@@ -2,6 +2,8 @@
 
 from pxr import Usd, UsdGeom
 
+from spin_usd.stage.usd.values import read
+
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 RENDERED_PURPOSES = ("default", "render")
 """Purposes that are rendered; proxy, guide, and names that USD does not know are not."""
@@ -10,7 +12,7 @@ RENDERED_PURPOSES = ("default", "render")
 def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     """Return whether `prim` itself hides all at and below it, at `time`."""
     visibility = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr()
-    return bool(visibility) and visibility.Get(time) == UsdGeom.Tokens.invisible
+    return bool(visibility) and read(visibility, time) == UsdGeom.Tokens.invisible
 
 
 def is_always_invisible(prim: Usd.Prim) -> bool:
@@ -23,7 +25,7 @@ def is_always_invisible(prim: Usd.Prim) -> bool:
 def own_purpose(prim: Usd.Prim, inherited: str) -> str:
     """Return the purpose of `prim`, whose parent has `inherited`: an authored one wins."""
     purpose = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetPurposeAttr()
-    return str(purpose.Get()) if purpose and purpose.HasAuthoredValue() else inherited
+    return str(read(purpose)) if purpose and purpose.HasAuthoredValue() else inherited
 
 
 def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:

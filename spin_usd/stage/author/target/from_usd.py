@@ -17,7 +17,8 @@ from spin_usd.stage.composition.backslashes import slashes
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.missing_images import dispensable_images
 from spin_usd.stage.composition.open_stage import silenced
-from spin_usd.stage.usd.layer_file import open_layer, reason, writing
+from spin_usd.stage.usd.layer_file import open_layer, writing
+from spin_usd.stage.usd.parser_faults import reason
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 

@@ -13,6 +13,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.polygons import newell
 from spin_usd.scene.source.source_bounds import SourceBounds
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.usd.values import read, read_any
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 
 FLAT_SURFACES = (UsdGeom.Tokens.none, UsdGeom.Tokens.bilinear)
@@ -58,7 +59,7 @@ def _bake_skeletons(root: Usd.Prim, time: Usd.TimeCode) -> None:
     for prim in root.GetStage().Traverse():
         if prim.IsA(UsdSkel.Animation):
             for attribute in prim.GetAuthoredAttributes():
-                attribute.Set(attribute.Get(time))
+                attribute.Set(read_any(attribute, time))
     moment = Gf.Interval(time.GetValue(), time.GetValue())
     for prim in [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdSkel.Root)]:
         UsdSkel.BakeSkinning(UsdSkel.Root(prim), moment)
@@ -96,18 +97,18 @@ def _polygons(root: Usd.Prim, time: Usd.TimeCode) -> tuple[Float | None, bool]:
 
 
 def _is_flat(mesh: UsdGeom.Mesh) -> bool:
-    return bool(mesh.GetSubdivisionSchemeAttr().Get() in FLAT_SURFACES)
+    return bool(read(mesh.GetSubdivisionSchemeAttr()) in FLAT_SURFACES)
 
 
 def _corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Float:
     """Return the homogeneous points (N, 4) of the faces that have an area; none where the arrays disagree."""
     points = np.array(mesh.ComputePointsAtTime(time, time) or [], np.float64).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
-    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
+    counts = np.array(read(mesh.GetFaceVertexCountsAttr(), time) or [], np.int64)
+    indices = np.array(read(mesh.GetFaceVertexIndicesAttr(), time) or [], np.int64)
     if not len(points) or counts.sum() != len(indices) or (len(indices) and indices.max() >= len(points)):
         return np.zeros((0, 4))
     starts, used = np.cumsum(counts) - counts, []
-    holes = np.array(mesh.GetHoleIndicesAttr().Get(time) or [], np.int64)
+    holes = np.array(read(mesh.GetHoleIndicesAttr(), time) or [], np.int64)
     for size in np.unique(counts[counts >= 3]):
         faces = np.setdiff1d(np.flatnonzero(counts == size), holes)
         polygons = points[indices[starts[faces][:, None] + np.arange(size)]]
@@ -135,4 +136,4 @@ def _displaces(prim: Usd.Prim) -> bool:
     """Return whether `prim` is a shader that may displace surfaces."""
     shader = UsdShade.Shader(prim)
     found = shader and shader.GetInput("displacement")
-    return bool(found) and (found.HasConnectedSource() or bool(found.Get()))
+    return bool(found) and (found.HasConnectedSource() or bool(read_any(found.GetAttr())))

@@ -10,8 +10,9 @@ from spin_usd.errors import InputError
 from spin_usd.stage.author.target.target_root import holds_geometry
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.layer_file import reason
+from spin_usd.stage.usd.parser_faults import reason
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.usd.values import read
 
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
 
@@ -60,7 +61,7 @@ def describe(
         raise InputError("holds no geometry", where=where)
     keypoints = [prim for prim in found if prim.IsA(UsdGeom.Points) and prim.HasAttribute(schema.KEYPOINT_NAME)]
     xformable = root.IsA(UsdGeom.Xformable)
-    order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() if xformable else None
+    order = read(UsdGeom.Xformable(root).GetXformOpOrderAttr()) if xformable else None
     return TargetAsset(
         name=name,
         file=file,

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom, UsdRender
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.geometry.camera import Camera
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import read
 
 
 def find_camera(stage: Usd.Stage) -> Usd.Prim:
@@ -40,7 +41,7 @@ def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
     if not settings:
         found = f"renderSettingsPrimPath {path} is not a RenderSettings prim"
         raise StageError(found, where=_name(stage), do="fix the path")
-    window = settings.GetDataWindowNDCAttr().Get()
+    window = read(settings.GetDataWindowNDCAttr())
     if tuple(window) != (0, 0, 1, 1):
         raise UnsupportedError(f"its dataWindowNDC is {window}", where=path, do="use the whole frame")
     return settings
@@ -49,7 +50,7 @@ def render_settings(stage: Usd.Stage) -> UsdRender.Settings | None:
 def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
     """Read the intrinsics: from SpinLensAPI where applied, else from USD's apertures and the RenderSettings'
     resolution."""
-    if prim.GetAttribute("projection").Get(time) != UsdGeom.Tokens.perspective:
+    if read(prim.GetAttribute("projection"), time) != UsdGeom.Tokens.perspective:
         raise UnsupportedError("is not a perspective camera", where=prim.GetPath(), do="set projection to perspective")
     try:
         camera = _from_lens(prim, time) if prim.HasAPI(schema.LENS_API) else _from_apertures(prim, time)
@@ -60,11 +61,11 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
-    model = prim.GetAttribute(schema.LENS_MODEL).Get(time)
+    model = read(prim.GetAttribute(schema.LENS_MODEL), time)
     if model != "brownConrady":
         raise UnsupportedError(f"has lens model '{model}'", where=prim.GetPath(), do="use brownConrady")
-    size = prim.GetAttribute(schema.LENS_IMAGE_SIZE).Get(time)
-    numbers = [prim.GetAttribute(name).Get(time) for name in schema.LENS_NUMBERS]
+    size = read(prim.GetAttribute(schema.LENS_IMAGE_SIZE), time)
+    numbers = [read(prim.GetAttribute(name), time) for name in schema.LENS_NUMBERS]
     missing = [
         name
         for name, value in zip((schema.LENS_IMAGE_SIZE, *schema.LENS_NUMBERS), (size, *numbers), strict=True)
@@ -89,10 +90,12 @@ def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
         do = "apply SpinLensAPI to it, or author a resolution in the RenderSettings"
         raise StageError("has no size in pixels", where=prim.GetPath(), do=do)
     width, height = resolution
-    focal = float(camera.GetFocalLengthAttr().Get(time))
-    across, down = (float(a.Get(time)) for a in (camera.GetHorizontalApertureAttr(), camera.GetVerticalApertureAttr()))
+    focal = float(read(camera.GetFocalLengthAttr(), time))
+    across, down = (
+        float(read(a, time)) for a in (camera.GetHorizontalApertureAttr(), camera.GetVerticalApertureAttr())
+    )
     offset_x, offset_y = (
-        float(a.Get(time)) for a in (camera.GetHorizontalApertureOffsetAttr(), camera.GetVerticalApertureOffsetAttr())
+        float(read(a, time)) for a in (camera.GetHorizontalApertureOffsetAttr(), camera.GetVerticalApertureOffsetAttr())
     )
     if min(across, down, focal) <= 0:
         found = f"its apertures and focal length are {across:g}, {down:g}, {focal:g}"
@@ -110,8 +113,8 @@ def _from_apertures(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 def _conformed(across: float, down: float, width: int, height: int, settings: Any) -> tuple[float, float]:
     """Return the apertures after UsdRender's aspectRatioConformPolicy made their ratio the image's."""
-    ratio = width * float(settings.GetPixelAspectRatioAttr().Get()) / height
-    policy = str(settings.GetAspectRatioConformPolicyAttr().Get())
+    ratio = width * float(read(settings.GetPixelAspectRatioAttr())) / height
+    policy = str(read(settings.GetAspectRatioConformPolicyAttr()))
     wider, taller = (down * ratio, down), (across, across / ratio)
     choices: dict[str, Callable[[], tuple[float, float]]] = {
         "expandAperture": lambda: taller if across / down > ratio else wider,
@@ -129,7 +132,7 @@ def _resolution(stage: Usd.Stage) -> tuple[int, int] | None:
     settings = render_settings(stage)
     if not settings or not settings.GetResolutionAttr().HasAuthoredValue():
         return None
-    width, height = settings.GetResolutionAttr().Get()
+    width, height = read(settings.GetResolutionAttr())
     return int(width), int(height)
 
 

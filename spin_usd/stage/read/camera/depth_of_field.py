@@ -4,7 +4,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import ThinLens
-from spin_usd.stage.usd.values import ABOVE_0, Range, value_in
+from spin_usd.stage.usd.values import ABOVE_0, Range, read, value_in
 
 FOCAL_UNITS = 0.1  # scene units in which USD gives a focal length
 F_STOPS = Range(0.1, 1e6, or_0=True)  # from below the fastest lenses (0.5) to pinholes
@@ -24,7 +24,7 @@ def read_thin_lens(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> ThinLen
     if not camera.GetFocalLengthAttr().HasAuthoredValue():
         do = "author its focalLength in tenths of a scene unit, or set fStop to 0"
         raise StageError("has an fStop but no focalLength, so its aperture is unknown", where=prim.GetPath(), do=do)
-    focal, focus = (float(a.Get(time)) for a in (camera.GetFocalLengthAttr(), camera.GetFocusDistanceAttr()))
+    focal, focus = (float(read(a, time)) for a in (camera.GetFocalLengthAttr(), camera.GetFocusDistanceAttr()))
     if focus not in ABOVE_0 or focal not in ABOVE_0:
         found = f"has fStop {f_stop:g}, but focusDistance {focus:g} and focalLength {focal:g}"
         raise StageError(found, where=prim.GetPath(), do="make both positive, or set fStop to 0")

@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from spin_usd.errors import GeometryError, StageError
 from spin_usd.geometry.camera import Camera
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import read
 
 OMNI_ZEROS = ("k4", "k5", "k6", "s1", "s2", "s3", "s4")
 CLIPPING_RANGE = (0.01, 1e6)  # metres; for other viewers, our renderers do not clip
@@ -61,8 +62,8 @@ def read_lens(prim: Usd.Prim) -> Camera:
     """Read the intrinsics of a prim with SpinLensAPI. Raises StageError that names the prim."""
     if not prim.HasAPI(schema.LENS_API):
         raise StageError(f"has no {schema.LENS_API}", where=prim.GetPath(), do="give its lens in spin:lens:*")
-    size = prim.GetAttribute(schema.LENS_IMAGE_SIZE).Get()
-    numbers = [prim.GetAttribute(name).Get() for name in schema.LENS_NUMBERS]
+    size = read(prim.GetAttribute(schema.LENS_IMAGE_SIZE))
+    numbers = [read(prim.GetAttribute(name)) for name in schema.LENS_NUMBERS]
     if size is None or None in numbers:
         raise StageError("its lens lacks imageSize, fx, fy, cx or cy", where=prim.GetPath())
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = numbers

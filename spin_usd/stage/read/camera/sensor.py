@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.errors import StageError
 from spin_usd.scene.sensor import AutoExposure, Sensor
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.values import AT_LEAST_0, SHARE, Range, refuse_unapplied, typed_value, value_in
+from spin_usd.stage.usd.values import AT_LEAST_0, SHARE, Range, read, refuse_unapplied, typed_value, value_in
 
 ONE_OF = {"channels": ("mono", "rgb"), "encoding": ("srgb", "linear", "gamma"), "bit_depth": (8, 16)}
 RANGES = {
@@ -43,8 +43,8 @@ def read_sensor(prim: Usd.Prim, time: Usd.TimeCode) -> Sensor:
         raise StageError(f"its exposure scale is {exposure:g}", where=prim.GetPath(), do=do)
     exposing: dict[str, Any] = {
         "exposure": exposure,
-        "time": float(camera.GetExposureTimeAttr().Get(time)),
-        "iso": float(camera.GetExposureIsoAttr().Get(time)),
+        "time": float(read(camera.GetExposureTimeAttr(), time)),
+        "iso": float(read(camera.GetExposureIsoAttr(), time)),
     }
     if not prim.HasAPI(schema.SENSOR_API):
         refuse_unapplied(prim, "spin:sensor:", schema.SENSOR_API)

@@ -9,14 +9,14 @@ from spin_usd.scene.environment import BackPlate
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.values import SHARE, Range, value_in
+from spin_usd.stage.usd.values import SHARE, Range, read, value_in
 
 ROLLS = Range(-360, 360)  # degrees: a whole turn either way
 
 
 def read_back_plate(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> BackPlate:
     """Read the back plate at `time`. Raises StageError with its path."""
-    files = [file for file in prim.GetAttribute(schema.BACK_PLATE_FILES).Get(time) or () if file.path]
+    files = [file for file in read(prim.GetAttribute(schema.BACK_PLATE_FILES), time) or () if file.path]
     if not files:
         where = f"{prim.GetPath()}.{schema.BACK_PLATE_FILES}"
         raise StageError("names no image", where=where, do="name one or more")

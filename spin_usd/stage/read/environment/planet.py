@@ -14,7 +14,7 @@ from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.values import FINITE, SHARE, Range, typed_value, value_in
+from spin_usd.stage.usd.values import FINITE, SHARE, Range, read, typed_value, value_in
 
 RADII = Range(1e-3, 1e10)  # metres: from a marble to a star of ten times the Sun's radius
 MAX_AXIS_RATIO = 100  # times its shortest semi-axis; ten times as long as the longest body that was ever seen
@@ -59,7 +59,7 @@ def refuse_hidden_target(planets: tuple[Planet, ...], target_cam: Float, radius:
 
 
 def _radii(prim: Usd.Prim, time: Usd.TimeCode, metres: float) -> tuple[float, float, float]:
-    if prim.GetAttribute(schema.PLANET_RADII).Get(time) is None:
+    if read(prim.GetAttribute(schema.PLANET_RADII), time) is None:
         where = f"{prim.GetPath()}.{schema.PLANET_RADII}"
         raise StageError("is not authored", where=where, do="give the planet its semi-axes along x, y and z")
     a, b, c = _lengths(prim, schema.PLANET_RADII, RADII, time, metres)
@@ -132,5 +132,5 @@ def _cloud_image(image: Image, albedo: Color) -> Image:
 
 
 def _file(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Sdf.AssetPath | None:
-    asset: Sdf.AssetPath | None = prim.GetAttribute(name).Get(time)
+    asset: Sdf.AssetPath | None = read(prim.GetAttribute(name), time)
     return asset if asset and asset.path else None

@@ -21,7 +21,7 @@ from spin_usd.stage.read.lights.light_texture import read_texture
 from spin_usd.stage.read.lights.shaping import read_shaping
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.transforms import SHEAR_TOLERANCE
-from spin_usd.stage.usd.values import AT_LEAST_0, value_in
+from spin_usd.stage.usd.values import AT_LEAST_0, read, value_in
 
 MIN_SIZE_M = 1e-9  # squared twice it is still above the smallest float32, 1e-38
 POINT_AREA = 1.0  # for a sphere of radius 0: 4 pi times it emits as much as a point does
@@ -85,8 +85,8 @@ def _length(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
 def _point(light: SphereLight, prim: Usd.Prim, time: Usd.TimeCode) -> AreaLight:
     """Turn a sphere that is treated as a point into one that is as bright from afar; also a normalised one of radius
     0."""
-    radius, normalized = light.radius, UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time)
-    if radius > 0 and not UsdLux.SphereLight(prim).GetTreatAsPointAttr().Get(time):
+    radius, normalized = light.radius, read(UsdLux.LightAPI(prim).GetNormalizeAttr(), time)
+    if radius > 0 and not read(UsdLux.SphereLight(prim).GetTreatAsPointAttr(), time):
         return light
     if radius == 0 and not normalized:
         do = "give it a radius, or set inputs:normalize"

@@ -18,6 +18,7 @@ from spin_usd.stage.read.lights.light_texture import read_texture
 from spin_usd.stage.read.lights.shaping import refuse_shaping
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.transforms import placement
+from spin_usd.stage.usd.values import read
 
 MIDDLE_COLUMN = np.diag([-1.0, 1.0, -1.0])  # scene.light's dome has it along -z, USD's along +z
 POLE_TO_Z = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # +y to +z, +z to -y
@@ -49,6 +50,6 @@ def read_dome_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> DomeL
 
 def _pole(prim: Usd.Prim) -> Float:
     """Return the rotation (3, 3) that takes the pole from +y to where DomeLight_1 starts."""
-    axis = UsdLux.DomeLight_1(prim).GetPoleAxisAttr().Get() if prim.IsA(UsdLux.DomeLight_1) else "Y"
+    axis = read(UsdLux.DomeLight_1(prim).GetPoleAxisAttr()) if prim.IsA(UsdLux.DomeLight_1) else "Y"
     axis = UsdGeom.GetStageUpAxis(prim.GetStage()) if axis == "scene" else axis
     return POLE_TO_Z if axis == "Z" else np.eye(3)

@@ -7,13 +7,13 @@ reference renderer hdEmbree: intensity times 2 ** exposure times colour times co
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.texture import Color
 from spin_usd.stage.usd.transforms import check_chain
-from spin_usd.stage.usd.values import Range, value_in
+from spin_usd.stage.usd.values import Range, read, read_all, value_in
 from spin_usd.stage.usd.visibility import ancestors
 
 NON_PHYSICAL = {"inputs:diffuse": 1.0, "inputs:specular": 1.0}
@@ -27,8 +27,8 @@ def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
     `size`."""
     light = UsdLux.LightAPI(prim)
     with np.errstate(over="ignore", invalid="ignore"):
-        scale = light.GetIntensityAttr().Get(time) * np.exp2(np.float64(light.GetExposureAttr().Get(time)))
-        rgb = scale / (size if light.GetNormalizeAttr().Get(time) else 1.0) * _color(light, time)
+        scale = read(light.GetIntensityAttr(), time) * np.exp2(np.float64(read(light.GetExposureAttr(), time)))
+        rgb = scale / (size if read(light.GetNormalizeAttr(), time) else 1.0) * _color(light, time)
     r, g, b = (float(value) for value in rgb)
     if not all(value in EMISSIONS for value in (r, g, b)):
         do = f"choose an intensity, exposure and color that make it {EMISSIONS}"
@@ -38,8 +38,7 @@ def emission(prim: Usd.Prim, time: Usd.TimeCode, size: float) -> Color:
 
 def casts_shadows(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     """Read ShadowAPI's switch; without the schema lights cast shadows."""
-    enable = prim.GetAttribute("inputs:shadow:enable")
-    return not enable or enable.Get(time) is not False
+    return read(prim.GetAttribute("inputs:shadow:enable"), time, Sdf.ValueTypeNames.Bool) is not False
 
 
 def refuse_unsupported(prim: Usd.Prim) -> None:
@@ -76,15 +75,12 @@ def _check_shadow(prim: Usd.Prim) -> None:
 def _values(prim: Usd.Prim, name: str) -> set[Any]:
     """Return all values that an attribute has at any time; an empty set without the attribute."""
     attribute = prim.GetAttribute(name)
-    if not attribute:
-        return set()
-    times = [Usd.TimeCode(t) for t in attribute.GetTimeSamples()] or [Usd.TimeCode.Default()]
-    return {value for value in (attribute.Get(time) for time in times) if value is not None}
+    return set(read_all(attribute)) if attribute else set()
 
 
 def _color(light: UsdLux.LightAPI, time: Usd.TimeCode) -> Float:
-    color = np.array(light.GetColorAttr().Get(time), np.float64)
-    if light.GetEnableColorTemperatureAttr().Get(time):
+    color = np.array(read(light.GetColorAttr(), time), np.float64)
+    if read(light.GetEnableColorTemperatureAttr(), time):
         kelvin = value_in(light.GetPrim(), "inputs:colorTemperature", TEMPERATURES, time)
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
     return color

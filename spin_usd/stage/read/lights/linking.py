@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom, UsdLux
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.scene.light import AreaLight, DistantLight, Links
+from spin_usd.stage.usd.values import read
 
 EVERY_PRIM = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
 LIGHTS, SHADOWED_BY = "lightLink", "shadowLink"
@@ -68,7 +69,7 @@ def _is_linked(prim: Usd.Prim, name: str) -> bool:
     collection = _collection(prim, name)
     named = collection.GetIncludesRel().GetTargets() or collection.GetExcludesRel().GetTargets()
     expression = collection.GetMembershipExpressionAttr()
-    return bool(named or not collection.GetIncludeRootAttr().Get() or (expression and expression.HasAuthoredValue()))
+    return bool(named or not read(collection.GetIncludeRootAttr()) or (expression and expression.HasAuthoredValue()))
 
 
 def _query(prim: Usd.Prim, name: str) -> Usd.UsdCollectionMembershipQuery:

@@ -30,7 +30,7 @@ from spin_usd.stage.usd.shader_inputs import (
     read_numbers,
     read_token,
 )
-from spin_usd.stage.usd.values import refuse_outside
+from spin_usd.stage.usd.values import read, refuse_outside
 
 NOT_IN_MATERIAL = {
     "occlusion": Limits(name="occlusion"),  # must be valid; a path tracer computes it itself
@@ -158,7 +158,7 @@ def unsupported_surface(material: UsdShade.Material) -> str:
         return f"has no surface but for the render context {', '.join(contexts)}" if contexts else "has no surface"
     if shader.GetImplementationSource() != UsdShade.Tokens.id:
         return f"its surface {shader.GetPath()} is given by code"
-    name = shader.GetIdAttr().Get()
+    name = read(shader.GetIdAttr())
     return "" if name == SURFACE else f"its surface {shader.GetPath()} is '{name or ''}', which is not supported"
 
 

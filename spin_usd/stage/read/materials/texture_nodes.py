@@ -16,6 +16,7 @@ from spin_usd.stage.composition.missing_images import lacks_file
 from spin_usd.stage.usd.image_tiles import is_tiled
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.shader_inputs import Output, input_path, read_constant, read_input, read_numbers, read_token
+from spin_usd.stage.usd.values import read
 
 READERS = {
     "UsdPrimvarReader_float": 1,
@@ -140,7 +141,7 @@ class NodeReader:
         return a, b, c, d, e, f
 
     def _primvar_input(self, shader: UsdShade.Shader) -> PrimvarInput:
-        channels = READERS[str(shader.GetIdAttr().Get())]
+        channels = READERS[str(read(shader.GetIdAttr()))]
         name = read_constant(shader, "varname", self.time)
         if not isinstance(name, str) or not Sdf.Path.IsValidNamespacedIdentifier(name):
             found = "is empty" if not name else f"is {name!r}, which is not a valid primvar name"

@@ -10,6 +10,7 @@ from pxr import Gf, Usd, UsdSkel, Vt
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.stage.read.shapes.triangles import Int, unit
+from spin_usd.stage.usd.values import read
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,9 +121,9 @@ class Deformation:
 def _normal_offsets(shapes: UsdSkel.BlendShapeQuery, shape: int, sub_shape: int) -> Iterator[tuple[Int, Float]]:
     """Yield the points of one sub-shape, empty for all of them, and their normals' offsets, if it has any."""
     whole, between = shapes.GetBlendShape(shape), shapes.GetInbetween(sub_shape)
-    offsets = (between.GetNormalOffsets() if between else whole.GetNormalOffsetsAttr().Get()) or ()
+    offsets = (between.GetNormalOffsets() if between else read(whole.GetNormalOffsetsAttr())) or ()
     if len(offsets):
-        indices = np.array(whole.GetPointIndicesAttr().Get() or (), np.int64)
+        indices = np.array(read(whole.GetPointIndicesAttr()) or (), np.int64)
         yield indices, np.array(offsets, np.float64).reshape(-1, 3)
 
 

@@ -12,7 +12,7 @@ from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar
 from spin_usd.stage.read.shapes.subdivision import SCHEMES, subdivided
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.read.shapes.triangulate import triangulate
-from spin_usd.stage.usd.values import array, refuse
+from spin_usd.stage.usd.values import VECTORS, array, read, refuse
 
 
 def read_mesh(
@@ -26,7 +26,7 @@ def read_mesh(
     """
     mesh = UsdGeom.Mesh(prim)
     points, counts, indices = _checked_topology(mesh, time, deformation)
-    scheme = mesh.GetSubdivisionSchemeAttr().Get()
+    scheme = read(mesh.GetSubdivisionSchemeAttr())
     if scheme == UsdGeom.Tokens.none:
         triangles = _polygonal(mesh, time, points, counts, indices, primvars, deformation)
     elif scheme in SCHEMES:
@@ -37,7 +37,7 @@ def read_mesh(
     triangles = _without_holes(mesh, time, triangles, len(counts)).with_area()
     if not len(triangles.corners):
         raise StageError("has no face with an area", where=prim.GetPath(), do="remove the mesh or fix its faces")
-    return triangles.flipped() if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded else triangles
+    return triangles.flipped() if read(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded else triangles
 
 
 def _checked_topology(
@@ -62,7 +62,6 @@ def _checked_topology(
     refuse(
         (indices < 0) | (indices >= len(points)), "faceVertexIndices", indices, f"there are {len(points)} points", where
     )
-    refuse(~np.isfinite(points).all(1), "points", points, "they must be finite", where)
     if deformation:
         points = deformation.points(points)
         refuse(~np.isfinite(points).all(1), "points", points, "its skeleton must keep them finite", where)
@@ -82,7 +81,7 @@ def _polygonal(
     corners = indices[positions]
     at = Corners(positions=positions, points=corners, faces=source, counts=(len(indices), len(points), len(counts)))
     flat = np.repeat(face_normals(points, corners)[:, None], 3, axis=1)
-    if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+    if read(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         flat = -flat
     normals = _authored_normals(mesh, time, at)
     if normals is not None:
@@ -101,14 +100,14 @@ def _authored_normals(mesh: UsdGeom.Mesh, time: Usd.TimeCode, at: Corners) -> Fl
     """Read the authored normals (T, 3, 3), or None. primvars:normals wins over normals, and its indices are used."""
     primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
     if primvar and primvar.HasValue():
+        read(primvar.GetAttr(), time, *VECTORS)
         name, value, interpolation = "primvars:normals", primvar.ComputeFlattened(time), primvar.GetInterpolation()
     else:
-        name, value, interpolation = "normals", mesh.GetNormalsAttr().Get(time), mesh.GetNormalsInterpolation()
+        name, value, interpolation = "normals", read(mesh.GetNormalsAttr(), time), mesh.GetNormalsInterpolation()
     if value is None:
         return None
     normals = np.array(value, np.float64).reshape(-1, 3)
     elements = at.elements(str(interpolation), len(normals), f"{mesh.GetPath()}.{name}")
-    refuse(~np.isfinite(normals).all(1), name, normals, "they must be finite", mesh.GetPath())
     result: Float = normals[elements]
     return result
 

@@ -14,7 +14,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
-from spin_usd.stage.usd.values import array
+from spin_usd.stage.usd.values import array, read
 
 CHORD = 1e-4  # of the patch's extent: how far the middle between two samples may be from the surface
 STEPS = (2, 4, 8, 16, 32, 64)  # between two knots; the fewest that stay within CHORD
@@ -64,13 +64,13 @@ class Axis:
 def _axis(patch: UsdGeom.NurbsPatch, name: str, time: Usd.TimeCode) -> Axis:
     prim = patch.GetPrim()
     knots = array(prim.GetAttribute(f"{name}Knots"), time, np.float64)
-    count, order = (int(prim.GetAttribute(f"{name}{what}").Get(time) or 0) for what in ("VertexCount", "Order"))
+    count, order = (int(read(prim.GetAttribute(f"{name}{what}"), time) or 0) for what in ("VertexCount", "Order"))
     fits = order >= 2 and count >= order and len(knots) == count + order
-    if not fits or not np.isfinite(knots).all() or (np.diff(knots) < 0).any() or not knots[order - 1] < knots[count]:
+    if not fits or (np.diff(knots) < 0).any() or not knots[order - 1] < knots[count]:
         found = f"has {count} points, order {order} and {len(knots)} knots along {name}, which is not a valid patch"
         raise StageError(found, where=prim.GetPath(), do="fix them: as many knots as points and order, ascending")
     whole = np.array([knots[order - 1], knots[count]])
-    authored = prim.GetAttribute(f"{name}Range").Get(time)
+    authored = read(prim.GetAttribute(f"{name}Range"), time)
     low, high = np.clip(np.array(authored if authored is not None else whole, np.float64), *whole)
     return Axis(knots=knots, order=order, range=np.array([low, high]) if low < high else whole)
 
@@ -83,9 +83,8 @@ def _net(patch: UsdGeom.NurbsPatch, u: Axis, v: Axis, time: Usd.TimeCode) -> Flo
     if len(points) != u.count * v.count or len(weights) != len(points):
         found = f"has {len(points)} points and {len(weights)} weights, expected {u.count} x {v.count}"
         raise StageError(found, where=patch.GetPath(), do="fix them")
-    if not np.isfinite(points).all() or not (np.isfinite(weights) & (weights > 0)).all():
-        raise StageError("holds points or weights that are not finite, or weights that are not positive",
-                         where=patch.GetPath(), do="fix them")  # fmt: skip
+    if not (weights > 0).all():
+        raise StageError("holds weights that are not positive", where=patch.GetPath(), do="fix them")
     return np.column_stack([points * weights[:, None], weights]).reshape(v.count, u.count, 4)
 
 

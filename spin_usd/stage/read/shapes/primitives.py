@@ -13,6 +13,7 @@ from spin_usd.stage.read.shapes.nurbs import read_nurbs_patch
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
 from spin_usd.stage.read.shapes.revolution import arc, disc, revolve, side
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals
+from spin_usd.stage.usd.values import read
 
 # Which axes replace (x, y, z) of a shape along z, so that the frame stays right-handed.
 AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
@@ -33,7 +34,7 @@ def read_gprim(
             raise UnsupportedError(found, where=primvar.where, do="give it one value, or make the shape a Mesh")
     values = {p.name: np.broadcast_to(p.elements[0], (*triangles.corners.shape, p.values.shape[1])) for p in primvars}
     triangles = replace(triangles, primvars=values)
-    if UsdGeom.Gprim(prim).GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+    if read(UsdGeom.Gprim(prim).GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         triangles = replace(triangles.flipped(), normals=-triangles.flipped().normals)
     return triangles.transformed(deformation.matrix(), prim.GetPath()) if deformation else triangles
 
@@ -125,7 +126,7 @@ def _along(prim: Usd.Prim, triangles: Triangles) -> Triangles:
 
 
 def _axis(prim: Usd.Prim) -> str:
-    axis = str(prim.GetAttribute("axis").Get())
+    axis = str(read(prim.GetAttribute("axis")))
     if axis not in AXES:
         raise StageError(f"its axis is '{axis}'", where=prim.GetPath(), do="set it to X, Y or Z")
     return axis
@@ -139,7 +140,7 @@ def _radii(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, float]:
 
 
 def _size(prim: Usd.Prim, name: str, time: Usd.TimeCode, *, zero: bool = False) -> float:
-    value = float(prim.GetAttribute(name).Get(time))
-    if not np.isfinite(value) or value < 0 or (value == 0 and not zero):
+    value = float(read(prim.GetAttribute(name), time))
+    if value < 0 or (value == 0 and not zero):
         raise StageError(f"its {name} is {value:g}", where=prim.GetPath(), do="make it positive")
     return value

@@ -10,7 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.triangles import Int
 from spin_usd.stage.usd.shader_inputs import LINEAR
-from spin_usd.stage.usd.values import refuse
+from spin_usd.stage.usd.values import read_any, refuse
 
 DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
 
@@ -85,7 +85,7 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
     Raises UnsupportedError for one of another type, StageError for values that are not finite.
     """
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
-    value = primvar.Get(time) if primvar and primvar.HasValue() else None
+    value = read_any(primvar.GetAttr(), time) if primvar and primvar.HasValue() else None
     if value is None:
         return None
     where = str(primvar.GetAttr().GetPath())
@@ -102,7 +102,6 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
     indices = _indices(primvar, len(values), time, where)
     if not len(indices):
         return None
-    refuse(~np.isfinite(values).all(1), name, values, "they must be finite", prim.GetPath())
     above = name == DISPLAY_COLOR and bool((values > 1).any())
     return FoundPrimvar(
         name=name,

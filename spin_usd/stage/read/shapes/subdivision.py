@@ -14,7 +14,7 @@ from spin_usd.stage.read.shapes.loop import LOOP
 from spin_usd.stage.read.shapes.primvars import FoundPrimvar
 from spin_usd.stage.read.shapes.subdivision_primvars import primvar_cage
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
-from spin_usd.stage.usd.values import array, refuse
+from spin_usd.stage.usd.values import array, read, refuse
 
 LEVELS = 2  # 16 quadrangles or triangles per face; their corners lie on the limit surface
 MAX_LEVELS = 4
@@ -32,14 +32,14 @@ def subdivided(
     UnsupportedError for fractional creases, open boundaries (interpolateBoundary = none), triangleSubdivisionRule =
     smooth, and loop on faces that are not triangles.
     """
-    name = str(mesh.GetSubdivisionSchemeAttr().Get())
+    name = str(read(mesh.GetSubdivisionSchemeAttr()))
     scheme, bilinear = SCHEMES[name], name == "bilinear"
     _check_scheme(mesh, time, name, counts)
     corners = _sharp_corners(mesh, time, len(points))
-    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.edgeAndCorner:
+    if read(mesh.GetInterpolateBoundaryAttr(), time) == UsdGeom.Tokens.edgeAndCorner:
         corners = np.maximum(corners, lonely_corners(counts, indices, len(points)))
     c = cage(points, counts, indices, _creases(mesh, time, len(points)), corners)
-    mode = str(mesh.GetFaceVaryingLinearInterpolationAttr().Get(time))
+    mode = str(read(mesh.GetFaceVaryingLinearInterpolationAttr(), time))
     cages = [primvar_cage(primvar, c, mode, scheme, bilinear=bilinear) for primvar in primvars]
     worn = [s[s < INFINITE].max(initial=0) for s in (c.edge_sharpness, c.point_sharpness)]
     for _ in range(max(LEVELS, int(max(worn)))):
@@ -47,7 +47,7 @@ def subdivided(
         cages = [each.refined() for each in cages]
     limit = c.points if bilinear else scheme.limit(c)
     normals = corner_normals(all_sharp(c) if bilinear else c, limit)
-    left_handed = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+    left_handed = read(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded
     return Triangles(
         points=limit,
         corners=_cut(c.indices.reshape(-1, scheme.corners)),
@@ -59,13 +59,13 @@ def subdivided(
 
 def _check_scheme(mesh: UsdGeom.Mesh, time: Usd.TimeCode, scheme: str, counts: Int) -> None:
     where = mesh.GetPath()
-    if mesh.GetInterpolateBoundaryAttr().Get(time) == UsdGeom.Tokens.none and scheme != "bilinear":
+    if read(mesh.GetInterpolateBoundaryAttr(), time) == UsdGeom.Tokens.none and scheme != "bilinear":
         do = "use edgeAndCorner or edgeOnly"
         raise UnsupportedError("has interpolateBoundary = none", where=where, do=do)
     if scheme == "loop" and (counts != 3).any():
         found = f"has subdivision scheme loop and a face of {counts[counts != 3][0]} corners"
         raise UnsupportedError(found, where=where, do="triangulate it")
-    smooth = mesh.GetTriangleSubdivisionRuleAttr().Get(time) == UsdGeom.Tokens.smooth  # what loop does anyway
+    smooth = read(mesh.GetTriangleSubdivisionRuleAttr(), time) == UsdGeom.Tokens.smooth  # what loop does anyway
     if scheme != "loop" and smooth and (counts == 3).any():
         do = "use catmullClark"
         raise UnsupportedError("has triangleSubdivisionRule = smooth", where=where, do=do)
@@ -114,7 +114,7 @@ def _sharp_corners(mesh: UsdGeom.Mesh, time: Usd.TimeCode, points: int) -> Float
 def _whole(sharpness: Float, name: str, where: Any) -> Float:
     """Return `sharpness`, not negative. Raises UnsupportedError unless it is whole up to MAX_LEVELS, or infinite."""
     ok = (sharpness >= INFINITE) | ((sharpness == np.round(sharpness)) & (sharpness <= MAX_LEVELS))
-    if not (ok & np.isfinite(sharpness)).all():
+    if not ok.all():
         do = f"use whole numbers up to {MAX_LEVELS}, or {INFINITE:g} for a sharp edge"
         raise UnsupportedError(f"has {name} such as {sharpness[~ok][:1]}", where=where, do=do)
     return np.maximum(sharpness, 0)

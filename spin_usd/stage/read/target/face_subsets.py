@@ -7,6 +7,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
 from spin_usd.stage.read.shapes.triangles import Int, Triangles
+from spin_usd.stage.usd.values import read
 
 
 def find_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
@@ -16,15 +17,15 @@ def find_subsets(prim: Usd.Prim) -> list[UsdGeom.Subset]:
 
 def binds_material(subset: UsdGeom.Subset) -> bool:
     """Return whether the subset's faces may have a material of their own."""
-    return bool(subset.GetFamilyNameAttr().Get() == "materialBind")
+    return bool(read(subset.GetFamilyNameAttr()) == "materialBind")
 
 
 def triangles_in(subset: UsdGeom.Subset, triangles: Triangles, prim: Usd.Prim, time: Usd.TimeCode) -> Any:
     """Return the mask (T,) of the `triangles` of the gprim `prim` in a subset of faces."""
-    if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
+    if read(subset.GetElementTypeAttr()) != UsdGeom.Tokens.face:
         return np.zeros(len(triangles.source), bool)
-    indices = np.array(subset.GetIndicesAttr().Get(time) or [], np.int64)
-    counts = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(time) if prim.IsA(UsdGeom.Mesh) else [0]
+    indices = np.array(read(subset.GetIndicesAttr(), time) or [], np.int64)
+    counts = read(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), time) if prim.IsA(UsdGeom.Mesh) else [0]
     bad = (indices < 0) | (indices >= len(counts))
     if bad.any():
         found = f"indices[{int(np.argmax(bad))}] is {indices[np.argmax(bad)]}, but there are {len(counts)} faces"

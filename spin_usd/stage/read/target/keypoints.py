@@ -6,6 +6,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import TEXTS, VECTORS, read
 from spin_usd.stage.usd.visibility import PROXIES
 
 
@@ -35,11 +36,10 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
     if not prim:
         return (), np.zeros((0, 3))
     points = _positions(prim, time)
-    attribute = prim.GetAttribute(schema.KEYPOINT_NAME)
-    names = tuple(str(name) for name in (attribute.Get(time) if attribute else None) or [])
-    if len(names) != len(points) or len(set(names)) != len(names) or not np.isfinite(points).all():
-        found = f"has {len(points)} keypoints and {len(names)} names, or names one twice, or holds NaN"
-        raise StageError(found, where=prim.GetPath(), do="give each finite point a name of its own")
+    names = tuple(str(name) for name in read(prim.GetAttribute(schema.KEYPOINT_NAME), time, *TEXTS) or [])
+    if len(names) != len(points) or len(set(names)) != len(names):
+        found = f"has {len(points)} keypoints and {len(names)} names, or names one twice"
+        raise StageError(found, where=prim.GetPath(), do="give each point a name of its own")
     matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
     return names, points @ matrix[:3, :3] + matrix[3, :3]
 
@@ -49,9 +49,8 @@ def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
 
     Raises StageError where it has both and the points are not the rounded positions: one was edited alone.
     """
-    points = np.array(UsdGeom.Points(prim).GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
-    attribute = prim.GetAttribute(schema.KEYPOINT_POSITIONS)
-    positions = attribute.Get(time) if attribute else None
+    points = np.array(read(UsdGeom.Points(prim).GetPointsAttr(), time) or [], np.float32).reshape(-1, 3)
+    positions = read(prim.GetAttribute(schema.KEYPOINT_POSITIONS), time, *VECTORS)
     if positions is None:
         return points.astype(np.float64)
     exact = np.array(positions, np.float64).reshape(-1, 3)

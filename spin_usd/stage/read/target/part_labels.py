@@ -6,6 +6,7 @@ from pxr import Usd
 
 from spin_usd.errors import StageError
 from spin_usd.stage.usd import schema
+from spin_usd.stage.usd.values import DEFAULT_TIME, TEXTS, read
 
 UNKNOWN = "unknown"
 MAX_LABEL = 255
@@ -47,13 +48,12 @@ class Labels:
 def labels_of_target(target: Usd.Prim) -> Labels:
     """Return the labels that the prims below the target inherit."""
     merged = target.GetAttribute(schema.TARGET_MERGED_PARTS)
-    return Labels(merged=frozenset((merged.Get() if merged else None) or ())).below(target)
+    return Labels(merged=frozenset(read(merged, DEFAULT_TIME, *TEXTS) or ())).below(target)
 
 
 def _label(prim: Usd.Prim, name: str) -> str:
     """Return the first label of a taxonomy on `prim` itself; "" where it has none."""
-    attribute = prim.GetAttribute(name)
-    labels = (attribute.Get() if attribute else None) or [""]
+    labels = read(prim.GetAttribute(name), DEFAULT_TIME, *TEXTS) or [""]
     label = str(labels[0])
     if len(label) > MAX_LABEL or not (label.isprintable() or not label):
         raise StageError(

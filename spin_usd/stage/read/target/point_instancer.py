@@ -9,6 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.stage.usd.conversion import quaternions
 from spin_usd.stage.usd.transforms import HALF_NORM_TOLERANCE, NORM_TOLERANCE, norm_error
+from spin_usd.stage.usd.values import read
 
 
 def read_instances(prim: Usd.Prim, time: Usd.TimeCode) -> list[tuple[Usd.Prim, list[Float]]]:
@@ -65,8 +66,6 @@ def _check_arrays(
             raise StageError(f"has {count} protoIndices but {len(values)} {name}", where=where, do="fix its arrays")
         if name.startswith("orientations"):
             _check_norms(values, name, where)
-        elif len(values) and not np.isfinite(np.array(values, np.float64)).all():
-            raise StageError(f"its {name} hold NaN or infinity", where=where, do="fix its arrays")
 
 
 def _check_norms(values: Any, name: str, where: Any) -> None:
@@ -77,5 +76,5 @@ def _check_norms(values: Any, name: str, where: Any) -> None:
 
 
 def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:
-    value = attribute.Get(time) if attribute else None
+    value = read(attribute, time)
     return [] if value is None else value

@@ -22,6 +22,7 @@ from spin_usd.stage.read.target.renderable import is_geometry
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
+from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, ancestors, is_invisible, own_purpose
 
 
@@ -78,7 +79,7 @@ class TargetReader:
             do = "add visible gprims of purpose default or render below it"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
         names, keypoints = read_keypoints(self.prim, self.time)
-        name = str(self.prim.GetAttribute(schema.TARGET_NAME).Get() or self.prim.GetName())
+        name = str(read(self.prim.GetAttribute(schema.TARGET_NAME)) or self.prim.GetName())
         return replace(self._assembled(pieces, name, metres), keypoint_names=names, keypoints=keypoints * metres)
 
     def read_occluder(self, roots: Sequence[Usd.Prim], metres: float) -> Target | None:
@@ -137,7 +138,7 @@ class TargetReader:
             return
         if prim.IsA(UsdGeom.PointInstancer):
             yield from self._instanced(prim, state)
-        elif prim.IsA(UsdGeom.Mesh) and not UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(self.time):
+        elif prim.IsA(UsdGeom.Mesh) and not read(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr(), self.time):
             self.notes.add("mesh-empty", prim.GetPath(), "is a mesh without faces, of which nothing is rendered")
         else:
             yield self._placed(self._pieces.read(prim, state.labels.of_gprim(prim)), state.matrix, prim)

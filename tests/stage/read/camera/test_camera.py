@@ -95,7 +95,7 @@ def test_render_settings_choose_among_cameras(make_stage) -> None:
         ({"camera": 'token projection = "orthographic"'}, UnsupportedError, "is not a perspective camera"),
         ({"camera": 'uniform token spin:lens:model = "fisheye"'}, UnsupportedError, "lens model 'fisheye'"),
         ({"camera": "double spin:lens:k1 = -20"}, StageError, "cannot be inverted"),
-        ({"camera": "double spin:lens:k1 = nan"}, StageError, "holds NaN"),
+        ({"camera": "double spin:lens:k1 = nan"}, StageError, "k1: is nan"),
     ],
 )
 def test_cameras_that_are_none(make_stage, options, error, saying) -> None:

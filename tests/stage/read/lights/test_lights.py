@@ -108,7 +108,7 @@ def test_other_lights_are_refused_by_name(read_scene, make_stage, kind, metadata
             "is a DistantLight with a cone or a focus",
         ),
         ("float inputs:shaping:focus = 1", UnsupportedError, "is a DistantLight with a cone or a focus"),
-        ("float inputs:exposure = nan", StageError, "its emission is"),
+        ("float inputs:exposure = nan", StageError, "inputs:exposure: is nan"),
         ("float inputs:exposure = 1e6", StageError, r"its emission is \(inf, inf, inf\); choose an intensity"),
         ("float inputs:intensity = 1e30", StageError, r"its emission is .* numbers from 0 to 1e\+15"),
         (

@@ -122,7 +122,7 @@ def test_left_handed_turns_a_shape_inside_out() -> None:
     [
         ("Cube", {"size": 0.0}),
         ("Sphere", {"radius": -1.0}),
-        ("Cone", {"height": float("nan")}),
+        ("Cone", {"height": -0.5}),
         ("Plane", {"width": 0.0}),
     ],
 )

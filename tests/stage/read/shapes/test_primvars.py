@@ -203,7 +203,7 @@ def test_counts_that_do_not_fit(interpolation, values, indices, saying, scheme) 
 def test_numbers_that_are_not_finite() -> None:
     stage, mesh = define(*CUBE)
     author(mesh, "uv", np.array([[0, np.nan]]), "constant")
-    with pytest.raises(StageError, match=r"^/Mesh: uv\[0\] is .*they must be finite"):
+    with pytest.raises(StageError, match=r"^/Mesh: primvars:uv\[0\] is .*must be finite"):
         triangles(mesh)
     assert stage
 

@@ -205,7 +205,7 @@ def test_invisible_ids_are_left_out(read_scene) -> None:
         ("[0, 1, 0, 1]", "[0, -1, 0, 1]", r"protoIndices\[1\] is -1"),
         ("</World/Target/Many/Rod>", "</World/Target/Many/None>", "prototype /World/Target/Many/None does not exist"),
         ("</World/Target/Many/Rod>", "</World/Target>", "holds the instancer"),
-        ("(3, 0, 0)", "(nan, 0, 0)", "positions hold NaN"),
+        ("(3, 0, 0)", "(nan, 0, 0)", r"positions\[1\] is \[nan"),
         ("[(1, 0, 0, 0), (0.8", "[(2, 0, 0, 0), (0.8", "norm is off 1 by 1"),
     ],
 )
@@ -339,7 +339,7 @@ def test_keypoints_are_in_body_axes_and_metres(read_scene) -> None:
     [
         ('["a", "b"]', '["a"]', StageError, "2 keypoints and 1 names"),
         ('["a", "b"]', '["a", "a"]', StageError, "names one twice"),
-        ("(1, 2, 3)", "(1, 2, nan)", StageError, "holds NaN"),
+        ("(1, 2, 3)", "(1, 2, nan)", StageError, r"points\[0\] is"),
         ('uniform token purpose = "guide"', "", UnsupportedError, "is a Points"),
     ],
 )
