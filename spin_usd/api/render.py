@@ -35,6 +35,7 @@ def render(
     replace: bool = False,
     verify: bool = False,
     shard: str | None = None,
+    picture_timeout: float | None = None,
     on_progress: Progress | None = None,
 ) -> RenderReport:
     """Render and label a stage into a dataset. Run again, it makes what is missing.
@@ -64,6 +65,8 @@ def render(
         verify: read what is there before it is used again, and make damaged pictures anew.
         shard: "I/N": make the pictures of shard I of N alone, I from 0. All shards may write one folder at the same
             time, or each its own, which `merge` puts together.
+        picture_timeout: seconds after which a worker at a picture is replaced; ten times what it is expected to take,
+            and a minute at least, if not given.
         on_progress: called with what is counted, how many are done and how many there are.
 
     Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
@@ -93,5 +96,6 @@ def render(
         replace=replace,
         verify=verify,
         shard=None if shard is None else Shard.parse(shard),
+        picture_timeout=picture_timeout,
         progress=ignore if on_progress is None else on_progress,
     )

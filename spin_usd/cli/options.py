@@ -65,6 +65,14 @@ ShardText = Annotated[
         help="Make the pictures of shard I of N alone, I from 0; see docs/clusters.md.",
     ),
 ]
+PictureTimeout = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        help="Replace a worker that takes longer for a picture; ten times what is expected, and a minute at least, if "
+        "not given.",
+    ),
+]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Worker processes; as many as fit if not given.")

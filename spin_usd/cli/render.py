@@ -42,6 +42,7 @@ def render(
     replace: options.Replace = False,
     verify: options.Verify = False,
     shard: options.ShardText = None,
+    picture_timeout: options.PictureTimeout = None,
     as_json: options.Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
@@ -68,6 +69,7 @@ def render(
             replace=replace,
             verify=verify,
             shard=shard,
+            picture_timeout=picture_timeout,
             on_progress=progress,
         )
     show_notes(report.doubts)

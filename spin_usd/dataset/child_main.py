@@ -95,7 +95,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         nonlocal worker
         from spin_usd.dataset.render.worker import Worker
 
-        worker = Worker(**arguments)
+        worker = Worker(on_open=progress, **arguments)
         return worker.versions
 
     def open_measuring(**arguments: Any) -> Any:

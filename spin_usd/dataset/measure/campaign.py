@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.accuracy.measurement import FORMULAS, Measurement
-from spin_usd.accuracy.sweep import STEP
 from spin_usd.arrays import digest
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
@@ -20,7 +18,6 @@ from spin_usd.scene.model import NOMINAL
 BLENDER, RAYCAST = ProcessKind(renderer="blender"), ProcessKind(renderer="raycast")
 OVERHEAD_SAMPLES = 8  # what a render costs beside its samples, in samples
 PART = 2  # times the most samples of a setting, the samples of a part of the reference
-SAMPLE_S = 10.0  # more than a sample of every pixel takes of a large picture on one slow processor
 PERCENT = 100
 MAX_PICTURES, MAX_SEEDS = 100, 64  # well beyond what is of use, and a slip of the hand is caught
 
@@ -42,11 +39,6 @@ class MeasureRequest:
     max_samples: int = 64
     reference_share: float = 0.1
     reference_samples: int = 4096
-
-    @property
-    def hang_s(self) -> float:
-        """Seconds that a process may render without a word: a render's samples are several times `max_samples`."""
-        return HANG_S + SAMPLE_S * max(STEP, PART) * self.max_samples
 
     def __post_init__(self) -> None:
         few = f"measure 1 to {MAX_PICTURES}: they stand for the others"

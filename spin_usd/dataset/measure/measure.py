@@ -17,6 +17,7 @@ from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.processes import Processes, ProcessKind
 from spin_usd.dataset.measure.renders import SUBJECT, RenderStore, is_render_file, render_file
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
+from spin_usd.dataset.measure.time_limit import time_limit
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
@@ -73,6 +74,7 @@ def measure(
             on_note(WITHOUT_NOISE)
         runs.write_result(SUBJECT, subject)
         starter = partial(_started, plan, runs, lease)
+        patience = partial(time_limit, pictures, max_samples=request.max_samples, frame_pixels=_frame_pixels(plan))
         campaign = Campaign(
             request=request,
             runs=runs,
@@ -81,7 +83,9 @@ def measure(
             versions=library_versions() | {name: version(name) for name in DECISIVE},
             machine=machine(),
             percent_done=PercentDone(progress),
-            processes=lambda count: Processes(count, partial(starter, count), hang_s=request.hang_s),
+            processes=lambda count: Processes(
+                count, partial(starter, count), within_s=patience(workers=count, cores=len(usable_cpus()))
+            ),
         )
         measurement, keys = _measured(campaign, pictures, workers)
         _write(folder / FILE, measurement, lease.work)
@@ -161,6 +165,11 @@ def _chosen(plan: Plan, request: MeasureRequest) -> list[PlannedPicture]:
         do = "choose others with --frames"
         raise InputError(f"none of the {len(plan.pictures)} pictures shows the target", where=request.stage, do=do)
     return [plan.pictures[place] for place in chosen]
+
+
+def _frame_pixels(plan: Plan) -> int:
+    width, height = plan.description["camera"]
+    return int(width * height)
 
 
 def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: int, kind: ProcessKind) -> Child:

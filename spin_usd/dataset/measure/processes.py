@@ -1,12 +1,13 @@
 """The processes of a measurement: a few, each with one renderer, fed job by job; a crash ends one job."""
 
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import HANG_S
+from spin_usd.dataset.process.deaths import Deaths
+from spin_usd.dataset.process.limits import START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import OutputError, RenderError
 
@@ -56,10 +57,10 @@ class _Process:
 
 class Processes:
     """`count` processes at work at most. `start(number, kind)` starts one that was already sent what opens it; one at
-    work that says nothing for `hang_s` seconds is killed."""
+    work that says nothing for `within_s` seconds is killed. The job of one that died is tried again."""
 
-    def __init__(self, count: int, start: Callable[[int, ProcessKind], Child], *, hang_s: float = HANG_S) -> None:
-        self._start, self.pool = start, Pool[_Process](hang_s=hang_s)
+    def __init__(self, count: int, start: Callable[[int, ProcessKind], Child], *, within_s: float) -> None:
+        self._start, self.within_s, self.pool = start, within_s, Pool[_Process]()
         self._slots = [_Slot(number=number) for number in range(count)]
 
     def __enter__(self) -> Self:
@@ -76,6 +77,7 @@ class Processes:
         written, and what opening a process raises.
         """
         results: dict[int, JobResult] = {}
+        deaths = defaultdict[int, Deaths](Deaths)
         waiting = deque(enumerate(jobs))
         for slot in self._slots:
             self._feed(slot, waiting)
@@ -88,6 +90,10 @@ class Processes:
                     if isinstance(event, Answered) and process.opening:
                         process.opening = False
                         self._send(process, job[1])
+                    elif (died := _death(event)) and deaths[job[0]].may_try_again(died):
+                        self._forget(process)
+                        waiting.appendleft(job)
+                        self._feed(process.slot, waiting)
                     else:
                         results[job[0]] = self._ended(event)
                         self._feed(process.slot, waiting)
@@ -110,10 +116,10 @@ class Processes:
         else:
             process = _Process(slot=slot, kind=job.kind, job=(number, job))
             slot.processes[job.kind.renderer] = process
-            self.pool.add(process, self._start(slot.number, job.kind), at_work=True)
+            self.pool.add(process, self._start(slot.number, job.kind), within_s=START_PATIENCE_S)
 
     def _send(self, process: _Process, job: Job) -> None:
-        self.pool.send(process, "measure", what=job.what, **job.arguments)
+        self.pool.send(process, "measure", within_s=self.within_s, what=job.what, **job.arguments)
 
     def _ended(self, event: Answered[_Process] | Failed[_Process]) -> JobResult:
         """Return what came of a process's job; a process whose job failed is ended."""
@@ -134,3 +140,8 @@ class Processes:
         del process.slot.processes[process.kind.renderer]
         if process in self.pool:
             self.pool.kill(process)
+
+
+def _death(event: Answered[_Process] | Failed[_Process]) -> ChildDiedError | None:
+    """Return how the process died; None where it lives."""
+    return event.reason if isinstance(event, Failed) and isinstance(event.reason, ChildDiedError) else None

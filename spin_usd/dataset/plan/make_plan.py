@@ -1,6 +1,7 @@
 """The supervising side of a plan: the stage is read in child processes, which share out the pictures."""
 
-from collections.abc import Callable, Iterator, Mapping
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,8 @@ from typing import Any
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
+from spin_usd.dataset.process.deaths import TRIES, Deaths
 from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import SpinError
@@ -22,6 +24,7 @@ COSTLY = ("extent", "light_groups", "features")
 COLUMNS = (*STATED, *KEYS, "targets", *COSTLY, "source_file", "label_keys")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 PLANNING = "planning: picture"
+PLANNING_TRIES = {**TRIES, DeathCause.GREW: 1, DeathCause.SILENT: 1}  # a stage that does these does them again
 STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
 
 
@@ -69,8 +72,11 @@ class Plan:
 
 
 def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan:
-    """Read the stage in children: one that was made to harm ends those, and nothing else. Raises what they raise, and
-    StageError where they die of it."""
+    """Read the stage in children: one that was made to harm ends those, and nothing else. One that dies is replaced.
+
+    Raises what they raise; where they die again and again, RenderError if they were killed, and StageError if it is of
+    the stage.
+    """
     try:
         return _plan(question, processes, progress)
     except ChildDiedError as died:
@@ -83,37 +89,28 @@ def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan
 
 
 def _plan(question: Question, processes: int, progress: Progress) -> Plan:
-    with Pool[int](hang_s=PATIENCE_S) as pool:
-        first = Child()
+    with Pool[int]() as pool:
+        first, opened = _opened(question)
         pool.add(0, first)
-        opened = first.call(
-            "open_plan",
-            stage=str(question.stage.absolute()),
-            variants=question.variants,
-            frames=question.frames,
-            seed=question.seed,
-            copy_to=str(question.copy_to) if question.copy_to else None,
-            within_s=PATIENCE_S,
-        )
         settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
         chosen, variants = range(*opened["chosen"]), opened["variants"]
         count = sharing(len(chosen) * len(variants), processes)
         for number in range(1, count):
             pool.add(number, Child())
-        for number in range(count):
-            pool.send(
-                number,
-                "plan_pictures",
-                root=opened["root"],
-                variants=variants,
-                chosen=_part(chosen, number, count),
-                settings=asdict(settings),
-                image_suffix=question.image_suffix,
-                labels=question.labels,
-                provenance=variants[number::count],
-                explain=question.explain,
-            )
-        answers = _answers(pool, count, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
+        requests = [
+            {
+                "root": opened["root"],
+                "variants": variants,
+                "chosen": _part(chosen, number, count),
+                "settings": asdict(settings),
+                "image_suffix": question.image_suffix,
+                "labels": question.labels,
+                "provenance": variants[number::count],
+                "explain": question.explain,
+            }
+            for number in range(count)
+        ]
+        answers = _answers(pool, requests, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
     parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
     return Plan(
         root=Path(opened["root"]),
@@ -131,6 +128,32 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
     )
 
 
+def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
+    """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
+    deaths = Deaths(PLANNING_TRIES)
+    while True:
+        child = Child()
+        try:
+            return child, child.call(
+                "open_plan",
+                stage=str(question.stage.absolute()),
+                variants=question.variants,
+                frames=question.frames,
+                seed=question.seed,
+                copy_to=str(question.copy_to) if question.copy_to else None,
+                within_s=PATIENCE_S,
+            )
+        except ChildDiedError as died:
+            child.kill()
+            if not deaths.may_try_again(died):
+                raise ChildDiedError(deaths.in_words(died), cause=died.cause) from died
+            if question.copy_to:
+                shutil.rmtree(question.copy_to, ignore_errors=True)  # half a copy
+        except BaseException:
+            child.kill()
+            raise
+
+
 def _part(chosen: range, number: int, count: int) -> tuple[int, int, int]:
     """Return the `number`th of `count` equal runs of the chosen pictures, as range's arguments."""
     bounds = (len(chosen) * number // count, len(chosen) * (number + 1) // count)
@@ -143,11 +166,15 @@ def sharing(pictures: int, processes: int) -> int:
     return min(processes, STAGE_SHARE) if pictures >= SHARED_FROM else 1
 
 
-def _answers(pool: Pool[int], count: int, progress: Callable[[int], None]) -> list[Any]:
-    """Return what each child answers, in their order. Raises what one of them fails with."""
+def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: Callable[[int], None]) -> list[Any]:
+    """Ask each child of the pool its own of these, and return what they answer, in their order; one that dies is
+    replaced. Raises what one of them fails with, ChildDiedError where several die over the same request."""
     answers: dict[int, Any] = {}
-    done = dict.fromkeys(range(count), 0)
-    while len(answers) < count:
+    done = dict.fromkeys(range(len(requests)), 0)
+    deaths = [Deaths(PLANNING_TRIES) for _ in requests]
+    for number, request in enumerate(requests):
+        pool.send(number, "plan_pictures", within_s=PATIENCE_S, **request)
+    while len(answers) < len(requests):
         for event in pool.wait():
             match event:
                 case Reported(key=number, message=[_, planned, _]):
@@ -155,9 +182,14 @@ def _answers(pool: Pool[int], count: int, progress: Callable[[int], None]) -> li
                     progress(sum(done.values()))
                 case Answered(key=number, result=result):
                     answers[number] = result
+                case Failed(key=number, reason=ChildDiedError() as died) if number not in answers:
+                    if not deaths[number].may_try_again(died):
+                        raise ChildDiedError(deaths[number].in_words(died), cause=died.cause)
+                    pool.add(number, Child())
+                    pool.send(number, "plan_pictures", within_s=PATIENCE_S, **requests[number])
                 case Failed(key=number, reason=reason) if number not in answers:
                     raise reason
-    return [answers[number] for number in range(count)]
+    return [answers[number] for number in range(len(requests))]
 
 
 def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:

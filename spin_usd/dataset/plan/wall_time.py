@@ -49,12 +49,17 @@ def wall_seconds(
     if not listed:
         return 0.0
     count = min(workers, len(listed))
-    faster, slower = _pace(count, cores)
     ends = [0.0] * count
     for work in listed:
-        heapq.heapreplace(ends, ends[0] + slower * (work.passes / faster + work.rest))
+        heapq.heapreplace(ends, ends[0] + worker_seconds(work, workers=count, cores=cores))
     planning = PLANNING_S + PLANNED_S * planned / sharing(planned, cores)
     return planning + START_S + OPEN_S * variants + 2 * IMAGES_S * images + max(ends)
+
+
+def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
+    """Return the wall-clock seconds that the work takes one of so many workers."""
+    faster, slower = _pace(workers, cores)
+    return slower * (work.passes / faster + work.rest)
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:

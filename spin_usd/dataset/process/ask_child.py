@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
 from spin_usd.dataset.process.limits import PATIENCE_S, rendering_memory
-from spin_usd.errors import StageError
+from spin_usd.errors import RenderError, SpinError, StageError
 
 
 def ask_child(
@@ -21,7 +21,7 @@ def ask_child(
     """Return what `call` returns in a child of its own. `reads`: the file that it does, for messages; `renders_in`:
     for one that renders, where it may put temporary files; `within_s` bounds the wait for each word from it.
 
-    Raises what the child raises, and StageError where it dies.
+    Raises what the child raises, and as `unreadable` says where it dies.
     """
     with Child(scratch=renders_in, memory=rendering_memory() if renders_in else None) as child:
         try:
@@ -30,6 +30,10 @@ def ask_child(
             raise unreadable(died, reads) from died
 
 
-def unreadable(died: ChildDiedError, where: object) -> StageError:
-    """Return the error on a file of which a child died when it read it."""
+def unreadable(died: ChildDiedError, where: object) -> SpinError:
+    """Return the error on a file of which a child died when it read it; where something else killed that, one that does
+    not blame the file."""
+    if died.cause is DeathCause.KILLED:
+        do = "look for what ends processes, such as a lack of memory, and run it again"
+        return RenderError(f"was not read: {died.found}", where=where, do=do)
     return StageError(f"cannot be read: {died.found}", where=where, do="simplify it, or look for what multiplies in it")

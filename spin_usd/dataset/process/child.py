@@ -14,8 +14,11 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
+
+import psutil
 
 from spin_usd import errors
 from spin_usd.dataset.process.limits import PATIENCE_S, reading_memory
@@ -25,10 +28,25 @@ from spin_usd.errors import RenderError, SpinError
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
+OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
+
+
+class DeathCause(StrEnum):
+    """The cause of a child's end before it answered: a crash of its own, something outside that killed or stopped it,
+    too much memory, or too long without a word."""
+
+    CRASHED = "crashed"
+    KILLED = "killed"
+    GREW = "grew"
+    SILENT = "silent"
 
 
 class ChildDiedError(RenderError):
-    """The child process ended before it answered: a crash, a kill, or the memory limit."""
+    """The child process ended before it answered, for this `cause`."""
+
+    def __init__(self, found: str, *, cause: DeathCause) -> None:
+        super().__init__(found)
+        self.cause = cause
 
 
 class Child:
@@ -88,8 +106,7 @@ class Child:
         while (end := self._heard.find(b"\n", looked)) < 0:
             looked = len(self._heard)
             if within_s is not None and not select.select([self], [], [], within_s)[0]:
-                self.kill()
-                raise ChildDiedError(f"the worker process gave no answer within {within_s:g} s")
+                raise self.silenced(within_s)
             more = os.read(self.fileno(), READ_BYTES)
             if not more:
                 raise self._died()
@@ -140,6 +157,25 @@ class Child:
             self.process.wait()
         self._release()
 
+    def silenced(self, within_s: float) -> ChildDiedError:
+        """End the child, which said nothing for so many seconds; return what to say of it."""
+        stopped = self._process_status() == psutil.STATUS_STOPPED
+        self.kill()
+        how, cause = ("was stopped, and gave", DeathCause.KILLED) if stopped else ("gave", DeathCause.SILENT)
+        return ChildDiedError(f"the worker process {how} no answer within {within_s:g} s", cause=cause)
+
+    def outgrown(self, held: int, limit: int) -> ChildDiedError:
+        """End the child, which holds more bytes of memory than the limit; return what to say of it."""
+        self.kill()
+        gib = f"{held / 2**30:.1f} GiB of memory, more than its {limit / 2**30:.1f} GiB"
+        return ChildDiedError(f"the worker process took {gib}", cause=DeathCause.GREW)
+
+    def held_memory(self) -> int:
+        """Return the bytes of memory that the child holds now; 0 once it has ended."""
+        with suppress(psutil.Error):
+            return int(psutil.Process(self.process.pid).memory_info().rss)
+        return 0
+
     def log(self) -> str:
         """Return the end of what the child and its libraries printed."""
         self._log.seek(0, os.SEEK_END)
@@ -159,12 +195,22 @@ class Child:
                 with suppress(OSError):
                     stream.close()
 
+    def _process_status(self) -> str:
+        with suppress(psutil.Error):
+            return psutil.Process(self.process.pid).status()
+        return psutil.STATUS_DEAD
+
     def _died(self) -> ChildDiedError:
+        """Wait for the end of the child, which has closed its answers, and return what to say of it."""
         self.process.wait()
         code = self.process.returncode
         how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
-        last = (self.log().strip().splitlines() or ["no output"])[-1]
-        return ChildDiedError(f"the worker process ended with {how} ({last})")
+        if code == -signal.SIGKILL:
+            said, cause = "perhaps the system was out of memory", DeathCause.KILLED
+        else:
+            said = (self.log().strip().splitlines() or ["no output"])[-1]
+            cause = DeathCause.GREW if any(words in self.log() for words in OUT_OF_MEMORY) else DeathCause.CRASHED
+        return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
 
 
 def _error(raised: Mapping[str, Any]) -> Exception:

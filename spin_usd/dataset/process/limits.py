@@ -14,7 +14,8 @@ import psutil
 from spin_usd.errors import InputError
 
 PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be made never to open
-HANG_S = 3600.0  # for one that renders
+START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
+RENDER_PATIENCE_S = 3600.0  # for one that renders a picture of which nobody said how long it takes
 
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
 LEAST_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything

@@ -1,17 +1,16 @@
-"""A pool of children that work at once: what they say, and that they died or hang, comes as events in one queue."""
+"""A pool of children that work at once: what they say, and that they died, hang or grew, comes as events in a queue."""
 
 import selectors
 import time
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, Self, TypeVar
 
 from spin_usd.dataset.process.child import Child, ChildDiedError, ChildInternalError
-from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.errors import SpinError
 
-LOOK_S = 1.0  # between two looks at whether a child hangs
+LOOK_S = 0.5  # between two looks at whether children hang or grow
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -42,23 +41,31 @@ class Failed(Generic[Key]):
 
 @dataclass(kw_only=True, eq=False)
 class _Member(Generic[Key]):
-    """A child of the pool; `since`: when it was last heard of while it is at work, None while it is idle."""
+    """A child of the pool. within_s: how long it may say nothing while it is at work, None while it is idle · since:
+    when it was last heard of."""
 
     key: Key
     child: Child
-    since: float | None = None
+    within_s: float | None = None
+    since: float = field(default_factory=time.monotonic)
+
+    def give(self, within_s: float | None) -> None:
+        """Give it so many seconds from now for its next word."""
+        self.within_s, self.since = within_s, time.monotonic()
 
 
 class Pool(Generic[Key]):
-    """Children by keys of the caller's choice. A child at work that says nothing for `hang_s` seconds is killed.
+    """Children by keys of the caller's choice. One at work that says nothing for longer than it was given, or holds
+    more than `memory` bytes, is killed.
 
     All children that are left are killed when the pool's block ends.
     """
 
-    def __init__(self, *, hang_s: float = HANG_S) -> None:
-        self.hang_s = hang_s
+    def __init__(self, *, memory: int | None = None) -> None:
+        self.memory = memory
         self._members: dict[Key, _Member[Key]] = {}
         self._selector = selectors.DefaultSelector()
+        self._looked = time.monotonic()
 
     def __enter__(self) -> Self:
         return self
@@ -74,33 +81,38 @@ class Pool(Generic[Key]):
     def __contains__(self, key: object) -> bool:
         return key in self._members
 
-    def add(self, key: Key, child: Child, *, at_work: bool = False) -> None:
-        """Take `child` into the pool; `at_work`: it was already asked something."""
-        member = _Member(key=key, child=child, since=time.monotonic() if at_work else None)
+    def add(self, key: Key, child: Child, *, within_s: float | None = None) -> None:
+        """Take `child` into the pool; with `within_s` it was already asked something, and has so many seconds."""
+        member = _Member(key=key, child=child, within_s=within_s)
         self._members[key] = member
         self._selector.register(child, selectors.EVENT_READ, member)
 
-    def send(self, key: Key, call: str, **arguments: Any) -> None:
-        """Ask an idle child to do `call`; the answer comes as an event, and so does its death."""
+    def send(self, key: Key, call: str, *, within_s: float, **arguments: Any) -> None:
+        """Ask an idle child to do `call`, with so many seconds for each word from it; the answer comes as an event, and
+        so does its death."""
         member = self._members[key]
-        member.since = time.monotonic()
+        member.give(within_s)
         with suppress(ChildDiedError):  # the end of a dead child's answers is an event too
             member.child.send(call, **arguments)
 
+    def give(self, key: Key, within_s: float) -> None:
+        """Give the child `key`, which is at work, so many seconds from now for its next word."""
+        self._members[key].give(within_s)
+
     def idle(self) -> list[Key]:
         """Return the keys of the children that wait to be asked."""
-        return [key for key, member in self._members.items() if member.since is None]
+        return [key for key, member in self._members.items() if member.within_s is None]
 
     def wait(self) -> Iterator[Reported[Key] | Answered[Key] | Failed[Key]]:
-        """Wait for children to say something, at most LOOK_S; yield what they say, and who died or hangs."""
-        for ready, _ in self._selector.select(timeout=min(LOOK_S, self.hang_s)):
+        """Wait for children to say something, at most LOOK_S; yield what they say, and who died, hangs or grew."""
+        for ready, _ in self._selector.select(timeout=LOOK_S):
             if self._holds(ready.data):
                 yield from self._read(ready.data)
-        for member in list(self._members.values()):
-            if self._holds(member) and self._hangs(member):
-                self.kill(member.key)
-                reason = ChildDiedError(f"the worker process gave no answer within {self.hang_s:g} s")
-                yield Failed(key=member.key, reason=reason)
+        if time.monotonic() - self._looked >= LOOK_S:
+            self._looked = time.monotonic()
+            for member in list(self._members.values()):
+                if self._holds(member) and (died := self._ended(member)):
+                    yield Failed(key=member.key, reason=died)
 
     def close(self, key: Key) -> None:
         """Let the idle child `key` end by itself."""
@@ -114,8 +126,15 @@ class Pool(Generic[Key]):
         """Return whether the member is still there: the caller may have ended or replaced it meanwhile."""
         return self._members.get(member.key) is member
 
-    def _hangs(self, member: _Member[Key]) -> bool:
-        return member.since is not None and time.monotonic() - member.since > self.hang_s
+    def _ended(self, member: _Member[Key]) -> ChildDiedError | None:
+        """End a child at work that hangs or grew too large, and return why; None for any other."""
+        if member.within_s is None:
+            return None
+        if time.monotonic() - member.since > member.within_s:
+            return self._remove(member.key).silenced(member.within_s)
+        if self.memory is not None and (held := member.child.held_memory()) > self.memory:
+            return self._remove(member.key).outgrown(held, self.memory)
+        return None
 
     def _remove(self, key: Key) -> Child:
         child = self._members.pop(key).child
@@ -130,12 +149,12 @@ class Pool(Generic[Key]):
             self.kill(member.key)
             yield Failed(key=member.key, reason=died)
         except (SpinError, ChildInternalError) as reason:
-            member.since = None
+            member.within_s = None
             yield Failed(key=member.key, reason=reason)
 
     def _event(self, member: _Member[Key], message: Mapping[str, Any]) -> Reported[Key] | Answered[Key]:
         if "progress" in message:
             member.since = time.monotonic()
             return Reported(key=member.key, message=message["progress"])
-        member.since = None
+        member.within_s = None
         return Answered(key=member.key, result=message["result"])

@@ -8,13 +8,15 @@ from functools import partial
 from pathlib import Path
 
 from spin_usd.dataset.picture.brightness import faults
-from spin_usd.dataset.plan.cost import write_measured
+from spin_usd.dataset.plan.cost import read_measured, write_measured
 from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.plan.make_plan import Plan
+from spin_usd.dataset.plan.time_limit import TimeLimits, refuse_time_limit
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
+from spin_usd.dataset.render.command import command_of
 from spin_usd.dataset.render.dataset_json import describe
 from spin_usd.dataset.render.report import RenderReport, RunListener
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
@@ -44,6 +46,7 @@ def render(
     replace: bool = False,
     verify: bool = False,
     shard: Shard | None = None,
+    picture_timeout: float | None = None,
     progress: Progress,
 ) -> RenderReport:
     """Make the dataset in the folder `out`, or what is missing of it; of a `shard` its own pictures alone.
@@ -52,8 +55,11 @@ def render(
     renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
     InputError, or are removed with `prune`; those of another stage raise it too, or are all removed with `replace`,
     whatever part of this one is wanted. With `verify` pictures whose files are not as their records say are made again.
+    A worker that takes longer than `picture_timeout` seconds for a picture is replaced; that follows the picture's
+    expected time where it is not given.
     """
     began = time.monotonic()
+    refuse_time_limit(picture_timeout)
     if workers is not None:
         refuse_workers(workers)
     store = Store(root=out.absolute())
@@ -61,7 +67,13 @@ def render(
     store.prepare()
     with store.locked(shard.name if shard else None) as lease:
         options = _DatasetOptions(
-            workers=workers, keep_cache=keep_cache, prune=prune, replace=replace, verify=verify, shard=shard
+            workers=workers,
+            keep_cache=keep_cache,
+            prune=prune,
+            replace=replace,
+            verify=verify,
+            shard=shard,
+            picture_timeout=picture_timeout,
         )
         report = _render(store, lease, request, options, progress)
         if not report.failed and shard is None:  # others may be using the cache
@@ -80,6 +92,7 @@ class _DatasetOptions:
     replace: bool
     verify: bool
     shard: Shard | None
+    picture_timeout: float | None
 
 
 def _render(
@@ -118,12 +131,20 @@ def _render(
             settings=planned.settings,
             chosen=request.chosen,
         )
-        count = min(options.workers or default_workers(), len(tasks))
-        alone = partial(one_core, workers=count, cores=len(usable_cpus()))
-        listener = RunListener(report, progress, run_options(request, planned), alone)
+        count, cores = min(options.workers or default_workers(), len(tasks)), len(usable_cpus())
+        shared = run_options(request, planned)
+        again = partial(command_of, request, store.root)
+        listener = RunListener(report, progress, shared, partial(one_core, workers=count, cores=cores), again)
+        limits = TimeLimits(
+            options=shared,
+            workers=count,
+            cores=cores,
+            measured=(read_measured(store.cache / MEASURED), listener.measured),
+            given=options.picture_timeout,
+        )
         if not options.keep_cache:
             _keep_only_shared_renders(tasks)
-        make_pictures(for_workers, tasks, count, lease, listener)
+        make_pictures(for_workers, tasks, count, lease, listener, limits)
         if report.made:
             with store.turn():
                 write_measured(store.cache / MEASURED, listener.measured, work=lease.work)

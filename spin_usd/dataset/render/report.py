@@ -46,7 +46,8 @@ class RenderReport:
 class RunListener:
     """Counts in the report what workers do, and measures what each picture took beside what was expected of it.
 
-    `alone` turns a worker's seconds by kind of work into those of one core.
+    `alone` turns a worker's seconds by kind of work into those of one core; `again` gives the command that makes a
+    picture again.
     """
 
     def __init__(
@@ -55,8 +56,9 @@ class RunListener:
         progress: Progress,
         options: RunOptions,
         alone: Callable[[Mapping[str, float]], Mapping[str, float]],
+        again: Callable[[PlannedPicture], str],
     ) -> None:
-        self.report, self.progress, self.options, self.alone = report, progress, options, alone
+        self.report, self.progress, self.options, self.alone, self.again = report, progress, options, alone, again
         self.measured = Timings()
 
     def ready(self) -> None:
@@ -83,7 +85,7 @@ class RunListener:
         self._report_progress()
 
     def failed(self, picture: PlannedPicture, reason: str) -> None:
-        self.report.failed.append((picture.name, reason))
+        self.report.failed.append((picture.name, f"{reason}; to see it again: {self.again(picture)}"))
         self._report_progress()
 
     def _report_progress(self) -> None:

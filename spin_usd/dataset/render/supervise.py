@@ -1,18 +1,18 @@
-"""Feed workers picture by picture, outlive their crashes, and bound their memory."""
+"""Feed workers picture by picture, outlive their crashes and hangs, and bound their memory."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.plan.time_limit import TimeLimits
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import HANG_S
+from spin_usd.dataset.process.deaths import Deaths
+from spin_usd.dataset.process.limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError
-
-TRIES = 2  # a picture whose worker died is tried once more: the next worker may have more luck
-STARTS_PER_SLOT = 3  # a worker that dies this often in a row before its first picture is not a picture's fault
 
 
 class Listener(Protocol):
@@ -25,13 +25,22 @@ class Listener(Protocol):
     def failed(self, picture: PlannedPicture, reason: str) -> None: ...
 
 
+@dataclass(frozen=True, kw_only=True)
+class WorkerLimits:
+    """The limits of a worker. time: of its pictures · memory: bytes beyond which it is replaced after its picture ·
+    most_memory: bytes beyond which it is replaced at once, and its picture tried again."""
+
+    time: TimeLimits
+    memory: int
+    most_memory: int
+
+
 @dataclass(kw_only=True, eq=False)
 class WorkerSlot:
-    """The place of one worker after another: what it is at, and how many were started since the last picture."""
+    """The place of one worker after another, and what it is at."""
 
     number: int
     task: RenderTask | None = None
-    starts: int = 0
 
 
 def supervise(
@@ -40,17 +49,16 @@ def supervise(
     workers: int,
     start: Callable[[int], Child],
     listener: Listener,
-    memory_limit: int,
-    hang_s: float = HANG_S,
+    limits: WorkerLimits,
 ) -> None:
-    """Make all pictures with `workers` children; returns when each is done or has failed twice.
+    """Make all pictures with `workers` children; returns when each is done or has failed too often.
 
-    `start(number)` starts a child that was already sent its "open_worker". `memory_limit` in bytes: a worker above it
-    is replaced after its picture. Raises OutputError when results cannot be written, RenderError when no worker starts.
+    `start(number)` starts a child that was already sent its "open_worker". Raises OutputError when results cannot be
+    written, RenderError when no worker starts.
     """
     queue = TaskQueue(tasks)
-    with Pool[WorkerSlot](hang_s=hang_s) as pool:
-        supervisor = _Supervisor(queue, pool, start, listener, memory_limit)
+    with Pool[WorkerSlot](memory=limits.most_memory) as pool:
+        supervisor = _Supervisor(queue, pool, start, listener, limits)
         for number in range(min(workers, len(queue))):
             supervisor.open(WorkerSlot(number=number))
         while len(pool):
@@ -69,15 +77,15 @@ class _Supervisor:
         pool: Pool[WorkerSlot],
         start: Callable[[int], Child],
         listener: Listener,
-        memory_limit: int,
+        limits: WorkerLimits,
     ) -> None:
         self._queue, self._pool, self._start = queue, pool, start
-        self._listener, self._memory_limit = listener, memory_limit
+        self._listener, self._limits = listener, limits
+        self._while_starting = defaultdict[WorkerSlot, Deaths](Deaths)  # since the last picture that any worker made
 
     def open(self, slot: WorkerSlot) -> None:
         """Start a worker in the slot."""
-        slot.starts += 1
-        self._pool.add(slot, self._start(slot.number), at_work=True)
+        self._pool.add(slot, self._start(slot.number), within_s=START_PATIENCE_S)
 
     def occupy(self, slot: WorkerSlot) -> None:
         """Give an idle worker the next picture that it can make now, if there is one; end it when there are no more."""
@@ -86,13 +94,20 @@ class _Supervisor:
         elif task := self._queue.take():
             slot.task = task
             picture, kinds = task.picture, task.kinds
-            place = {"variant": picture.variant, "index": picture.index}
-            self._pool.send(slot, "picture", **place, kinds=kinds, keep_render=task.keep_render)
+            asked = {
+                "variant": picture.variant,
+                "index": picture.index,
+                "kinds": kinds,
+                "keep_render": task.keep_render,
+            }
+            self._pool.send(slot, "picture", within_s=PATIENCE_S, **asked)
 
     def advance(self, event: Reported[WorkerSlot] | Answered[WorkerSlot] | Failed[WorkerSlot]) -> None:
         """Take what came of the slot's worker or picture."""
         slot = event.key
         match event:
+            case Reported() if slot.task:  # its stage is open
+                self._pool.give(slot, self._limits.time.of(slot.task.picture, slot.task.kinds))
             case Answered(result=result):
                 self._answered(slot, result)
             case Failed(reason=ChildDiedError() as died):
@@ -109,10 +124,10 @@ class _Supervisor:
         if task is None:
             self._listener.ready()
             return
-        slot.starts = 0
+        self._while_starting.clear()
         self._queue.finish(task)
         self._listener.done(task.picture, result)
-        if self._queue and result["memory"] > self._memory_limit:
+        if self._queue and result["memory"] > self._limits.memory:
             self._pool.kill(slot)
             self.open(slot)
 
@@ -120,13 +135,14 @@ class _Supervisor:
         """Try the slot's picture again, unless it was tried often enough, and replace the worker if there is work."""
         task, slot.task = slot.task, None
         if task is None:
-            if slot.starts >= STARTS_PER_SLOT:
-                raise RenderError(f"no worker can be started: {died.found}", do="run spin-usd doctor") from died
-        elif task.tries + 1 >= TRIES:
-            self._queue.give_up(task)
-            self._listener.failed(task.picture, f"{died.found}, {TRIES} times")
-        else:
-            task.tries += 1
+            deaths = self._while_starting[slot]
+            if not deaths.may_try_again(died):
+                found = f"no worker can be started: {deaths.in_words(died)}"
+                raise RenderError(found, do="run spin-usd doctor") from died
+        elif task.deaths.may_try_again(died):
             self._queue.put_back(task)
+        else:
+            self._queue.give_up(task)
+            self._listener.failed(task.picture, task.deaths.in_words(died))
         if self._queue:
             self.open(slot)

@@ -2,22 +2,23 @@
 
 from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.process.deaths import Deaths
 from spin_usd.labels.table import LABELS
 
 
 @dataclass(kw_only=True)
 class RenderTask:
-    """A picture to make, the kinds of file wanted, whether its render is kept for others, and how often it was
-    tried."""
+    """A picture to make, the kinds of file wanted, whether its render is kept for others, and the deaths of workers
+    that tried."""
 
     picture: PlannedPicture
     kinds: tuple[str, ...]
     keep_render: bool = True
-    tries: int = 0
+    deaths: Deaths = field(default_factory=Deaths)
 
     @property
     def needs(self) -> set[str]:

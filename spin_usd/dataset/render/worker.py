@@ -51,11 +51,19 @@ WRITERS = 2  # files encoded at once: compression is most of their time, and run
 
 
 class Worker:
-    """A worker that lives in a child process. `cpus`: the processors that it may use."""
+    """A worker that lives in a child process. `cpus`: the processors that it may use; `on_open` is called in each
+    picture once its scene is read: what follows takes time by the picture, not by the stage."""
 
-    def __init__(self, *, options: dict[str, Any], cpus: Sequence[int] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        options: dict[str, Any],
+        cpus: Sequence[int] | None = None,
+        on_open: Callable[[], None] = lambda: None,
+    ) -> None:
         if cpus:
             hold_to(cpus)
+        self._on_open = on_open
         self.options = WorkerOptions.from_json(options)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
         self.renderer = open_renderer(self.options.settings.renderer)
@@ -76,6 +84,7 @@ class Worker:
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
             reader = self.reader(variant)
             scene = reader.scene(reader.frames[index], with_next=take_next_frame(kinds))
+        self._on_open()
         keys = self._keys.keys(scene)
         seed = render_seed(scene, self.options.settings)
         of_content = {**asdict(keys), **own_keys(kinds, scene, keys.geometry, seed)}

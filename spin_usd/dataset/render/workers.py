@@ -2,16 +2,18 @@
 
 import psutil
 
+from spin_usd.dataset.plan.time_limit import TimeLimits
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.limits import rendering_memory
+from spin_usd.dataset.process.limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.report import RunListener
-from spin_usd.dataset.render.supervise import supervise
+from spin_usd.dataset.render.supervise import WorkerLimits, supervise
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.dataset_folder import Lease
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together
 
 
 def default_workers() -> int:
@@ -20,7 +22,12 @@ def default_workers() -> int:
 
 
 def make_pictures(
-    options: WorkerOptions, tasks: list[RenderTask], workers: int, lease: Lease, listener: RunListener
+    options: WorkerOptions,
+    tasks: list[RenderTask],
+    workers: int,
+    lease: Lease,
+    listener: RunListener,
+    time_limits: TimeLimits,
 ) -> None:
     """Make the pictures of the tasks in so many worker processes. Raises as supervise does."""
 
@@ -30,5 +37,12 @@ def make_pictures(
         child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 
-    memory_limit = max(psutil.virtual_memory().total // 2 // workers, MEMORY_PER_WORKER)
-    supervise(tasks, workers=workers, start=start, listener=listener, memory_limit=memory_limit)
+    usual, largest = (_share_of_memory(share, workers) for share in (USUAL_SHARE, LARGEST_SHARE))
+    limits = WorkerLimits(time=time_limits, memory=usual, most_memory=max(largest, 2 * MEMORY_PER_WORKER))
+    supervise(tasks, workers=workers, start=start, listener=listener, limits=limits)
+
+
+def _share_of_memory(share: float, workers: int) -> int:
+    """Return bytes for each of so many workers, which together take that share of the machine's memory, or what a
+    worker is expected to need."""
+    return max(int(share * machine_memory()) // workers, MEMORY_PER_WORKER)

@@ -12,7 +12,7 @@ from typing import Any, Never
 import pytest
 
 from spin_usd.accuracy.measurement import Configuration
-from spin_usd.accuracy.sweep import STEP, settings_to_measure
+from spin_usd.accuracy.sweep import settings_to_measure
 from spin_usd.dataset.measure.campaign import Campaign, MeasureRequest, PercentDone
 from spin_usd.dataset.measure.execution import ExecutionTask
 from spin_usd.dataset.measure.measure import measure
@@ -20,9 +20,9 @@ from spin_usd.dataset.measure.picture_task import PictureTask
 from spin_usd.dataset.measure.processes import Job, JobResult, Processes, ProcessKind
 from spin_usd.dataset.measure.renders import RenderStore
 from spin_usd.dataset.measure.savings import EVERYTHING, SavingsTask
+from spin_usd.dataset.measure.time_limit import time_limit
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.limits import HANG_S
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.errors import InputError, StageError
@@ -364,7 +364,7 @@ def test_a_crash_ends_one_job(opened) -> None:
     digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
     dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
     wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
-    with Processes(1, partial(opened, Dying)) as processes:
+    with Processes(1, partial(opened, Dying), within_s=60.0) as processes:
         first, crashed, refused, last = processes.run([digest, dies, wrong, digest])
     assert first.failed is None
     assert first.result == last.result
@@ -377,23 +377,27 @@ def test_a_process_that_says_nothing_for_too_long_is_ended(opened) -> None:
     digest = {"index": 0, "effort": {"samples": 1}, "seed": 5}
     job = Job(kind=RAYCAST, what="render_digest", arguments=digest)
     endless = Job(kind=RAYCAST, what="render_digest", arguments=digest | {"effort": {"samples": 10**6}})
-    with Processes(1, partial(opened, Child)) as processes:
+    with Processes(1, partial(opened, Child), within_s=60.0) as processes:
         assert processes.run([job])[0].failed is None
-        processes.pool.hang_s = 0.2
+        processes.within_s = 0.2
         (answer,) = processes.run([endless])
     assert "gave no answer within 0.2 s" in str(answer.failed)
 
 
-def test_the_patience_grows_with_the_samples(tmp_path) -> None:
-    few, many = (MeasureRequest(stage=tmp_path, max_samples=samples).hang_s for samples in (1, 1024))
-    assert few > HANG_S
-    assert many - few > 1023 * STEP  # seconds, a sample of its longest render
+def test_the_time_limit_grows_with_the_samples() -> None:
+    pixels = 1000 * 1000
+    picture = planned(region=(0, 0, 1000, 1000), outline_pixels=pixels, target_pixels=pixels, features=())
+    few, many = (
+        time_limit([picture], max_samples=samples, frame_pixels=1920 * 1200, workers=1, cores=1)
+        for samples in (1, 1 << 14)
+    )
+    assert few < many
 
 
 def test_where_no_process_opens_it_is_said(opened) -> None:
     job = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
     with (
-        Processes(1, partial(opened, Child, variant="nothing")) as processes,
+        Processes(1, partial(opened, Child, variant="nothing"), within_s=60.0) as processes,
         pytest.raises(StageError, match="nothing"),
     ):
         processes.run([job])
@@ -404,7 +408,7 @@ def test_several_processes_share_the_jobs(opened) -> None:
         Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": seed})
         for seed in (5, 6, 5)
     ]
-    with Processes(2, partial(opened, Child)) as processes:
+    with Processes(2, partial(opened, Child), within_s=60.0) as processes:
         answers = processes.run(jobs)
     assert [each.failed for each in answers] == [None, None, None]
     assert answers[0].result == answers[2].result

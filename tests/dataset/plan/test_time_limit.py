@@ -1,0 +1,55 @@
+"""The time limits of pictures follow what they are expected to take."""
+
+from dataclasses import replace
+
+import pytest
+
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.plan.cost import Timings, expected_work
+from spin_usd.dataset.plan.time_limit import LEAST_S, TIMES, TimeLimits, refuse_time_limit
+from spin_usd.dataset.plan.work import RunOptions, Task
+from spin_usd.errors import InputError
+from spin_usd.scene.effort import Effort
+
+KINDS = ("image", "depth")
+OPTIONS = RunOptions(renderer="blender", effort=Effort(samples=1024), kinds=KINDS, frame_pixels=1920 * 1200)
+PICTURE = PlannedPicture(
+    variant="v", index=0, frame="f", time_code=0.0, geometry="g", radiance="r", exposure="e", targets="t",
+    region=(0, 0, 1920, 1200), outline_pixels=2_000_000, target_pixels=2_000_000, light_groups=1, features=(),
+)  # fmt: skip
+LIMITS = TimeLimits(options=OPTIONS, workers=1, cores=1)
+
+
+def test_a_long_picture_has_several_times_what_it_is_expected_to_take() -> None:
+    expected = sum(expected_work(Task(picture=PICTURE, label_pass=True, render=True), OPTIONS).values())
+    assert expected > LEAST_S
+    assert LIMITS.of(PICTURE, KINDS) == pytest.approx(TIMES * expected)
+
+
+def test_a_short_one_has_a_minute() -> None:
+    assert LIMITS.of(PICTURE, ("depth",)) == LEAST_S
+
+
+def test_what_a_run_takes_longer_counts_and_what_it_takes_less_does_not() -> None:
+    timings = Timings()
+    limits = replace(LIMITS, measured=(Timings(), timings))
+    before = limits.of(PICTURE, KINDS)
+    work = expected_work(Task(picture=PICTURE, label_pass=True, render=True), OPTIONS)
+    timings.add(work, {kind: 0.1 * seconds for kind, seconds in work.items()})
+    assert limits.of(PICTURE, KINDS) == before
+    timings.add(work, {kind: 4.9 * seconds for kind, seconds in work.items()})
+    assert limits.of(PICTURE, KINDS) == pytest.approx(2.5 * before, rel=1e-3)  # little work is not measured
+
+
+def test_workers_that_share_a_core_have_longer() -> None:
+    assert replace(LIMITS, workers=4).of(PICTURE, KINDS) > 4 * LIMITS.of(PICTURE, KINDS)
+
+
+def test_the_users_own_limit_holds_for_all() -> None:
+    assert replace(LIMITS, given=5.0).of(PICTURE, KINDS) == 5.0
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_limit_that_is_none_is_refused(seconds) -> None:
+    with pytest.raises(InputError, match="picture_timeout"):
+        refuse_time_limit(seconds)

@@ -1,0 +1,30 @@
+"""How often work is tried again whose child died."""
+
+import pytest
+
+from spin_usd.dataset.process.child import ChildDiedError, DeathCause
+from spin_usd.dataset.process.deaths import TRIES, Deaths
+
+
+def death(cause):
+    return ChildDiedError(f"it {cause}", cause=cause)
+
+
+@pytest.mark.parametrize("cause", DeathCause)
+def test_the_same_cause_again_and_again_is_no_accident(cause) -> None:
+    deaths = Deaths()
+    tries = 1
+    while deaths.may_try_again(death(cause)):
+        tries += 1
+    assert tries == TRIES[cause] > 1
+    assert deaths.in_words(death(cause)) == f"it {cause}, {tries} times"
+
+
+def test_other_causes_do_not_count() -> None:
+    deaths = Deaths()
+    assert all(deaths.may_try_again(death(cause)) for cause in DeathCause)
+    assert deaths.in_words(death(DeathCause.GREW)) == "it grew"
+
+
+def test_kills_from_outside_are_forgiven_most() -> None:
+    assert max(TRIES, key=lambda cause: TRIES[cause]) is DeathCause.KILLED
