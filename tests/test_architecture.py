@@ -28,7 +28,7 @@ ONLY_IN = {
     "plyfile": ("formats",),
     "DracoPy": ("formats",),
     "embreex": ("renderers/raycast/renderer.py",),
-    "cv2": ("dataset/check/pose.py", "labels/preview.py", "sensor"),
+    "cv2": ("dataset/check/in_child/pose.py", "labels/preview.py", "sensor"),
     "PIL": ("formats",),
     "matplotlib": ("dataset/measure/plot.py",),
     "typer": ("cli",),

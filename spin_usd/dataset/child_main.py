@@ -82,9 +82,14 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         return planned(progress=progress, **arguments)
 
     def check_stage(**arguments: Any) -> Any:
-        from spin_usd.dataset.check.in_child import stage_findings
+        from spin_usd.dataset.check.in_child.stage import stage_findings
 
         return stage_findings(progress=progress, **arguments)
+
+    def check_picture(**arguments: Any) -> Any:
+        from spin_usd.dataset.check.in_child.picture import picture_findings
+
+        return picture_findings(**arguments)
 
     def diff(**arguments: Any) -> Any:
         from spin_usd.dataset.diff.in_child.compare import compare
@@ -132,6 +137,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         "augment": augment,
         "author": author,
         "author_sample": author_sample,
+        "check_picture": check_picture,
         "check_stage": check_stage,
         "diff": diff,
         "measure": measure,

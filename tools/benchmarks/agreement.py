@@ -5,20 +5,21 @@ A stage of sampled poses is rendered without light, or a dataset that is there i
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from benchmarks.command import asked
 
-from spin_usd.dataset.check.boxes import box_of_mask
-from spin_usd.dataset.check.checked_picture import CheckedPicture, Inventory
-from spin_usd.dataset.check.checked_target import CheckedTarget, targets_of
-from spin_usd.dataset.check.keypoints import depths_around
-from spin_usd.dataset.check.pose import pose_error
+from spin_usd.dataset.check.in_child.boxes import box_of_mask
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
+from spin_usd.dataset.check.in_child.keypoints import depths_around
+from spin_usd.dataset.check.in_child.pose import pose_error
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.formats.arrays.array_file import read_array
 
 POSES = "range=3..10 attitude=uniform inside=0.8"
 NUMBERS = {
@@ -54,8 +55,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 def of_dataset(root: Path) -> dict[str, Any]:
     """The figures of all targets in all pictures."""
     store = Store(root=root.absolute())
-    inventory = Inventory(description=read_json(store.description, "dataset-1"), present=frozenset())
-    found = [each for path in store.records() for each in of_picture(store, path, inventory)]
+    description = read_json(store.description, "dataset-1")
+    found = [each for path in store.records() for each in of_picture(store, path, description)]
     figures: dict[str, Any] = {"targets": len(found)}
     for name in NUMBERS:
         values = [float(each[name]) for each in found if each.get(name) is not None]
@@ -69,10 +70,11 @@ def exact(values: list[float]) -> dict[str, float]:
     return {"median": float(np.median(values)), "most": max(values)} if values else {"median": np.nan, "most": np.nan}
 
 
-def of_picture(store: Store, path: Path, inventory: Inventory) -> Iterator[dict[str, Any]]:
+def of_picture(store: Store, path: Path, description: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """The figures of each target in a picture."""
     record = read_json(path, "record-1")
-    picture = CheckedPicture(store=store, where=path.name, record=record, intact=True, inventory=inventory)
+    arrays = {kind: read_array(store.root / entry["path"]) for kind, entry in record["files"].items()}
+    picture = CheckedPicture(where=path.name, record=record, description=description, arrays=arrays)
     for target in targets_of(picture):
         yield {**of_pose(target), **of_boxes(target), **of_keypoints(target)}
 

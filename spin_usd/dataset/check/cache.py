@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from spin_usd.dataset.check.checked_picture import Inventory
+from spin_usd.dataset.check.inventory import Inventory
 from spin_usd.dataset.store.cache import CACHED, MEASURED, SHARDS, CacheEntry, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import CACHE

@@ -9,8 +9,8 @@ from typing import Any
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
-from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
-from spin_usd.dataset.process.deaths import TRIES, Deaths
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.deaths import READING_TRIES, Deaths
 from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.errors import SpinError
@@ -24,7 +24,6 @@ COSTLY = ("extent", "light_groups", "features")
 COLUMNS = (*STATED, *KEYS, "targets", *COSTLY, "source_file", "label_keys")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
 PLANNING = "planning: picture"
-PLANNING_TRIES = {**TRIES, DeathCause.GREW: 1, DeathCause.SILENT: 1}  # a stage that does these does them again
 STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
 
 
@@ -130,7 +129,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
 
 def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
     """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
-    deaths = Deaths(PLANNING_TRIES)
+    deaths = Deaths(READING_TRIES)
     while True:
         child = Child()
         try:
@@ -171,7 +170,7 @@ def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: C
     replaced. Raises what one of them fails with, ChildDiedError where several die over the same request."""
     answers: dict[int, Any] = {}
     done = dict.fromkeys(range(len(requests)), 0)
-    deaths = [Deaths(PLANNING_TRIES) for _ in requests]
+    deaths = [Deaths(READING_TRIES) for _ in requests]
     for number, request in enumerate(requests):
         pool.send(number, "plan_pictures", within_s=PATIENCE_S, **request)
     while len(answers) < len(requests):

@@ -13,6 +13,9 @@ TRIES: Mapping[DeathCause, int] = {
 }
 """A piece of work is given up when children died of it so often for one cause: that is no accident any more."""
 
+READING_TRIES: Mapping[DeathCause, int] = {**TRIES, DeathCause.GREW: 1, DeathCause.SILENT: 1}
+"""The same for work that reads: what takes all memory or all time does so again."""
+
 
 class Deaths:
     """The deaths of children over one piece of work. `tries`: how many of each cause are too many."""

@@ -11,7 +11,7 @@ import time
 import pytest
 
 from spin_usd.dataset.author.author import author_stage
-from spin_usd.dataset.check.check import dataset_findings
+from spin_usd.dataset.check.dataset import dataset_findings
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.dataset_folder import OWN

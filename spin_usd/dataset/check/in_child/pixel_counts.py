@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 
-from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
-from spin_usd.dataset.check.checked_target import CheckedTarget, targets_of
+from spin_usd.dataset.check.digests import MAKE_AGAIN
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.scene.finding import Finding
 
 ROUNDING = 1e-9
@@ -22,9 +23,7 @@ def _counts(target: CheckedTarget) -> Iterator[str]:
         yield f"{int(target.mask.sum())} pixels show it, and its record counts {visible}"
     if visible > amodal:
         yield f"its record counts {visible} visible pixels of {amodal}"
-    alone = all(
-        part["target"] == target.recorded["id"] for part in target.picture.inventory.description["parts"].values()
-    )
+    alone = all(part["target"] == target.recorded["id"] for part in target.picture.description["parts"].values())
     if alone and visible < amodal:
         yield f"its record counts {visible} visible pixels of {amodal}, and nothing else is there to hide it"
 

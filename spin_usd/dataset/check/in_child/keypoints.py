@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
-from spin_usd.dataset.check.checked_target import CheckedTarget, targets_of
+from spin_usd.dataset.check.digests import MAKE_AGAIN
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.dataset.picture.keypoint_states import SKIN, KeypointState
 from spin_usd.geometry.bounds import NEAR
 from spin_usd.scene.finding import Finding

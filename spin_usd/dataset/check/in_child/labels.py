@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
+from spin_usd.dataset.check.digests import MAKE_AGAIN
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.labelled_picture import LabelledPicture
@@ -33,7 +34,7 @@ def label_findings(picture: CheckedPicture) -> Iterator[Finding]:
 
 
 def _labelled(picture: CheckedPicture) -> LabelledPicture:
-    record, description = picture.record, picture.inventory.description
+    record, description = picture.record, picture.description
     parts, following, lidar = description["parts"], record.get("next"), record.get("lidar")
     ids = class_ids(part["class"] for part in parts.values())
     return LabelledPicture(

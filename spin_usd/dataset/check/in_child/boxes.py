@@ -5,8 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.check.checked_picture import MAKE_AGAIN, CheckedPicture
-from spin_usd.dataset.check.checked_target import CheckedTarget, targets_of
+from spin_usd.dataset.check.digests import MAKE_AGAIN
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, targets_of
 from spin_usd.dataset.picture.target_facts import corners_of_box
 from spin_usd.scene.finding import Finding
 

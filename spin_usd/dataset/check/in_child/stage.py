@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from spin_usd.dataset.check.coincident_faces import face_findings
+from spin_usd.dataset.check.in_child.coincident_faces import face_findings
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
 from spin_usd.stage.check.check_stage import check_stage

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.check.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
 from spin_usd.labels.table import CLOUD_LABELS
@@ -63,7 +63,7 @@ def targets_of(picture: CheckedPicture) -> Iterator[CheckedTarget]:
     camera = _camera(picture.record["camera"])
     if any(array.shape[:2] != camera.frame.shape for array in _pixels(picture)):
         return
-    described = {target["id"]: target for target in picture.inventory.description["targets"]}
+    described = {target["id"]: target for target in picture.description["targets"]}
     for recorded in picture.record["targets"]:
         if recorded["id"] in described:
             pose = recorded["pose"]
@@ -92,5 +92,5 @@ def _mask(picture: CheckedPicture, target: int) -> NDArray[np.bool_] | None:
     parts = picture.arrays.get("segmentation")
     if parts is None:
         return None
-    own = [int(number) for number, part in picture.inventory.description["parts"].items() if part["target"] == target]
+    own = [int(number) for number, part in picture.description["parts"].items() if part["target"] == target]
     return np.isin(parts, own)

@@ -7,16 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.dataset.check.boxes import box_findings
-from spin_usd.dataset.check.checked_picture import CheckedPicture, Inventory
-from spin_usd.dataset.check.checked_target import targets_of
-from spin_usd.dataset.check.keypoints import depths_around, keypoint_findings
-from spin_usd.dataset.check.pixel_counts import count_findings
-from spin_usd.dataset.check.pose import LEAST_DEGREES, pose_error, pose_findings
+from spin_usd.dataset.check.in_child.boxes import box_findings
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_target import targets_of
+from spin_usd.dataset.check.in_child.keypoints import depths_around, keypoint_findings
+from spin_usd.dataset.check.in_child.pixel_counts import count_findings
+from spin_usd.dataset.check.in_child.pose import LEAST_DEGREES, pose_error, pose_findings
 from spin_usd.dataset.picture.target_facts import FactMaker
 from spin_usd.dataset.plan.in_child import described_parts, described_target
 from spin_usd.dataset.render.record import recorded_camera, recorded_target
-from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
@@ -65,15 +64,12 @@ def picture_of(s, tmp_path):
 
 def checked(record, arrays, description, tmp_path):
     """A picture with that record, as it is read from its file, and these labels."""
-    picture = CheckedPicture(
-        store=Store(root=tmp_path),
+    return CheckedPicture(
         where="records/nominal/frame.json",
         record=json.loads(json.dumps(record)),
-        intact=True,
-        inventory=Inventory(description=json.loads(json.dumps(description)), present=frozenset()),
+        description=json.loads(json.dumps(description)),
+        arrays=arrays,
     )
-    picture.__dict__["arrays"] = arrays
-    return picture
 
 
 def found(picture):
@@ -168,7 +164,7 @@ def test_what_is_wrong_is_told(sound, name, tmp_path) -> None:
     tamper, code, words = WRONG[name]
     record = deepcopy(dict(sound.record))
     tamper(record["targets"][0])
-    told = found(checked(record, sound.arrays, sound.inventory.description, tmp_path))
+    told = found(checked(record, sound.arrays, sound.description, tmp_path))
     assert any(finding.code == code and words in finding.message for finding in told), told
     assert all(finding.message.endswith("remove its record and run spin-usd render again") for finding in told)
 
@@ -179,7 +175,7 @@ def test_keypoints_hidden_by_nothing_are_told(sound, tmp_path) -> None:
     for entry in record["targets"][0]["keypoints"]:
         entry[2] = "self-occluded"
     arrays = {**sound.arrays, "depth": sound.arrays["depth"] + np.float32(1) * (sound.arrays["depth"] > 0)}
-    told = found(checked(record, arrays, sound.inventory.description, tmp_path))
+    told = found(checked(record, arrays, sound.description, tmp_path))
     assert any("the depth shows nothing before them" in finding.message for finding in told)
 
 
@@ -195,6 +191,6 @@ def test_a_target_of_several_is_named(tmp_path) -> None:
 
 def test_without_labels_the_facts_are_held_to_one_another(sound, tmp_path) -> None:
     record = deepcopy(dict(sound.record))
-    assert found(checked(record, {}, sound.inventory.description, tmp_path)) == []
+    assert found(checked(record, {}, sound.description, tmp_path)) == []
     record["targets"][0]["keypoints"][0][0] += 1
-    assert len(found(checked(record, {}, sound.inventory.description, tmp_path))) == 1
+    assert len(found(checked(record, {}, sound.description, tmp_path))) == 1

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from spin_usd.dataset.check.checked_picture import CheckedPicture
+from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.dataset.picture.brightness import tone_findings
 from spin_usd.scene.finding import Finding
 

@@ -1,0 +1,37 @@
+"""The contents of a whole dataset, as `check` has seen them so far."""
+
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.store.cache import Purpose
+
+
+@dataclass(kw_only=True)
+class Inventory:
+    """The contents of the dataset in the folder `root`.
+
+    description: its dataset.json · present: names of the files that are there · the others are of the records seen so
+    far: the files that they list, what they use of the cache, the inodes (device, number) of files that were verified,
+    and the layers that were.
+    """
+
+    root: Path
+    description: Mapping[str, Any]
+    present: Set[str]
+    files: set[str] = field(default_factory=set)
+    uses: set[Purpose] = field(default_factory=set)
+    inodes: set[tuple[int, int]] = field(default_factory=set)
+    layers: set[tuple[str, str]] = field(default_factory=set)
+
+    def add(self, files: list[str], uses: list[Mapping[str, str]]) -> None:
+        """Take in what a record lists: its `files`, which were verified, and the fields of each Purpose in `uses`."""
+        self.files.update(files)
+        self.uses.update(Purpose(**use) for use in uses)
+        self.inodes.update(_inode(self.root / name) for name in files if name in self.present)
+
+
+def _inode(path: Path) -> tuple[int, int]:
+    status = path.lstat()
+    return status.st_dev, status.st_ino

@@ -1,0 +1,78 @@
+"""Many calls shared out among a few children, with their results in order."""
+
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.deaths import READING_TRIES, Deaths
+from spin_usd.dataset.process.limits import PATIENCE_S
+from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
+from spin_usd.errors import SpinError
+from spin_usd.progress import Progress
+
+AHEAD = 64  # calls for each child that may be done before the first that is not
+
+
+class Call(NamedTuple):
+    """A call to a child, by its name, with its arguments."""
+
+    name: str
+    arguments: Mapping[str, Any]
+
+
+def results_of(calls: Sequence[Call], children: int, *, progress: Progress) -> Iterator[Any]:
+    """Yield the result of each call, in their order: a SpinError where it failed, which is a ChildDiedError where a
+    child died of it, and another after it.
+
+    `progress` hears what the children report. Raises ChildInternalError for a defect of ours.
+    """
+    with Pool[int]() as pool:
+        shared = _SharedCalls(calls, pool, progress)
+        for number in range(min(children, len(calls))):
+            pool.add(number, Child())
+        for place in range(len(calls)):
+            yield shared.result(place)
+
+
+class _SharedCalls:
+    """The calls that wait, those that children do, and the results that nobody has taken."""
+
+    def __init__(self, calls: Sequence[Call], pool: Pool[int], progress: Progress) -> None:
+        self._calls, self._pool, self._progress = calls, pool, progress
+        self._waiting = deque(range(len(calls)))
+        self._doing: dict[int, int] = {}  # place of the call by the child's number
+        self._deaths = defaultdict[int, Deaths](lambda: Deaths(READING_TRIES))
+        self._results: dict[int, Any] = {}
+
+    def result(self, place: int) -> Any:
+        """Wait for the result of the call at that place."""
+        while place not in self._results:
+            self._share_out(place + AHEAD * len(self._pool))
+            for event in self._pool.wait():
+                self._hear(event)
+        return self._results.pop(place)
+
+    def _share_out(self, before: int) -> None:
+        for number in self._pool.idle():
+            if self._waiting and self._waiting[0] < before:
+                place = self._doing[number] = self._waiting.popleft()
+                self._pool.send(number, self._calls[place].name, within_s=PATIENCE_S, **self._calls[place].arguments)
+
+    def _hear(self, event: Reported[int] | Answered[int] | Failed[int]) -> None:
+        match event:
+            case Reported(message=message):
+                self._progress(*message)
+            case Answered(key=number, result=result):
+                self._results[self._doing.pop(number)] = result
+            case Failed(key=number, reason=ChildDiedError() as died):
+                place = self._doing.pop(number)
+                self._pool.add(number, Child())
+                if self._deaths[place].may_try_again(died):
+                    self._waiting.appendleft(place)
+                else:
+                    self._results[place] = died
+            case Failed(key=number, reason=SpinError() as error):
+                self._results[self._doing.pop(number)] = error
+            case Failed(reason=defect):
+                raise defect
