@@ -1,8 +1,8 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
-The commands as functions: `author`, `augment`, `plan`, `render`, `check`, `measure`, `reproduce` and `export`. They
-take what the commands take, by the same names, return what was done, and raise a `SpinError` where a command would end
-with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
+The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce` and
+`export`. They take what the commands take, by the same names, return what was done, and raise a `SpinError` where a
+command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
 
 Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
 Blender is ever loaded into the caller's.
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from spin_usd.api.check import check
     from spin_usd.api.export import export
     from spin_usd.api.measure import measure
+    from spin_usd.api.merge import merge
     from spin_usd.api.plan import plan
     from spin_usd.api.render import render
     from spin_usd.api.reproduce import reproduce
@@ -36,6 +37,7 @@ __all__ = [
     "check",
     "export",
     "measure",
+    "merge",
     "plan",
     "render",
     "reproduce",
@@ -50,6 +52,7 @@ _MODULES = {
     "check": "spin_usd.api.check",
     "export": "spin_usd.api.export",
     "measure": "spin_usd.api.measure",
+    "merge": "spin_usd.api.merge",
     "plan": "spin_usd.api.plan",
     "render": "spin_usd.api.render",
     "reproduce": "spin_usd.api.reproduce",

@@ -15,9 +15,10 @@ from spin_usd.cli.command import Command, Group
 from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor
-from spin_usd.cli.examples import examples_of
 from spin_usd.cli.export import export
 from spin_usd.cli.measure import measure
+from spin_usd.cli.merge import merge
+from spin_usd.cli.output.examples import examples_of
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
@@ -59,10 +60,10 @@ def common(
     context.obj = {"quiet": quiet}
 
 
-RESUMED = {"demo", "render", "export", "measure"}
+RESUMED = {"demo", "render", "merge", "export", "measure"}
 """Commands that go on where an earlier run was stopped."""
 
-COMMANDS = (demo, author, augment, plan, measure, render, check, export, diff, reproduce, doctor)
+COMMANDS = (demo, author, augment, plan, measure, render, merge, check, export, diff, reproduce, doctor)
 for command in COMMANDS:
     app.command(cls=Command, epilog=examples_of(command.__name__))(command)
 

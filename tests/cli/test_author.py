@@ -8,8 +8,8 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
-from spin_usd.cli.examples import EXAMPLES
 from spin_usd.cli.main import app
+from spin_usd.cli.output.examples import EXAMPLES
 from spin_usd.resources import BUNDLED, bundled, bundled_names
 from spin_usd.stage.usd.layer_file import open_layer
 from tests.conftest import REPOSITORY

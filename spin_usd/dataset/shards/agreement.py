@@ -5,12 +5,13 @@ learns from it which pictures are still to come, and of which shard.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
@@ -35,6 +36,12 @@ class Agreement:
     settings: Mapping[str, Any]
     shards: Mapping[str, Mapping[str, int]]
 
+    def pictures(self) -> Iterator[tuple[tuple[str, str], Shard]]:
+        """Yield the variant and frame of every picture, with its shard."""
+        for variant, frames in self.shards.items():
+            for frame, number in frames.items():
+                yield (variant, frame), Shard(number=number, count=self.count)
+
 
 def agree(store: Store, agreement: Agreement, *, work: Path) -> None:
     """Keep the agreement, in the dataset's turn. Raises InputError where shards that are being made in this folder have
@@ -44,8 +51,13 @@ def agree(store: Store, agreement: Agreement, *, work: Path) -> None:
         if any((other / AGREED).exists() for other in store.shards_at_work()):
             do = "wait until those shards have ended, or choose another folder"
             raise InputError(_difference(before, agreement), where=store.root, do=do)
-        write_json(store.cache / SHARDS, asdict(agreement), work=work)
+        keep_agreement(store, agreement, work=work)
     (work / AGREED).touch()
+
+
+def keep_agreement(store: Store, agreement: Agreement, *, work: Path) -> None:
+    """Write the agreement. Raises OutputError."""
+    write_json(store.cache / SHARDS, asdict(agreement), work=work)
 
 
 def read_agreement(store: Store) -> Agreement | None:

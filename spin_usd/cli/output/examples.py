@@ -21,7 +21,9 @@ EXAMPLES = {
         "spin-usd render my_stage --out my_dataset --frames 0:10",
         "spin-usd render my_stage --out my_dataset --variants all --quality draft",
         "spin-usd render my_stage --out preview --renderer raycast --samples 4",
+        "spin-usd render my_stage --out my_dataset --shard 0/3",
     ),
+    "merge": ("spin-usd merge shard_0 shard_1 shard_2 --out my_dataset",),
     "check": (
         "spin-usd check my_stage",
         "spin-usd check my_dataset",

@@ -1,0 +1,37 @@
+"""`spin-usd merge`: puts shards of a dataset into one folder."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import spin_usd
+from spin_usd.cli import options
+from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.progress import shown
+from spin_usd.errors import FINDINGS
+
+
+def merge(
+    context: typer.Context,
+    *,
+    shards: Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Datasets' folders; they stay as they are.")],
+    out: Annotated[Path, typer.Option(help="A new folder, or a dataset of the same stage. Run again, it goes on.")],
+    copy: Annotated[bool, typer.Option("--copy", help="Copy files, instead of hard links to them.")] = False,
+    as_json: options.Json = False,
+) -> None:
+    """Put datasets of one stage, such as the shards of a run, into one."""
+    with shown(context.obj["quiet"]) as progress:
+        report = spin_usd.merge(shards, out=out, copy=copy, on_progress=progress)
+    if as_json:
+        print(json.dumps(asdict(report)))
+    else:
+        added = f"{counted(report.added, 'picture')} added, {report.kept} already there"
+        print(f"{out}   ({added}, in {report.seconds:.1f} s)")
+    for shard, count in report.missing.items():
+        print(f"missing: {counted(count, 'picture')} of shard {shard}", file=sys.stderr)
+    if report.missing:
+        raise typer.Exit(FINDINGS)

@@ -1,0 +1,132 @@
+"""Merge datasets of one stage, such as the shards of a run, into one folder. Run again, it goes on."""
+
+import time
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+from spin_usd.dataset.merge.file_transfer import FileTransfer
+from spin_usd.dataset.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
+from spin_usd.dataset.merge.pictures import MergedPicture, collect
+from spin_usd.dataset.merge.report import MergeReport
+from spin_usd.dataset.plan.cost import Timings, read_measured, write_measured
+from spin_usd.dataset.shards.agreement import Agreement, keep_agreement, read_agreement
+from spin_usd.dataset.shards.plan_of_shard import digest_of
+from spin_usd.dataset.store.atomic import link_atomically, write_json
+from spin_usd.dataset.store.cache import MEASURED, entries
+from spin_usd.dataset.store.dataset_folder import Lease, Store
+from spin_usd.dataset.store.names import STAGE
+from spin_usd.dataset.store.tree import files, type_of
+from spin_usd.dataset.store.unfinished import recorded_files
+from spin_usd.errors import InputError, OutputError
+from spin_usd.progress import Progress
+
+CHECKING, MERGING = "checking: record", "merging: picture"
+
+
+def merge(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Progress) -> MergeReport:
+    """Put the pictures of all `shards` into the dataset `out`, which is made where there is none.
+
+    Its files are linked, or copied with `copy` and between file systems. Raises InputError where the datasets are not
+    of one stage and rendered alike, a picture is in two and not the same, or a file is damaged; and OutputError.
+    """
+    began = time.monotonic()
+    if not shards:
+        raise InputError("there is nothing to merge", do="give the folders of shards")
+    for shard in shards:
+        _refuse_overlap(shard, out)
+    sources, store = [read_dataset(shard) for shard in shards], Store(root=out.absolute())
+    store.prepare()
+    with store.locked() as lease:
+        there = [read_dataset(out)] if type_of(store.stage) is not None else []
+        refuse_different([*there, *sources])
+        pictures = collect([*there, *sources], partial(progress, CHECKING))
+        new = [picture for picture in pictures if picture.source not in there]
+        _begin(store, [*there, *sources], lease)
+        transfer = FileTransfer(out=store.root, work=lease.work, copy=copy)
+        _put_pictures(new, transfer, progress)
+        _put_cache(sources, transfer, progress)
+        _add_measured(store, {id(picture.source): picture.source for picture in new}.values(), lease)
+        missing = _missing([*there, *sources], pictures, store, lease)
+    return MergeReport(
+        out=str(out),
+        pictures=len(pictures),
+        added=len(new),
+        kept=len(pictures) - len(new),
+        missing=missing,
+        seconds=time.monotonic() - began,
+    )
+
+
+def _refuse_overlap(shard: Path, out: Path) -> None:
+    a, b = shard.resolve(), out.resolve()
+    if a.is_relative_to(b) or b.is_relative_to(a):
+        found = "is the folder to merge into" if a == b else f"and {out} lie one in the other"
+        raise InputError(found, where=shard, do="choose another folder; what --out holds already stays in it")
+
+
+def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
+    """Write dataset.json of all together, and the stage where there is none."""
+    write_json(store.description, merged_description(sources), work=lease.work)
+    if type_of(store.stage) is None:
+        stage, copied = sources[0].store.stage, lease.work / STAGE
+        for name in files(stage):
+            link_atomically(copied / name, stage / name, work=lease.work, copy=True)
+        try:
+            copied.rename(store.stage)
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e
+
+
+def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, progress: Progress) -> None:
+    """Put all files of each picture, and then its record: whoever stops this leaves whole pictures."""
+    for done, picture in enumerate(pictures):
+        progress(MERGING, done, len(pictures))
+        store, record = picture.source.store, picture.record()
+        for kind, name in recorded_files(record, picture.variant, picture.frame).items():
+            transfer.put(store.root, name, record["files"][kind].get("sha256"))
+        transfer.put_record(store.root, store.relative(picture.path))
+    progress(MERGING, len(pictures), len(pictures))
+
+
+def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progress: Progress) -> None:
+    """Put what the caches hold and the merged one lacks, so that later runs make nothing again; what is damaged is left
+    out."""
+    for done, source in enumerate(sources):
+        progress("merging: cache", done, len(sources))
+        for entry in entries(source.store):
+            name = source.store.relative(entry.path)
+            if type_of(transfer.out / name) is None:
+                with suppress(InputError):
+                    transfer.put(source.store.root, name, entry.sha256)
+    progress("merging: cache", len(sources), len(sources))
+
+
+def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) -> None:
+    """Add what the runs of these datasets measured."""
+    total = Timings()
+    for source in sources:
+        measured = read_measured(source.store.cache / MEASURED)
+        total.add(measured.expected, measured.taken)
+    if total.expected:
+        write_measured(store.cache / MEASURED, total, work=lease.work)
+
+
+def _missing(
+    sources: Sequence[MergedDataset], pictures: Sequence[MergedPicture], store: Store, lease: Lease
+) -> dict[str, int]:
+    """Return how many pictures are still to come, by shard, and keep what shards have agreed on, for the next merge."""
+    stage, there = digest_of(store.stage), {(picture.variant, picture.frame) for picture in pictures}
+    agreed: list[Agreement] = []
+    for source in sources:
+        each = read_agreement(source.store)
+        if each and each.stage == stage and each not in agreed:
+            agreed.append(each)
+    if len(agreed) == 1:
+        keep_agreement(store, agreed[0], work=lease.work)
+    found = Counter[str]()
+    for agreement in agreed:
+        found.update(str(shard) for name, shard in agreement.pictures() if name not in there)
+    return dict(sorted(found.items()))

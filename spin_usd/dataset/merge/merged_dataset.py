@@ -1,0 +1,75 @@
+"""A dataset that is merged with others, and what all of them must have in common."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.file_digests import changed, same_files
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import DESCRIPTION
+from spin_usd.dataset.store.tree import type_of
+from spin_usd.errors import InputError
+
+COMMON = {
+    "targets": "other targets",
+    "parts": "other parts",
+    "classes": "other classes",
+    "frames": "another number of frames",
+    "files": "other kinds of file",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MergedDataset:
+    """A dataset, and what its dataset.json says."""
+
+    store: Store
+    description: Mapping[str, Any]
+
+
+def read_dataset(root: Path) -> MergedDataset:
+    """Read the dataset in the folder `root`. Raises InputError where there is none, something in it is a link, or its
+    stage is not as it was."""
+    store = Store(root=root.absolute())
+    if type_of(store.description) is None:
+        raise InputError(
+            f"is not a dataset: it has no {DESCRIPTION}", where=root, do="give a folder of spin-usd render"
+        )
+    store.refuse_strange()
+    for file in changed(store.stage):
+        raise InputError("is not as spin-usd wrote it", where=file, do="restore it, or render that shard again")
+    return MergedDataset(store=store, description=read_json(store.description, "dataset-1"))
+
+
+def refuse_different(sources: Sequence[MergedDataset]) -> None:
+    """Raise InputError unless all are of one stage, with the same kinds of file."""
+    first, *others = sources
+    for other in others:
+        if words := _difference(first, other):
+            found = f"has {words} than {first.store.root}"
+            raise InputError(found, where=other.store.root, do="merge shards of one stage, rendered alike")
+
+
+def _difference(first: MergedDataset, other: MergedDataset) -> str | None:
+    """Say in what two datasets differ; None where they can be merged."""
+    a, b = first.description, other.description
+    hashes = a["stage"]["hashes"], b["stage"]["hashes"]
+    origins = a["stage"].get("origin"), b["stage"].get("origin")
+    alike = all(hashes[0][name] == hashes[1][name] for name in hashes[0].keys() & hashes[1].keys())
+    if (
+        not alike
+        or origins[0] != origins[1]
+        or a["stage"]["root"] != b["stage"]["root"]
+        or not same_files(first.store.stage, other.store.stage)
+    ):
+        return "another stage"
+    return next((words for name, words in COMMON.items() if a[name] != b[name]), None)
+
+
+def merged_description(sources: Sequence[MergedDataset]) -> dict[str, Any]:
+    """Return dataset.json of all together: that of the first, with the variants of all."""
+    first = sources[0].description
+    hashes = {name: value for each in sources for name, value in each.description["stage"]["hashes"].items()}
+    return {**first, "stage": {**first["stage"], "hashes": hashes}, "variants": list(hashes)}

@@ -1,0 +1,78 @@
+"""The pictures of all datasets that are merged, none of which may contradict another."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.merge.merged_dataset import MergedDataset
+from spin_usd.dataset.store.unfinished import recorded_files
+from spin_usd.errors import InputError
+
+AGAIN = "render that picture again, or leave that dataset out"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MergedPicture:
+    """A picture: its variant, its frame, and the dataset that it is taken from."""
+
+    variant: str
+    frame: str
+    source: MergedDataset
+
+    @property
+    def path(self) -> Path:
+        """The path of its record."""
+        return self.source.store.record(self.variant, self.frame)
+
+    def record(self) -> dict[str, Any]:
+        """Read the record. Raises InputError where it is damaged, or not of this picture."""
+        try:
+            record = json.loads(self.path.read_bytes())
+        except (OSError, ValueError, RecursionError):
+            record = None
+        if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):
+            raise InputError("is not this picture's record", where=self.path, do=AGAIN)
+        return record
+
+
+@dataclass(kw_only=True)
+class _Collected:
+    """What was found so far: pictures by variant and frame, and how each variant's were rendered."""
+
+    pictures: dict[tuple[str, str], MergedPicture] = field(default_factory=dict)
+    settings: dict[str, tuple[Mapping[str, Any], Path]] = field(default_factory=dict)
+
+    def add(self, picture: MergedPicture) -> None:
+        record = picture.record()
+        known = self.pictures.setdefault((picture.variant, picture.frame), picture)
+        if known is not picture and known.path.read_bytes() != picture.path.read_bytes():
+            raise InputError(f"contradicts {known.path}", where=picture.path, do=AGAIN)
+        settings = _settings(record, picture)
+        usual, where = self.settings.setdefault(picture.variant, (settings, picture.path))
+        if differing := [name for name in settings if settings[name] != usual[name]]:
+            found = f"was rendered with another {' and another '.join(differing)} than {where}"
+            raise InputError(found, where=picture.path, do=AGAIN)
+
+
+def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], None]) -> list[MergedPicture]:
+    """Return all pictures, each once, in the order of the datasets. Raises InputError where the same picture is not the
+    same in two, or pictures of a variant were not rendered alike."""
+    found = _Collected()
+    records = [(source, path) for source in sources for path in source.store.records()]
+    for done, (source, path) in enumerate(records):
+        progress(done, len(records))
+        found.add(MergedPicture(variant=path.parent.name, frame=path.stem, source=source))
+    progress(len(records), len(records))
+    return list(found.pictures.values())
+
+
+def _settings(record: Mapping[str, Any], picture: MergedPicture) -> dict[str, Any]:
+    try:
+        provenance = record["provenance"]
+        render = provenance["render"]
+        seed = provenance["seed"]["dataset"]
+        return {"renderer": render["renderer"], "effort": render["effort"], "seed": seed}
+    except (KeyError, TypeError):
+        raise InputError("does not say how it was rendered", where=picture.path, do=AGAIN) from None

@@ -1,0 +1,204 @@
+"""Shards made apart and merged are the dataset of a single run; what does not belong together is refused."""
+
+import json
+import os
+import shutil
+
+import pytest
+
+import spin_usd as package
+from spin_usd.dataset.merge.merge import merge
+from spin_usd.dataset.plan.cost import read_measured
+from spin_usd.dataset.store.cache import MEASURED
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.errors import InputError
+from tests.dataset.shards.folder import content
+
+NAME = "records/nominal/img000001.json"
+
+
+def quiet(*_) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def made(make, tmp_path_factory):
+    """The folders of three shards."""
+    folder = tmp_path_factory.mktemp("shards")
+    return [_made(make, folder / str(number), f"{number}/3") for number in range(3)]
+
+
+def _made(make, out, shard, **options):
+    make(out, shard, **options)
+    return out
+
+
+@pytest.fixture
+def shards(made, tmp_path):
+    """Their copies, the test's own; links among a shard's files stay links."""
+    return [_copied(shard, tmp_path / "apart" / shard.name) for shard in made]
+
+
+def _copied(shard, to):
+    known: dict[tuple[int, int], str] = {}
+
+    def link_or_copy(source, target):
+        found = os.stat(source)
+        key = found.st_dev, found.st_ino
+        if key in known:
+            os.link(known[key], target)
+        else:
+            known[key] = shutil.copyfile(source, target)
+
+    return shutil.copytree(shard, to, copy_function=link_or_copy)
+
+
+def some_record(shard):
+    return next(Store(root=shard).records())
+
+
+@pytest.mark.parametrize("copy", [False, True])
+def test_merged_shards_are_the_bytes_of_one_run(whole, made, tmp_path, copy) -> None:
+    out = tmp_path / "merged"
+    before = [content(shard) for shard in made]
+    report = merge(made, out, copy=copy, progress=quiet)
+    assert (report.pictures, report.added, report.kept, report.missing) == (12, 12, 0, {})
+    assert content(out) == whole
+    assert [content(shard) for shard in made] == before
+    measured = [read_measured(shard / "cache" / MEASURED).taken["stage"] for shard in made]
+    assert read_measured(out / "cache" / MEASURED).taken["stage"] == pytest.approx(sum(measured))
+    linked = (out / NAME).samefile(next(shard / NAME for shard in made if (shard / NAME).exists()))
+    assert linked is not copy
+
+
+def test_labels_that_variants_share_are_shared_in_a_copy_too(made, tmp_path) -> None:
+    merge(made, tmp_path / "merged", copy=True, progress=quiet)
+    depth = tmp_path / "merged" / "depth"
+    assert (depth / "nominal" / "img000002.exr").samefile(depth / "dim_1" / "img000002.exr")
+
+
+def test_a_merged_dataset_is_whole_to_check_and_to_render(made, make, tmp_path, spin_usd) -> None:
+    merge(made, tmp_path / "merged", progress=quiet)
+    found = json.loads(spin_usd("check", tmp_path / "merged", "--json").stdout)["findings"]
+    assert {finding["code"] for finding in found} <= {"target-small", "nearly-black"}  # tiny pictures, in poor light
+    assert make(tmp_path / "merged").made == 0
+
+
+def test_it_says_which_shard_is_missing_and_takes_it_later(whole, made, tmp_path, spin_usd) -> None:
+    out = tmp_path / "merged"
+    done = spin_usd("merge", made[0], made[2], "--out", out, code=1)
+    assert "missing: 4 pictures of shard 1/3" in done.stderr
+    report = package.merge(made[1], out=out)
+    assert (report.added, report.kept, report.missing) == (4, 8, {})
+    assert content(out) == whole
+    assert package.merge(made, out=out).added == 0
+
+
+def test_a_merge_that_was_stopped_goes_on(whole, made, tmp_path) -> None:
+    class StoppedError(Exception):
+        pass
+
+    def stop(what, done, total) -> None:
+        if (what, done) == ("merging: picture", 7):
+            raise StoppedError
+
+    out = tmp_path / "merged"
+    with pytest.raises(StoppedError):
+        merge(made, out, progress=stop)
+    assert len(list(Store(root=out).records())) == 7
+    assert merge(made, out, progress=quiet).added == 5
+    assert content(out) == whole
+
+
+def test_a_picture_that_shards_contradict_each_other_in_is_refused(made, shards, tmp_path) -> None:
+    taken = some_record(made[0])
+    name = taken.relative_to(made[0])
+    record = json.loads(taken.read_text())
+    record["index"] += 1
+    (shards[1] / name).write_text(json.dumps(record))
+    with pytest.raises(InputError, match=f"{name.name}: contradicts .*/{name.name}"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+    assert not (tmp_path / "merged").exists()
+
+
+def test_equal_pictures_in_two_shards_are_one(whole, made, shards, tmp_path) -> None:
+    shutil.copytree(made[0] / "records", shards[1] / "records", dirs_exist_ok=True)
+    merge(shards, tmp_path / "merged", progress=quiet)
+    assert content(tmp_path / "merged") == whole
+
+
+@pytest.mark.parametrize("kind", ["image", "depth"])
+def test_a_damaged_file_is_refused(shards, tmp_path, kind) -> None:
+    files = sorted((shards[1] / kind).rglob("*.*"))
+    files[0].write_bytes(files[0].read_bytes()[:-1] + b"?")
+    with pytest.raises(InputError, match="is not as its record says"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+
+
+def test_a_damaged_record_is_refused(shards, tmp_path) -> None:
+    for text in ("", "[]", "[" * 100_000, '{"files": {"image": {"path": "../../x"}}}'):
+        some_record(shards[1]).write_text(text)
+        with pytest.raises(InputError, match="is not this picture's record"):
+            merge(shards, tmp_path / "merged", progress=quiet)
+
+
+def test_what_was_rendered_otherwise_is_refused(shards, tmp_path) -> None:
+    path = some_record(shards[1])
+    record = json.loads(path.read_text())
+    record["provenance"]["seed"]["dataset"] += 1
+    path.write_text(json.dumps(record))
+    with pytest.raises(InputError, match="was rendered with another seed than"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [("files", {}, "other kinds of file"), ("frames", 7, "another number of frames"), ("stage", None, "another stage")],
+)
+def test_datasets_that_differ_are_refused(shards, tmp_path, name, value, words) -> None:
+    description = json.loads((shards[1] / "dataset.json").read_text())
+    if name == "stage":
+        description["stage"]["hashes"]["nominal"] = "0" * 64
+    else:
+        description[name] = value
+    (shards[1] / "dataset.json").write_text(json.dumps(description))
+    with pytest.raises(InputError, match=f"has {words} than"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+
+
+def test_a_stage_that_was_changed_is_refused(shards, tmp_path) -> None:
+    layer = shards[1] / "stage" / "dataset.usda"
+    layer.write_text(layer.read_text() + "# mine\n")
+    with pytest.raises(InputError, match=r"dataset\.usda: is not as spin-usd wrote it"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+
+
+def test_folders_that_are_no_datasets_or_lie_in_each_other_are_refused(shards, tmp_path) -> None:
+    (tmp_path / "empty").mkdir()
+    for given, out, words in (
+        ([], tmp_path / "m", "nothing to merge"),
+        ([tmp_path / "empty"], tmp_path / "m", r"it has no dataset\.json"),
+        (shards, shards[0], "is the folder to merge into"),
+        (shards, shards[0] / "m", "lie one in the other"),
+        (shards, tmp_path, "lie one in the other"),
+    ):
+        with pytest.raises(InputError, match=words):
+            merge(given, out, progress=quiet)
+
+
+def test_a_link_in_a_shard_is_not_followed(shards, tmp_path) -> None:
+    secret = tmp_path / "secret.png"
+    secret.write_text("mine")
+    image = sorted((shards[1] / "image").rglob("*.png"))[0]
+    image.unlink()
+    image.symlink_to(secret)
+    with pytest.raises(InputError, match="link"):
+        merge(shards, tmp_path / "merged", progress=quiet)
+
+
+@pytest.mark.slow
+def test_merged_shards_of_blender_are_the_bytes_of_one_run(make, tmp_path) -> None:
+    make(tmp_path / "whole", renderer="blender")
+    shards = [_made(make, tmp_path / str(number), f"{number}/3", renderer="blender") for number in range(3)]
+    merge(shards, tmp_path / "merged", progress=quiet)
+    assert content(tmp_path / "merged") == content(tmp_path / "whole")
