@@ -5,6 +5,13 @@ from collections.abc import Callable
 Progress = Callable[[str, int, int], None]
 """Takes what is being counted, how many are done and how many there are, such as ("rendering: picture", 3, 8)."""
 
+Note = Callable[[str], None]
+"""Takes a sentence about work that goes on."""
+
 
 def ignore(subject: str, done: int, total: int) -> None:
     """Ignore the progress: for callers that do not ask for it."""
+
+
+def unsaid(sentence: str) -> None:
+    """Ignore the note: for callers that do not ask for them."""

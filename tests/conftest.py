@@ -13,6 +13,7 @@ import pytest
 
 from spin_usd.cli.main import run as run_console_script
 from spin_usd.dataset.process.processors import hold_to, share_of
+from spin_usd.stop_signals import STOP_SIGNALS
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
 hypothesis.settings.register_profile("steady", deadline=None, derandomize=True)
@@ -50,12 +51,13 @@ def spin_usd():
             patch.setattr(sys, "argv", ["spin-usd", *map(str, arguments)])
             patch.setenv("COLUMNS", "120")
             patch.chdir(cwd or Path.cwd())
-            before = signal.getsignal(signal.SIGTERM)
+            before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
             try:
                 with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as ended:
                     run_console_script()
             finally:
-                signal.signal(signal.SIGTERM, before)
+                for number, handler in before.items():
+                    signal.signal(number, handler)
             done = subprocess.CompletedProcess(sys.argv, ended.value.code, out.getvalue(), err.getvalue())
         assert done.returncode == code, f"exit {done.returncode}, expected {code}\n{done.stdout}\n{done.stderr}"
         return done

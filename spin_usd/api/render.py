@@ -8,7 +8,7 @@ from spin_usd.api.request import render_request
 from spin_usd.dataset.render import render as rendering
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.shards.shard import Shard
-from spin_usd.progress import Progress, ignore
+from spin_usd.progress import Note, Progress, ignore, unsaid
 
 
 @checked
@@ -37,6 +37,7 @@ def render(
     shard: str | None = None,
     picture_timeout: float | None = None,
     on_progress: Progress | None = None,
+    on_note: Note | None = None,
 ) -> RenderReport:
     """Render and label a stage into a dataset. Run again, it makes what is missing.
 
@@ -68,6 +69,8 @@ def render(
         picture_timeout: seconds after which a worker at a picture is replaced; ten times what it is expected to take,
             and a minute at least, if not given.
         on_progress: called with what is counted, how many are done and how many there are.
+        on_note: called with what is to be said meanwhile. Ctrl-C lets running pictures be finished, which it says, and
+            raises KeyboardInterrupt then; pressed again it raises that at once.
 
     Raises InputError, StageError and UnsupportedError for what cannot be rendered, and OutputError.
     """
@@ -98,4 +101,5 @@ def render(
         shard=None if shard is None else Shard.parse(shard),
         picture_timeout=picture_timeout,
         progress=ignore if on_progress is None else on_progress,
+        note=unsaid if on_note is None else on_note,
     )

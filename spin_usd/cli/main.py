@@ -1,6 +1,5 @@
 """The command line. Heavy things are imported inside the commands: `--help` loads neither bpy nor pxr."""
 
-import signal
 import sys
 import traceback
 from typing import Annotated, Any, NoReturn
@@ -25,15 +24,16 @@ from spin_usd.cli.reproduce import reproduce
 from spin_usd.dataset.process.limits import refuse_tight_limits
 from spin_usd.errors import DONE, INTERNAL
 from spin_usd.faults import expected
+from spin_usd.stop_signals import Stopped, let_signals_stop
 
-INTERRUPTED = 130
+STOPPED = 128  # and the signal's number, as shells have it
 
 app = typer.Typer(
     cls=Group,
     name="spin-usd",
     help="Labelled, traceable, reproducible imagery of a spacecraft from layered USD stages.",
     epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, "
-    "130 interrupted.",
+    "129, 130 and 143 stopped by a closed terminal, Ctrl-C and SIGTERM.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
@@ -70,7 +70,7 @@ for command in COMMANDS:
 
 def run() -> NoReturn:
     """Run the console script: every failure is one sentence and a documented exit code."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    let_signals_stop()
     arguments = [a for a in sys.argv[1:] if a not in ("--debug", "--quiet")]
     debug, quiet = ("--debug" in sys.argv[1:]), (["--quiet"] if "--quiet" in sys.argv[1:] else [])
     code: Any
@@ -79,9 +79,9 @@ def run() -> NoReturn:
         code = DONE
     except SystemExit as e:
         code = e.code
-        if code == INTERRUPTED:
-            resumes = "; run again, it takes up where it stopped" if RESUMED & set(arguments) else ""
-            print(f"interrupted{resumes}", file=sys.stderr)
+    except Stopped as e:
+        resumes = "; run the same command again, it takes up where it stopped" if RESUMED & set(arguments) else ""
+        code = _report(e, f"{e}{resumes}", STOPPED + e.number, debug)
     except Exception as e:
         if error := expected(e):
             code = _report(e, str(error), error.exit_code, debug)

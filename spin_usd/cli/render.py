@@ -71,6 +71,7 @@ def render(
             shard=shard,
             picture_timeout=picture_timeout,
             on_progress=progress,
+            on_note=lambda note: show_notes([note]),
         )
     show_notes(report.doubts)
     if as_json:

@@ -78,6 +78,9 @@ class Pool(Generic[Key]):
     def __len__(self) -> int:
         return len(self._members)
 
+    def __iter__(self) -> Iterator[Key]:
+        return iter(list(self._members))  # which the caller may end meanwhile
+
     def __contains__(self, key: object) -> bool:
         return key in self._members
 

@@ -33,7 +33,8 @@ from spin_usd.dataset.store.file_digests import refuse_changed, same_files, writ
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import OutputError
-from spin_usd.progress import Progress
+from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.stop_signals import postponed
 
 
 def render(
@@ -48,6 +49,7 @@ def render(
     shard: Shard | None = None,
     picture_timeout: float | None = None,
     progress: Progress,
+    note: Note = unsaid,
 ) -> RenderReport:
     """Make the dataset in the folder `out`, or what is missing of it; of a `shard` its own pictures alone.
 
@@ -56,7 +58,8 @@ def render(
     InputError, or are removed with `prune`; those of another stage raise it too, or are all removed with `replace`,
     whatever part of this one is wanted. With `verify` pictures whose files are not as their records say are made again.
     A worker that takes longer than `picture_timeout` seconds for a picture is replaced; that follows the picture's
-    expected time where it is not given.
+    expected time where it is not given. The first signal that asks to stop lets running pictures be finished, as `note`
+    is told; a second stops the run at once.
     """
     began = time.monotonic()
     refuse_time_limit(picture_timeout)
@@ -75,7 +78,7 @@ def render(
             shard=shard,
             picture_timeout=picture_timeout,
         )
-        report = _render(store, lease, request, options, progress)
+        report = _render(store, lease, request, options, progress, note)
         if not report.failed and shard is None:  # others may be using the cache
             _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
@@ -96,7 +99,7 @@ class _DatasetOptions:
 
 
 def _render(
-    store: Store, lease: Lease, request: RenderRequest, options: _DatasetOptions, progress: Progress
+    store: Store, lease: Lease, request: RenderRequest, options: _DatasetOptions, progress: Progress, note: Note
 ) -> RenderReport:
     """Bring the folder that is held by `lease` to what the request asks for."""
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
@@ -109,7 +112,7 @@ def _render(
         planned, agreement = plan_of_shard(
             planned, options.shard, run_options(request, planned), image_suffix=request.image_suffix, stage=copied
         )
-    with store.turn():
+    with postponed(), store.turn():
         if not own:
             refuse_changed(store.stage)
         removed = _remove_unwanted(store, planned, options)
@@ -134,7 +137,8 @@ def _render(
         count, cores = min(options.workers or default_workers(), len(tasks)), len(usable_cpus())
         shared = run_options(request, planned)
         again = partial(command_of, request, store.root)
-        listener = RunListener(report, progress, shared, partial(one_core, workers=count, cores=cores), again)
+        alone = partial(one_core, workers=count, cores=cores)
+        listener = RunListener(report, progress, note, shared, alone, again)
         limits = TimeLimits(
             options=shared,
             workers=count,
@@ -144,10 +148,11 @@ def _render(
         )
         if not options.keep_cache:
             _keep_only_shared_renders(tasks)
-        make_pictures(for_workers, tasks, count, lease, listener, limits)
-        if report.made:
-            with store.turn():
-                write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
+        with postponed() as stop:
+            make_pictures(for_workers, tasks, count, lease, listener, limits, stop)
+            if report.made:
+                with store.turn():
+                    write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
 
 

@@ -8,7 +8,7 @@ from spin_usd.dataset.picture.brightness import WORDS
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.work import RunOptions, Task
-from spin_usd.progress import Progress
+from spin_usd.progress import Note, Progress
 
 
 @dataclass(kw_only=True)
@@ -54,11 +54,13 @@ class RunListener:
         self,
         report: RenderReport,
         progress: Progress,
+        note: Note,
         options: RunOptions,
         alone: Callable[[Mapping[str, float]], Mapping[str, float]],
         again: Callable[[PlannedPicture], str],
     ) -> None:
-        self.report, self.progress, self.options, self.alone, self.again = report, progress, options, alone, again
+        self.report, self.progress, self.note, self.options = report, progress, note, options
+        self.alone, self.again = alone, again
         self.measured = Timings()
 
     def ready(self) -> None:
@@ -87,6 +89,10 @@ class RunListener:
     def failed(self, picture: PlannedPicture, reason: str) -> None:
         self.report.failed.append((picture.name, f"{reason}; to see it again: {self.again(picture)}"))
         self._report_progress()
+
+    def stopping(self, pictures: int) -> None:
+        count = "1 picture" if pictures == 1 else f"{pictures} pictures"
+        self.note(f"finishing {count}; press Ctrl-C again to stop now")
 
     def _report_progress(self) -> None:
         report = self.report

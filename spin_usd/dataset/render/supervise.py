@@ -13,16 +13,20 @@ from spin_usd.dataset.process.limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError
+from spin_usd.stop_signals import StopRequest
 
 
 class Listener(Protocol):
-    """A listener that is called when a worker is ready for its first picture, and when a picture ends."""
+    """A listener that is called when a worker is ready for its first picture, when a picture ends, and when so many are
+    the last."""
 
     def ready(self) -> None: ...
 
     def done(self, picture: PlannedPicture, result: Mapping[str, Any]) -> None: ...
 
     def failed(self, picture: PlannedPicture, reason: str) -> None: ...
+
+    def stopping(self, pictures: int) -> None: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +54,10 @@ def supervise(
     start: Callable[[int], Child],
     listener: Listener,
     limits: WorkerLimits,
+    stop: StopRequest,
 ) -> None:
-    """Make all pictures with `workers` children; returns when each is done or has failed too often.
+    """Make all pictures with `workers` children; returns when each is done or has failed too often, or once `stop` is
+    asked for and those at work are.
 
     `start(number)` starts a child that was already sent its "open_worker". Raises OutputError when results cannot be
     written, RenderError when no worker starts.
@@ -64,6 +70,8 @@ def supervise(
         while len(pool):
             for event in pool.wait():
                 supervisor.advance(event)
+            if stop.number is not None:
+                supervisor.stop()
             for slot in pool.idle():
                 supervisor.occupy(slot)
 
@@ -81,6 +89,7 @@ class _Supervisor:
     ) -> None:
         self._queue, self._pool, self._start = queue, pool, start
         self._listener, self._limits = listener, limits
+        self._stopping = False
         self._while_starting = defaultdict[WorkerSlot, Deaths](Deaths)  # since the last picture that any worker made
 
     def open(self, slot: WorkerSlot) -> None:
@@ -101,6 +110,17 @@ class _Supervisor:
                 "keep_render": task.keep_render,
             }
             self._pool.send(slot, "picture", within_s=PATIENCE_S, **asked)
+
+    def stop(self) -> None:
+        """Begin no more pictures, and end the workers that have none."""
+        if self._stopping:
+            return
+        self._stopping = True
+        self._queue.clear()
+        for slot in self._pool:
+            if slot.task is None:
+                self._pool.kill(slot)
+        self._listener.stopping(len(self._pool))
 
     def advance(self, event: Reported[WorkerSlot] | Answered[WorkerSlot] | Failed[WorkerSlot]) -> None:
         """Take what came of the slot's worker or picture."""
@@ -134,6 +154,8 @@ class _Supervisor:
     def _died(self, slot: WorkerSlot, died: ChildDiedError) -> None:
         """Try the slot's picture again, unless it was tried often enough, and replace the worker if there is work."""
         task, slot.task = slot.task, None
+        if self._stopping:
+            return
         if task is None:
             deaths = self._while_starting[slot]
             if not deaths.may_try_again(died):

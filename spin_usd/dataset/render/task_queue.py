@@ -43,6 +43,10 @@ class TaskQueue:
     def __len__(self) -> int:
         return len(self._tasks)
 
+    def clear(self) -> None:
+        """Forget the tasks that are not out."""
+        self._tasks.clear()
+
     def take(self) -> RenderTask | None:
         """Take the next task that need not wait; None where all must."""
         being_made = {key for task in self._out for key in task.needs} - self._made

@@ -11,6 +11,7 @@ from spin_usd.dataset.render.supervise import WorkerLimits, supervise
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.dataset_folder import Lease
+from spin_usd.stop_signals import StopRequest
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together
@@ -28,8 +29,10 @@ def make_pictures(
     lease: Lease,
     listener: RunListener,
     time_limits: TimeLimits,
+    stop: StopRequest,
 ) -> None:
-    """Make the pictures of the tasks in so many worker processes. Raises as supervise does."""
+    """Make the pictures of the tasks in so many worker processes; those that are running where `stop` is asked. Raises
+    as supervise does."""
 
     def start(number: int) -> Child:
         listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
@@ -39,7 +42,7 @@ def make_pictures(
 
     usual, largest = (_share_of_memory(share, workers) for share in (USUAL_SHARE, LARGEST_SHARE))
     limits = WorkerLimits(time=time_limits, memory=usual, most_memory=max(largest, 2 * MEMORY_PER_WORKER))
-    supervise(tasks, workers=workers, start=start, listener=listener, limits=limits)
+    supervise(tasks, workers=workers, start=start, listener=listener, limits=limits, stop=stop)
 
 
 def _share_of_memory(share: float, workers: int) -> int:

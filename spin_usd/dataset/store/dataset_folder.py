@@ -26,6 +26,7 @@ from spin_usd.dataset.store.lock import take_lock, token_in
 from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE
 from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
 from spin_usd.errors import InputError, OutputError
+from spin_usd.stop_signals import postponed
 
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
 LOCK = ".lock"
@@ -153,7 +154,7 @@ class Store:
                 else:
                     self._sweep_shards()
                 work = self.work(locks[-1].token)
-                stack.callback(shutil.rmtree, work, ignore_errors=True)
+                stack.callback(_remove_whole, work)
                 self._sweep(work)
                 yield Lease(descriptors=tuple(lock.descriptor for lock in locks), work=work)
         finally:
@@ -206,6 +207,12 @@ class Store:
 
     def _unwritable(self, e: OSError) -> OutputError:
         return OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder")
+
+
+def _remove_whole(work: Path) -> None:
+    """Remove a work folder; a signal waits, for nobody would remove what is left of it."""
+    with postponed():
+        shutil.rmtree(work, ignore_errors=True)
 
 
 def refuse_strange(root: Path, names: tuple[str, ...]) -> None:

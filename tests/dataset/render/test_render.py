@@ -295,18 +295,6 @@ def test_kills_of_blender_lose_nothing(small_stage, blender_dataset, tmp_path, s
     spin_usd("check", tmp_path / "killed1")
 
 
-def test_an_interrupted_run_says_so_and_leaves_no_worker(small_stage, tmp_path) -> None:
-    process = start_render(small_stage, tmp_path, "--renderer", "blender", "--samples", "64", "--workers", "2")
-    while not (workers := workers_of(process)) or not (tmp_path / "dataset.json").exists():
-        assert process.poll() is None
-        time.sleep(0.02)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=10) == 130
-    gone, alive = psutil.wait_procs(workers, timeout=10)
-    assert gone
-    assert not alive
-
-
 def test_check_finds_a_layer_that_was_edited_afterwards(dataset, spin_usd) -> None:
     layer = dataset / "stage" / "layers" / "lights.usda"
     layer.write_text(layer.read_text() + "# a comment\n")
