@@ -28,7 +28,7 @@ class Background:
 
 def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
     """Find the environment of that name, or in that file beside the specification in `folder`. Raises InputError."""
-    file = folder / given if Path(given).suffix in SUFFIXES else bundled("environment", given)
+    file = _beside(folder, given) if Path(given).suffix in SUFFIXES else bundled("environment", given)
     root = stage.GetDefaultPrim()
     if not root:
         raise InputError("the stage has no default prim to put a background on", where="background", do="name one")
@@ -36,6 +36,15 @@ def background_of(stage: Usd.Stage, given: str, folder: Path) -> Background:
     own = stage.GetPrimAtPath(at)
     removed = tuple(str(prim.GetPath()) for prim in own.GetChildren()) if own else ()
     return Background(file=file, at=str(at), removed=removed)
+
+
+def _beside(folder: Path, given: str) -> Path:
+    """Return the file, which must lie in the `folder` of the specification that names it."""
+    file = folder / given
+    if not file.resolve().is_relative_to(folder.resolve()):
+        do = "put it into the specification's folder"
+        raise InputError(f"{given!r} lies outside the specification's folder", where="background", do=do)
+    return file
 
 
 def compose_background(stage: Usd.Stage, background: Background) -> Sdf.Layer:

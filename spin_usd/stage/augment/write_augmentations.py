@@ -26,6 +26,7 @@ from spin_usd.stage.augment.replace_files import (
 )
 from spin_usd.stage.augment.sampled_values import SampledValues, write_values
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
@@ -35,7 +36,7 @@ from spin_usd.stage.read.camera.sensor import read_sensor
 from spin_usd.stage.read.frames import read_frames
 from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 MAX_FRAMES_IN_TEXT = 4096  # with more time samples than this nobody reads a layer as text
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from pxr import Sdf
 
-from spin_usd.stage.usd.layer_file import export, open_layer, writing
+from spin_usd.stage.composition.open_layer import open_layer
+from spin_usd.stage.usd.layer_file import export, writing
 
 FOLDER = "layers"
 

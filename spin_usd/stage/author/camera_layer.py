@@ -7,9 +7,10 @@ from pxr import Sdf, Usd, UsdGeom
 
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.camera.lens import author_lens, read_lens, usd_focal_length
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, writing
 
 SOLAR_IRRADIANCE = 1361.0  # W/m2 at 1 au. Source: Kopp and Lean, "A new, lower value of total solar irradiance" (2011)
 WHITE_LEVEL = 0.9  # of full scale, for a white Lambertian that faces the Sun
@@ -30,7 +31,7 @@ def new_camera_layer(camera: Camera, *, focal_length: float, documentation: str,
     it."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Camera", documentation=documentation)
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     prim = UsdGeom.Camera.Define(stage, "/Camera").GetPrim()
     author_lens(prim, camera, focal_length)
     _author_sensor(prim, channels)
@@ -49,7 +50,7 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
     Raises InputError that names the file.
     """
     source = open_layer(path)
-    stage = Usd.Stage.Open(source)
+    stage = stage_on(source)
     prim = stage.GetDefaultPrim()
     if not (prim and prim.IsA(UsdGeom.Camera)):
         raise InputError("has no default prim that is a Camera", where=path, do="give a layer like stages/cameras/*")
@@ -67,7 +68,7 @@ def open_camera_layer(path: str | Path) -> Sdf.Layer:
 def set_channels(path: Path, channels: str) -> None:
     """Write the sensor's channels, "mono" or "rgb", into the camera layer at `path`. Raises OutputError."""
     layer = open_layer(path)
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     prim = stage.GetDefaultPrim()
     prim.ApplyAPI(schema.SENSOR_API)
     prim.GetAttribute(schema.SENSOR["channels"]).Set(channels)
@@ -77,7 +78,7 @@ def set_channels(path: Path, channels: str) -> None:
 
 def lens_of(layer: Sdf.Layer) -> Camera:
     """Read the lens of a camera layer."""
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     return read_lens(stage.GetDefaultPrim())
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from spin_usd.stage.author.paths import MODEL, TARGET, WORLD
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import read
 
@@ -41,7 +42,7 @@ class DiffuseOverrides:
 
 def find_diffuse_overrides(file: Path, prim: str | None) -> DiffuseOverrides:
     """Find the prims to override in the target in `file`, whose root is `prim`, or the default prim."""
-    stage = Usd.Stage.Open(str(file))
+    stage = open_as_it_is(file)
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim()
     prims = list(Usd.PrimRange(root, EVERYTHING))
     surfaces = [each for each in prims if _is_surface(each)]

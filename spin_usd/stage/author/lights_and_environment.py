@@ -7,12 +7,12 @@ lights is Lights, that of an environment is Environment.
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd
+from pxr import Sdf
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.paths import ENVIRONMENT, LIGHTS
-from spin_usd.stage.usd.layer_file import author_metadata, open_layer
-from spin_usd.stage.usd.parser_faults import reason
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
+from spin_usd.stage.usd.layer_file import author_metadata
 
 KINDS: Mapping[str, Sdf.Path] = {"lights": LIGHTS, "environment": ENVIRONMENT}
 """The kinds of surroundings, and where an authored stage has them."""
@@ -36,10 +36,7 @@ def open_surroundings(path: str | Path, kind: str) -> Sdf.Layer:
 
 def composed(layer: Sdf.Layer, path: str | Path) -> Sdf.Layer:
     """Flatten the layer at `path` with all that it references. Raises InputError where it does not compose."""
-    try:
-        stage = Usd.Stage.Open(layer)
-    except Tf.ErrorException as error:
-        raise InputError(f"does not compose: {reason(error)}", where=path) from None
+    stage = stage_on(layer)
     if errors := stage.GetCompositionErrors():
         raise InputError(f"does not compose: {errors[0]}", where=path)
     return stage.Flatten(addSourceFileComment=False)

@@ -13,8 +13,9 @@ from spin_usd.stage.author.poses_layer import author_pose_samples, by_short_ways
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.author.target.target_prim import MODEL, asset_reference, author_model, author_target
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd.conversion import quatd, vec3d
-from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 FOLDER = "layers"
 VARIANT_SETS = f"./{FOLDER}/{VARIANT_SETS_LAYER}"
@@ -24,7 +25,7 @@ def add_target(root: Path, asset: TargetAsset, poses: PoseList) -> None:
     """Write another target over the stage at `root`: `asset`, which lies in its folder, with a pose for each picture.
     Raises OutputError."""
     made = open_layer(root)
-    stage = Usd.Stage.Open(made)
+    stage = stage_on(made)
     path = _free_path(stage, WORLD, asset.name)
     author_target(stage, path, asset, _reference(asset, root.parent, up="."))
     layer = Sdf.Layer.CreateAnonymous(".usdc")
@@ -42,7 +43,7 @@ def add_occluder(root: Path, asset: TargetAsset, poses: PoseList | None) -> None
     """Write `asset`, which lies in the stage's folder, below the camera of the stage at `root`, in a layer of its own:
     in the camera's axes where `poses` is None, at its one pose, or at a pose for each picture. Raises OutputError."""
     made = open_layer(root)
-    stage = Usd.Stage.Open(made)
+    stage = stage_on(made)
     path = _free_path(stage, CAMERA, asset.name)
     suffix = ".usdc" if poses and len(poses) > 1 else ".usda"
     layer = Sdf.Layer.CreateAnonymous(suffix)
@@ -56,7 +57,7 @@ def add_occluder(root: Path, asset: TargetAsset, poses: PoseList | None) -> None
 
 
 def _author_occluder(layer: Sdf.Layer, asset: TargetAsset, poses: PoseList | None, reference: Sdf.Reference) -> None:
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     prim = UsdGeom.Xform.Define(stage, Sdf.Path.absoluteRootPath.AppendChild(layer.defaultPrim)).GetPrim()
     model = author_model(stage, prim.GetPath().AppendChild(MODEL), asset, reference)
     Usd.ModelAPI(model).SetKind(Kind.Tokens.subcomponent)  # a camera is no group of models

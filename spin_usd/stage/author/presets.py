@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pxr import Sdf, Usd
+from pxr import Sdf
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.lights_and_environment import composed, extracted
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, TARGET, WORLD
-from spin_usd.stage.usd.layer_file import open_layer
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 
 EMPTY = (WORLD, TARGET, MODEL)  # prims on which a preset authors no properties
 PREFIXES = ("spin:sensor:", "spin:optics:", "exposure:", "shutter:")
@@ -52,7 +52,7 @@ class Preset:
         source = self.flat.GetPrimAtPath(CAMERA)
         if not source:
             return
-        stage = Usd.Stage.Open(layer)
+        stage = stage_on(layer)
         camera = stage.GetDefaultPrim()
         for schema in source.GetInfo("apiSchemas").GetAddedOrExplicitItems() if source.HasInfo("apiSchemas") else ():
             camera.AddAppliedSchema(schema)
@@ -68,7 +68,7 @@ def open_preset(path: str | Path) -> Preset:
     file = Path(path)
     layer = open_layer(file)
     flat = composed(layer, path)
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     if layer.defaultPrim != WORLD.name or not stage.GetPrimAtPath(WORLD):
         raise InputError("is not a preset: its default prim is not World", where=path, do="see stages/presets")
     model = stage.GetPrimAtPath(MODEL)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from spin_usd.geometry.camera import Camera
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd.layer_file import author_metadata
 
 SETTINGS = Sdf.Path("/Render/Settings")
@@ -15,7 +16,7 @@ def render_layer(camera: Camera, outputs: Mapping[str, str]) -> Sdf.Layer:
     Its camera is set by the layer that references it, since it lies outside."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim="Render", documentation="What is rendered: resolution, products, labels.")
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     UsdGeom.Scope.Define(stage, "/Render")
     UsdGeom.Scope.Define(stage, "/Render/Products")
     UsdGeom.Scope.Define(stage, "/Render/Vars")

@@ -7,7 +7,7 @@ selected, so that the stage stays as it was authored until an augmentation selec
 from collections.abc import Mapping
 from pathlib import Path
 
-from pxr import Sdf, Usd
+from pxr import Sdf
 
 from spin_usd.errors import InputError
 from spin_usd.resources import stages
@@ -15,6 +15,7 @@ from spin_usd.stage.author.diffuse_materials import DiffuseOverrides, author_dif
 from spin_usd.stage.author.paths import CAMERA, ENVIRONMENT, LIGHTS, MODEL, WORLD
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.layer_file import author_metadata, export
 
@@ -110,7 +111,7 @@ def _switch_off(over: Sdf.PrimSpec, names: tuple[str, ...]) -> None:
 def _children(layer: Sdf.Layer, kind: Preset, path: Sdf.Path) -> tuple[str, ...]:
     """Return the prims' names in a layer of surroundings. Raises InputError where they cannot be switched off by
     name."""
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     root = stage.GetDefaultPrim()
     if root.GetTypeName() not in SURROUNDINGS_TYPES or any(root.HasAPI(api) for api in BEHIND):
         found = "is itself a light or a background, which no variant of the stage can switch off"

@@ -26,10 +26,11 @@ from spin_usd.stage.author.target.target_prim import asset_reference, author_tar
 from spin_usd.stage.author.variant_sets import LAYER as VARIANT_SETS_LAYER
 from spin_usd.stage.author.variant_sets import write_variant_sets
 from spin_usd.stage.composition.copy_stage import copy_assets
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.read.camera.lens import read_lens
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
-from spin_usd.stage.usd.layer_file import author_metadata, export, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, export, writing
 
 ROOT = "dataset.usda"
 MODEL_LAYER = "layers/model.usda"
@@ -61,7 +62,7 @@ def write_stage(
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
     author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
     root.subLayerPaths = [f"./layers/{VARIANT_SETS_LAYER}", "./layers/poses.usdc"]
-    stage = Usd.Stage.Open(root)
+    stage = stage_on(root)
     stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
     _author_world(stage, origin, seed)
     for name in ("camera", "lights", "environment"):
@@ -99,7 +100,7 @@ def _write_layers(
 
 def _place_camera(layer: Sdf.Layer) -> Camera:
     """Place the layer's camera at the origin, looking along +Y with +Z up. Returns its intrinsics."""
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     prim = stage.GetDefaultPrim()
     pose = T_WORLD_CAM @ T_CAM_USDCAM
     xformable = UsdGeom.Xformable(prim)
@@ -129,7 +130,7 @@ def _write_model(target: TargetAsset, folder: Path, selections: Mapping[str, str
     """Write the target with its variants selected, in a layer between: a variant on /World may select others."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=MODEL.name, documentation="The target as the preset selects it.")
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     prim = stage.DefinePrim(Sdf.Path.absoluteRootPath.AppendChild(MODEL.name))
     prim.GetReferences().AddReference(f".{_file(target, folder)}", target.prim or Sdf.Path())
     for name, variant in selections.items():

@@ -15,7 +15,7 @@ from spin_usd.scene.finding import ERROR, WARNING, Finding
 from spin_usd.stage.check.every_picture import OnViews, TargetRule, scene_findings
 from spin_usd.stage.check.stage_rules import STAGE_RULES, StageRule
 from spin_usd.stage.composition.materialx import names_document
-from spin_usd.stage.composition.open_stage import open_for_check
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd.parser_faults import parser_faults
 
 # A dataset is a folder of layers that people read and diff; the rules for usdz packages do not apply.
@@ -39,7 +39,7 @@ def check_stage(
     if not Path(path).is_file():
         raise InputError("is not there, or is not a file", where=path)
     try:
-        stage = open_for_check(path)
+        stage = open_as_it_is(path)
     except StageError as refusal:
         message = f"{refusal.found}; {refusal.do}"
         return (Finding(code="refused", where=str(refusal.where), message=message),)

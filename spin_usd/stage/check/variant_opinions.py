@@ -17,6 +17,7 @@ from spin_usd.stage.check.every_picture import MAX_VARIANTS
 from spin_usd.stage.check.poses_and_cameras import camera_findings
 from spin_usd.stage.check.properties import property_findings
 from spin_usd.stage.composition.materialx import composition_errors
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.opinions import has_opinion
 from spin_usd.stage.composition.prim_opinions import Opinion, VariantSelection, opinions
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
@@ -33,7 +34,7 @@ def variant_findings(stage: Usd.Stage) -> Iterator[Finding]:
     paths = [prim.GetPath() for prim in stage.Traverse() if prim.HasVariantSets()]
     if not paths:
         return
-    trial = Usd.Stage.Open(stage.GetRootLayer(), Sdf.Layer.CreateAnonymous())
+    trial = stage_on(stage.GetRootLayer())
     trial.SetEditTarget(trial.GetSessionLayer())
     _deselect(trial.GetDefaultPrim(), AUGMENTATION)
     baseline = _Baseline(trial)

@@ -6,12 +6,17 @@ from pathlib import Path
 
 from pxr import Sdf, UsdUtils
 
+from spin_usd.stage.composition.files import files_of
+
 
 @contextmanager
 def slashes(source: Path) -> Iterator[None]:
     """Within this context, and in memory only, replace backslashes by slashes in asset paths of all layers that
-    `source` depends on, where the file exists."""
-    changed = [layer for layer in UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[0] if _fix(layer)]
+    `source` depends on, where the file exists. Raises StageError as `files_of`, for what they named before and name
+    then."""
+    changed: list[Sdf.Layer] = []
+    while more := [layer for layer in map(Sdf.Layer.Find, map(str, files_of(source).found)) if layer and _fix(layer)]:
+        changed += more  # what these name now may name others
     try:
         yield
     finally:

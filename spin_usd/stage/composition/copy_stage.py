@@ -3,11 +3,12 @@
 import shutil
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdUtils
+from pxr import Sdf, UsdUtils
 
 from spin_usd.errors import InputError, OutputError, StageError
 from spin_usd.stage.composition.files import Files, Missing, files_of
 from spin_usd.stage.composition.missing_images import dispensable_images
+from spin_usd.stage.composition.open_stage import open_as_it_is
 
 
 def copy_stage(path: str | Path, folder: str | Path) -> Path:
@@ -29,7 +30,7 @@ def copy_stage(path: str | Path, folder: str | Path) -> Path:
 
 def _needed(files: Files) -> list[Missing]:
     """List the missing files without which some part of the stage cannot be rendered."""
-    dispensable = dispensable_images(Usd.Stage.Open(str(files.root))) if files.missing else set()
+    dispensable = dispensable_images(open_as_it_is(files.root)) if files.missing else set()
     return [each for each in files.missing if (each.layer.parent / each.name).resolve() not in dispensable]
 
 

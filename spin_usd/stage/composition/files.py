@@ -1,19 +1,23 @@
 """Find and check the files that a stage is made of, before USD opens any of them.
 
 USD's resolver follows absolute paths, `..`, symbolic links and named pipes without a warning. Here a stage may only
-name files by relative paths that stay within its own folder.
+name files by relative paths that stay within its own folder; layers that travel with spin_usd, within theirs.
 """
 
+import glob
 import os
 import re
 import stat
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf
+from pxr import Ar, Sdf
 
 from spin_usd.errors import StageError
+from spin_usd.files.given_file import open_file, read_bytes
+from spin_usd.resources import stages
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM
 from spin_usd.stage.usd.parser_faults import parser_faults
@@ -21,8 +25,11 @@ from spin_usd.stage.usd.parser_faults import parser_faults
 LAYERS = (".usd", ".usda", ".usdc")
 EXTENSIONS = (*LAYERS, ".usdz")
 MAX_FILE_BYTES = 2**31
+MAX_TEXT_BYTES = 2**28  # of a layer of text: USD parses some 20 MB a second
 MAX_FILES = 10_000
 MAX_DEPTH = 256  # USD's text parser recurses: 100,000 nested brackets overflow its stack
+TEXT, CRATE = b"#usda", b"PXR-USDC"  # how layers begin
+BLOCK = 2**22
 QUOTED = re.compile(rb'"""(?s:.*?)"""|"[^"\n]*"|#[^\n]*')
 SCHEME = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:")
 
@@ -50,19 +57,22 @@ class Files:
     missing: tuple[Missing, ...]
 
 
-def files_of(path: str | Path) -> Files:
-    """Find all files that the layer at `path` depends on.
+def files_of(path: str | Path, *, also_bundled: bool = False) -> Files:
+    """Find all files that the layer at `path` depends on. `also_bundled`: it may name those that travel with spin_usd
+    by absolute paths.
 
     Raises StageError for a path that leaves the stage's folder, a file that is not regular or too large, a layer
     that does not parse, or a time scale of zero or less.
     """
-    root = Path(path).resolve()
+    root = _real(path)
     if root.suffix.lower() not in EXTENSIONS:
         raise StageError("is not a USD stage", where=path, do=f"give a file that ends in {', '.join(EXTENSIONS)}")
     if not root.exists():
         raise StageError("does not exist", where=path, do="check the path, or make a stage with spin-usd author")
     found: dict[Path, None] = {}
     missing: list[Missing] = []
+    bundled = stages().resolve()
+    folders = (bundled,) if root.is_relative_to(bundled) else (root.parent, *([bundled] if also_bundled else []))
     queue = [root]
     while queue:
         file = queue.pop(0)
@@ -73,7 +83,7 @@ def files_of(path: str | Path) -> Files:
         _check_file(file)
         found[file] = None
         for named in _named_by(file):
-            located = _locate(named, file, root.parent)
+            located = _locate(named, file, folders)
             missing += [] if located else [Missing(name=named, layer=file)]
             queue += located
     return Files(root=root, found=tuple(found), missing=tuple(missing))
@@ -83,7 +93,20 @@ def udim_files(path: Path) -> list[Path]:
     """Return `path`, or the existing tiles where its name holds <UDIM>."""
     if UDIM not in path.name:
         return [path]
-    return sorted(path.parent.glob(path.name.replace(UDIM, "[0-9][0-9][0-9][0-9]")))
+    before, after = (glob.escape(part) for part in path.name.split(UDIM, 1))
+    return sorted(path.parent.glob(f"{before}[0-9][0-9][0-9][0-9]{after}"))
+
+
+def _real(path: str | Path) -> Path:
+    """Return the real path. Raises StageError for one that USD, whose paths are UTF-8, cannot open."""
+    try:
+        real = Path(path).resolve()
+        str(real).encode()
+    except UnicodeEncodeError:
+        raise StageError("has a path that is not UTF-8", where=path, do="rename the folder or the file") from None
+    except (OSError, ValueError) as error:
+        raise StageError(f"cannot be the path of a stage ({error})", where=path, do="check the path") from None
+    return real
 
 
 def _check_file(file: Path) -> None:
@@ -103,7 +126,7 @@ def _named_by(file: Path) -> list[str]:
         if suffix == ".usdz":
             _check_package(file)
             return []
-        _check_depth(file)
+        _check_layer(file)
         layer = Sdf.Layer.FindOrOpen(str(file))
         if layer.timeCodesPerSecond <= 0:  # USD would list time samples endlessly
             found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
@@ -112,44 +135,77 @@ def _named_by(file: Path) -> list[str]:
         return names if all((file.parent / name).is_file() for name in names) else opened_assets(str(file), names)
 
 
-def _check_depth(file: Path) -> None:
+def _check_layer(file: Path) -> None:
+    """Raise StageError for a file that is no layer, for text that is too long, and for what `_refuse_nesting`
+    refuses."""
+    with open_file(file, MAX_FILE_BYTES) as opened:
+        head = opened.read(len(CRATE))
+        if head.startswith(CRATE):
+            return
+        if not head.startswith(TEXT):
+            raise StageError("is not a USD layer", where=file, do="write it again")
+        if (size := os.fstat(opened.fileno()).st_size) > MAX_TEXT_BYTES:
+            found = f"has {size} bytes of text, more than {MAX_TEXT_BYTES}"
+            raise StageError(found, where=file, do="convert it to .usdc, which USD reads without parsing it")
+    _refuse_nesting(read_bytes(file, MAX_TEXT_BYTES), file)
+
+
+def _refuse_nesting(text: bytes, where: object) -> None:
     """Raise StageError for text whose brackets nest deeper than MAX_DEPTH."""
-    text = file.read_bytes()
-    if not text.startswith(b"#usda"):
-        return
     if _depth(text) > MAX_DEPTH and _depth(QUOTED.sub(b"", text)) > MAX_DEPTH:
-        raise StageError(f"nests brackets deeper than {MAX_DEPTH}", where=file, do="flatten it")
+        raise StageError(f"nests brackets deeper than {MAX_DEPTH}", where=where, do="flatten it")
 
 
 def _depth(text: bytes) -> int:
-    codes = np.frombuffer(text, np.uint8)
-    step = np.isin(codes, list(b"([{")).astype(np.int32) - np.isin(codes, list(b")]}"))
-    return int(step.cumsum().max(initial=0))
+    deepest = depth = 0
+    for start in range(0, len(text), BLOCK):
+        codes = np.frombuffer(text, np.uint8, min(BLOCK, len(text) - start), start)
+        step = np.isin(codes, list(b"([{")).astype(np.int32) - np.isin(codes, list(b")]}"))
+        depths = depth + step.cumsum()
+        deepest, depth = max(deepest, int(depths.max())), int(depths[-1])
+    return deepest
 
 
 def _check_package(file: Path) -> None:
-    """Raise StageError where a layer within a package names a file outside it."""
+    """Raise StageError where a package holds another one or too long a layer, or a layer in it nests brackets too
+    deep or names a file outside it."""
     package = Sdf.ZipFile.Open(str(file))
     for name in package.GetFileNames() if package else []:
-        if Path(name).suffix.lower() not in LAYERS:
-            continue
-        layer = f"{file}[{name}]"
-        outside = [n for n in named_assets(layer) if os.path.isabs(n) or SCHEME.match(n) or ".." in Path(n).parts]
-        for named in opened_assets(layer, outside) if outside else []:
-            do = "name only files within the package"
-            raise StageError(f"refers to @{named}@, outside its package", where=layer, do=do)
+        layer, suffix = f"{file}[{name}]", Path(name).suffix.lower()
+        if suffix == ".usdz":
+            raise StageError("is a package within a package", where=layer, do="put its files into one")
+        if suffix in LAYERS:
+            _check_packed(package, name, layer)
+            for named in _named_outside(layer):
+                do = "name only files within the package"
+                raise StageError(f"refers to @{named}@, outside its package", where=layer, do=do)
 
 
-def _locate(named: str, layer: Path, folder: Path) -> list[Path]:
-    """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>."""
+def _check_packed(package: Sdf.ZipFile, name: str, layer: str) -> None:
+    if package.GetFileInfo(name).size > MAX_TEXT_BYTES:
+        raise StageError(f"has more than {MAX_TEXT_BYTES} bytes", where=layer, do="put it beside the others unpacked")
+    text = bytes(package.GetFile(name))
+    if text.startswith(TEXT):
+        _refuse_nesting(text, layer)
+
+
+def _named_outside(layer: str) -> Iterator[str]:
+    """Yield the asset paths of a packed layer that lead out of its package."""
+    outside = [n for n in named_assets(layer) if os.path.isabs(n) or SCHEME.match(n) or ".." in Path(n).parts]
+    yield from opened_assets(layer, outside) if outside else ()
+
+
+def _locate(named: str, layer: Path, folders: tuple[Path, ...]) -> list[Path]:
+    """Find the files that `named`, an asset path authored in `layer`, stands for; several for <UDIM>. They must lie in
+    one of `folders`, of which absolute paths may name all but the first."""
     do = "use a relative path to a file in the stage's own folder"
     if SCHEME.match(named):
         raise StageError(f"refers to @{named}@, and network and other schemes are not followed", where=layer, do=do)
-    outer = named.split("[")[0] if named.endswith("]") else named
+    outer = Ar.SplitPackageRelativePathOuter(named)[0]
     full = Path(os.path.normpath(layer.parent / outer))
-    if os.path.isabs(outer):
+    if os.path.isabs(outer) and not any(full.is_relative_to(folder) for folder in folders[1:]):
         raise StageError(f"refers to the absolute path @{named}@", where=layer, do=do)
-    if not full.is_relative_to(folder):
+    if not any(full.is_relative_to(folder) for folder in folders):
         raise StageError(f"refers to @{named}@, which lies outside the stage's folder", where=layer, do=do)
     files = udim_files(full)
     for file in files:

@@ -3,20 +3,19 @@
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 
-from pxr import Usd, UsdUtils
+from pxr import Ar, Sdf, Usd, UsdUtils
 
 from spin_usd.errors import StageError
 from spin_usd.scene.model import NOMINAL
 from spin_usd.stage.composition.files import Files, files_of
 from spin_usd.stage.composition.materialx import composition_errors
+from spin_usd.stage.composition.open_layer import default_prim_on, stage_on
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
 from spin_usd.stage.usd.parser_faults import parser_faults
 
-MAX_PRIMS = 200_000
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
 
 
@@ -31,22 +30,25 @@ def open_stage(
     whose name cannot name a folder, or an unknown variant or set.
     """
     files = files_of(path)
-    with silenced():
-        stage = _opened(files, path)
-        _select(stage, variant, path)
+    with silenced(), parser_faults(path):
+        root, session = Sdf.Layer.FindOrOpen(str(files.root)), Sdf.Layer.CreateAnonymous("session.usda")
+        alone = default_prim_on(root, session)  # what its variants hold is counted before it is composed
+        _select(alone, variant, path)
         for name, chosen in selections.items():
-            _select_other(stage, name, chosen, path)
+            _select_other(alone, name, chosen, path)
+        stage = stage_on(root, session)
         _refuse_errors(stage, path)
-        _refuse_excess(stage, files, path)
+        _refuse_strangers(stage, files, path)
     return stage
 
 
-def open_for_check(path: str | Path) -> Usd.Stage:
+def open_as_it_is(path: str | Path) -> Usd.Stage:
     """Open the stage at `path` as it is, composition errors included; files that could harm the reader are still
     refused."""
     files = files_of(path)
-    stage = _opened(files, path)
-    _refuse_excess(stage, files, path)
+    with parser_faults(path):
+        stage = stage_on(Sdf.Layer.FindOrOpen(str(files.root)))
+    _refuse_strangers(stage, files, path)
     return stage
 
 
@@ -95,11 +97,6 @@ def _select_other(stage: Usd.Stage, name: str, variant: str, path: str | Path) -
         sets.SetSelection(name, variant)
 
 
-def _opened(files: Files, path: str | Path) -> Usd.Stage:
-    with parser_faults(path):
-        return Usd.Stage.Open(str(files.root))
-
-
 def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
     errors = composition_errors(stage)
     if errors:
@@ -108,14 +105,12 @@ def _refuse_errors(stage: Usd.Stage, path: str | Path) -> None:
         raise StageError(f"does not compose: {first}{more}", where=path, do="fix the layer it names")
 
 
-def _refuse_excess(stage: Usd.Stage, files: Files, path: str | Path) -> None:
-    """Raise StageError for a layer that was not checked before it was opened, and for too many prims."""
+def _refuse_strangers(stage: Usd.Stage, files: Files, path: str | Path) -> None:
+    """Raise StageError for a layer that was not checked before it was opened."""
     for layer in stage.GetUsedLayers():
-        file = layer.realPath.split("[")[0]
+        file = Ar.SplitPackageRelativePathOuter(layer.realPath)[0]
         if not layer.anonymous and Path(file).resolve() not in files.found:
             raise StageError(f"uses {layer.identifier}, which its layers do not name", where=path, do="name it")
-    if next(islice(stage.Traverse(), MAX_PRIMS, None), None):
-        raise StageError(f"has more than {MAX_PRIMS} prims", where=path, do="instance what repeats, or split the stage")
 
 
 @contextmanager

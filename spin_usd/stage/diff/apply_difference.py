@@ -5,6 +5,7 @@ from typing import TypeAlias
 from pxr import Sdf, Tf, Usd
 
 from spin_usd.errors import StageError
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.diff.differences import (
     ACTIVE,
     FILE,
@@ -80,7 +81,7 @@ def _prim(path: Sdf.Path, of: Usd.Stage, to: Usd.Stage) -> None:
     if not of.GetPrimAtPath(path):
         to.GetPrimAtPath(path).SetActive(False)
         return
-    alone = Usd.Stage.OpenMasked(of.GetRootLayer(), of.GetSessionLayer(), Usd.StagePopulationMask([path]))
+    alone = stage_on(of.GetRootLayer(), of.GetSessionLayer(), only=path)
     flat, session = alone.Flatten(addSourceFileComment=False), to.GetSessionLayer()
     Sdf.CreatePrimInLayer(session, path.GetParentPath())
     Sdf.CopySpec(flat, path, session, path)

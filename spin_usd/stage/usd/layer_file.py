@@ -1,4 +1,4 @@
-"""Layers as files: opened with one clear error, written with the metadata that every layer repeats."""
+"""Layers as files: written with the metadata that every layer repeats."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from pxr import Sdf, Tf, UsdGeom
 
-from spin_usd.errors import InputError, OutputError
+from spin_usd.errors import OutputError
 from spin_usd.stage.usd.parser_faults import reason
 
 Layer: TypeAlias = Sdf.Layer
@@ -28,20 +28,6 @@ def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str =
     root.SetInfo("metersPerUnit", METERS_PER_UNIT)
     layer.timeCodesPerSecond = layer.framesPerSecond = TIME_CODES_PER_SECOND
     layer.startTimeCode, layer.endTimeCode = 0.0, float(frames - 1)
-
-
-def open_layer(path: str | Path) -> Sdf.Layer:
-    """Open the layer in the file at `path`, which must exist. Raises InputError that names the file."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError("is not there, or is not a file", where=path)
-    try:
-        layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
-    except Tf.ErrorException as error:
-        raise InputError(f"is not a USD layer: {reason(error)}", where=path) from None
-    if layer is None:
-        raise InputError("is not a USD layer", where=path)
-    return layer
 
 
 def export(layer: Sdf.Layer, path: Path) -> None:

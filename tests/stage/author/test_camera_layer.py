@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.camera import Camera
 from spin_usd.resources import bundled, bundled_names
 from spin_usd.stage.author.camera_layer import (
@@ -98,6 +98,6 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
 def test_other_layers_are_refused_by_name(tmp_path: Path, text: str, found: str) -> None:
     path = tmp_path / "camera.usda"
     path.write_text(text)
-    with pytest.raises(InputError, match=found) as caught:
+    with pytest.raises(SpinError, match=found) as caught:
         open_camera_layer(path)
     assert "camera.usda" in str(caught.value)

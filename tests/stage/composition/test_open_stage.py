@@ -208,9 +208,9 @@ def test_paths_that_leave_the_stage_are_refused_before_opening(make, tmp_path, n
 @pytest.mark.parametrize(
     ("text", "saying"),
     [
-        ("", "USD cannot read it"),
+        ("", "is not a USD layer"),
         ("#usda 1.0\n(\n blah", "Expected"),
-        ("not usd at all", "USD cannot read it"),
+        ("not usd at all", "is not a USD layer"),
         ("#usda 1.0\n(\nsubLayers = [\n@./root.usda@\n]\n)\n", "does not compose"),
         ('#usda 1.0\ndef "A" (\nprepend references = </B>\n)\n{\n}\n', "does not compose: Unresolved reference"),
         ('#usda 1.0\ndef "A" (\nprepend references = </A>\n)\n{\n}\n', "does not compose: Cycle"),
@@ -250,10 +250,10 @@ def test_files_that_are_no_stage(tmp_path) -> None:
 def test_too_many_prims(tmp_path, monkeypatch) -> None:
     path = tmp_path / "root.usda"
     path.write_text("#usda 1.0\n" + "\n".join(f'def "P{i}"\n{{\n}}' for i in range(30)))
-    monkeypatch.setattr("spin_usd.stage.composition.open_stage.MAX_PRIMS", 29)
+    monkeypatch.setattr("spin_usd.stage.composition.excess.MAX_PRIMS", 29)
     with pytest.raises(StageError, match="more than 29 prims"):
         open_stage(path)
-    monkeypatch.setattr("spin_usd.stage.composition.open_stage.MAX_PRIMS", 30)
+    monkeypatch.setattr("spin_usd.stage.composition.excess.MAX_PRIMS", 30)
     assert open_stage(path)
 
 

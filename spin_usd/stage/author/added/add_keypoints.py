@@ -2,14 +2,15 @@
 
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Sdf, UsdGeom, Vt
 
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.paths import TARGET
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import box, vec3d, vec3f_array
-from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, writing
 
 FILE = "keypoints.usda"
 NAME = "Keypoints"
@@ -21,12 +22,12 @@ def add_keypoints(root: Path, keypoints: Keypoints) -> None:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=NAME, documentation="The keypoints that were given, metres, body axes.")
     source = Sdf.Path.absoluteRootPath.AppendChild(NAME)
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     _author(UsdGeom.Points.Define(stage, source), keypoints)
     add_layer(root, layer, FILE, {PRIM: source})
     made = open_layer(root)
     made.GetPrimAtPath(PRIM).specifier = Sdf.SpecifierDef
-    stage = Usd.Stage.Open(made)
+    stage = stage_on(made)
     stage.GetPrimAtPath(TARGET).GetRelationship(schema.TARGET_KEYPOINTS).SetTargets([PRIM])
     with writing(root):
         made.Save()

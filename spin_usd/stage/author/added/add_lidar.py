@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, UsdGeom
 
 from spin_usd.geometry.frames import T_USDCAM_CAM
 from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.paths import CAMERA
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.conversion import quatd, vec3d
 from spin_usd.stage.usd.layer_file import author_metadata
@@ -25,7 +26,7 @@ def lidar_layer(lidar: Lidar, documentation: str) -> Sdf.Layer:
     """Make an anonymous layer with the LiDAR, to stand below a camera."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     author_metadata(layer, default_prim=PRIM.name, documentation=documentation)
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     xform = UsdGeom.Xform.Define(stage, PRIM)
     pose = T_USDCAM_CAM @ lidar.T_cam_lidar
     xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(vec3d(pose.translation + 0.0))  # no negative zeros

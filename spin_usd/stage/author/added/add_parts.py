@@ -4,16 +4,17 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from pxr import Sdf, Usd
+from pxr import Sdf
 
 from spin_usd.errors import InputError
 from spin_usd.scene.source.part_rule import PartRule, first_match
 from spin_usd.stage.author.added_layer import add_layer
 from spin_usd.stage.author.model_surfaces import ModelSurface, model_surfaces
 from spin_usd.stage.author.paths import MODEL, TARGET
+from spin_usd.stage.composition.open_layer import open_layer, stage_on
 from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.layer_file import author_metadata, open_layer, writing
+from spin_usd.stage.usd.layer_file import author_metadata, writing
 
 FILE = "parts.usda"
 LABELS = {schema.PART_LABELS: "SemanticsLabelsAPI:part", schema.CLASS_LABELS: "SemanticsLabelsAPI:class"}
@@ -34,7 +35,7 @@ def add_parts(root: Path, rules: Sequence[PartRule], where: object) -> tuple[dic
     _refuse_mixed(chosen, where)
     add_layer(root, _layer(chosen), FILE, {MODEL: Sdf.Path.absoluteRootPath.AppendChild(MODEL.name)})
     made = open_layer(root)
-    edited = Usd.Stage.Open(made)
+    edited = stage_on(made)
     sizes = Counter(rule.part for _, rule in chosen)
     edited.GetPrimAtPath(TARGET).GetAttribute(schema.TARGET_MERGED_PARTS).Set(list(sizes))
     with writing(root):

@@ -7,6 +7,7 @@ from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, StageError, UnsupportedError
 from spin_usd.stage.author.target.target_asset import TargetAsset
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
@@ -15,7 +16,7 @@ from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
 def hull_corners(target: TargetAsset) -> Float:
     """Compute the corners (N, 3) of the target's convex hull: metres, in its own axes. Those of the box around a target
     that a render will refuse."""
-    stage, time = Usd.Stage.Open(str(target.file)), Usd.TimeCode.EarliestTime()
+    stage, time = open_as_it_is(target.file), Usd.TimeCode.EarliestTime()
     root = _root(stage, target)
     reader = TargetReader(prim=root, time=time, group_of=lambda prim: 0, images=Images(), notes=Notes())
     try:
@@ -29,7 +30,7 @@ def hull_corners(target: TargetAsset) -> Float:
 
 def box_corners(target: TargetAsset) -> Float:
     """Compute the corners (8, 3) of the target's bounding box: metres, in its own axes."""
-    stage = Usd.Stage.Open(str(target.file))
+    stage = open_as_it_is(target.file)
     cache = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), list(RENDERED_PURPOSES))
     box = cache.ComputeWorldBound(_root(stage, target)).ComputeAlignedRange()
     return np.array([box.GetCorner(i) for i in range(8)], np.float64) * target.metres_per_unit

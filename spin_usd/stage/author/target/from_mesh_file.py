@@ -15,6 +15,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
 from spin_usd.stage.author.target.material_network import author_material
 from spin_usd.stage.author.target.texture_files import asset_paths, write_images
+from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd.conversion import box, identifier, int_array, unique_identifiers, vec2f_array, vec3f_array
 from spin_usd.stage.usd.layer_file import author_metadata, export
 
@@ -57,7 +58,7 @@ def _layer(prim: str, documentation: str) -> Sdf.Layer:
 
 def _interface(prim: str, asset: MeshAsset, name: str) -> Sdf.Layer:
     layer = _layer(prim, f"The target {asset.name}, made by spin-usd author from a mesh file.")
-    _author_model(Usd.Stage.Open(layer), prim, asset, name)
+    _author_model(stage_on(layer), prim, asset, name)
     # As a spec once the stage is closed, because the payload is not there yet to be composed.
     layer.GetPrimAtPath(f"/{prim}").payloadList.prependedItems = [Sdf.Payload("./payload.usda")]
     return layer
@@ -75,7 +76,7 @@ def _author_model(stage: Usd.Stage, prim: str, asset: MeshAsset, name: str) -> N
 
 
 def _author_geometry(layer: Sdf.Layer, root: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     UsdGeom.Xform.Define(stage, root)
     for path, part in zip(paths, asset.parts, strict=True):
         _author_mesh(UsdGeom.Mesh.Define(stage, path), part)
@@ -115,7 +116,7 @@ def _unit(part: MeshPart) -> Float:
 
 
 def _author_look(layer: Sdf.Layer, root: Sdf.Path, scope: Sdf.Path, paths: list[Sdf.Path], asset: MeshAsset) -> None:
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     UsdGeom.Scope.Define(stage, scope)
     materials = [*asset.materials, NEUTRAL]  # the last is for faces without one: index -1
     names = unique_identifiers([material.constants.path for material in materials])

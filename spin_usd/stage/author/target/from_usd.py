@@ -1,24 +1,24 @@
 """A USD target, given as a file or by the name of one that travels with spin_usd, copied with all it depends on."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdUtils
+from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target.gathered_roots import gather_roots
 from spin_usd.stage.author.target.target_asset import TargetAsset, describe, open_source
 from spin_usd.stage.author.target.target_root import notes_on_root, outside, target_root
 from spin_usd.stage.composition.backslashes import slashes
+from spin_usd.stage.composition.files import files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.missing_images import dispensable_images
-from spin_usd.stage.composition.open_stage import silenced
-from spin_usd.stage.usd.layer_file import open_layer, writing
-from spin_usd.stage.usd.parser_faults import reason
+from spin_usd.stage.composition.open_layer import open_layer
+from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
+from spin_usd.stage.usd.layer_file import writing
+from spin_usd.stage.usd.parser_faults import parser_faults
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
 
@@ -31,8 +31,7 @@ def copy_usd_target(
 
     Raises InputError that names the file, OutputError when the copy cannot be written.
     """
-    open_layer(source)
-    with silenced(), _readable(source), slashes(source):
+    with silenced(), parser_faults(source), slashes(source):
         incomplete = _refuse_missing(source)
         stage = open_source(source)
         root = target_root(stage, source, prim)
@@ -42,7 +41,7 @@ def copy_usd_target(
             copied = UsdUtils.LocalizeAsset(Sdf.AssetPath(str(source)), str(folder))
             _anchor(folder)
         file = folder / source.resolve().name
-        if not (copied or incomplete) or composition_errors(Usd.Stage.Open(str(file))):
+        if not (copied or incomplete) or composition_errors(open_as_it_is(file)):
             raise InputError("cannot be copied with what it depends on", where=source)
         if not alone:
             file = gather_roots(file, root)
@@ -63,27 +62,18 @@ def _stands_alone(stage: Usd.Stage, source: Path, root: Sdf.Path) -> bool:
     return not found
 
 
-@contextmanager
-def _readable(source: Path) -> Iterator[None]:
-    """Name the source file in the error where a file that it depends on cannot be read."""
-    try:
-        yield
-    except Tf.ErrorException as error:
-        raise InputError(f"depends on a file that cannot be read: {reason(error)}", where=source) from None
-
-
 def _refuse_missing(source: Path) -> bool:
     """Return whether images are missing that have fallbacks. Raises InputError for other missing files."""
-    unresolved = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(source)))[2]
-    dispensable = dispensable_images(Usd.Stage.Open(str(source))) if unresolved else set()
-    needed = [path for path in unresolved if Path(path).resolve() not in dispensable]
+    missing = [(file.layer.parent / file.name).resolve() for file in files_of(source).missing]
+    dispensable = dispensable_images(open_as_it_is(source)) if missing else set()
+    needed = [path for path in missing if path not in dispensable]
     if needed:
         raise InputError(
-            f"depends on {len(needed)} missing files, such as {Path(needed[0]).name!r}",
+            f"depends on {len(needed)} missing files, such as {needed[0].name!r}",
             where=source,
             do="put them where the layer looks for them",
         )
-    return bool(unresolved)
+    return bool(missing)
 
 
 def _anchor(folder: Path) -> None:
@@ -100,6 +90,6 @@ def _anchor(folder: Path) -> None:
 
     for layer_file in sorted(folder.rglob("*")):
         if layer_file.is_file() and layer_file.suffix in LAYER_SUFFIXES:
-            layer = Sdf.Layer.FindOrOpen(str(layer_file))
+            layer = open_layer(layer_file)
             UsdUtils.ModifyAssetPaths(layer, partial(anchored, beside=layer_file.parent))
             layer.Save()

@@ -8,6 +8,8 @@ from pathlib import Path
 from pxr import Sdf, Usd, UsdUtils
 
 from spin_usd.errors import InputError
+from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd.layer_file import export
 
 GATHERED = "Roots"
@@ -22,12 +24,12 @@ def gather_roots(file: Path, chosen: Sdf.Path) -> Path:
     Raises InputError for a prim that cannot be moved.
     """
     absolute = file.resolve()  # so are the asset paths that USD makes in what it flattens
-    layer = UsdUtils.FlattenLayerStack(Usd.Stage.Open(str(absolute)))
+    layer = UsdUtils.FlattenLayerStack(open_as_it_is(absolute))
     UsdUtils.ModifyAssetPaths(layer, lambda path: _beside(path, absolute.parent))
     roots = [prim.path for prim in layer.rootPrims]
     gathered_prim = Sdf.Path.absoluteRootPath.AppendChild(_free_name(GATHERED, roots))
     _define(layer, gathered_prim, "Xform")
-    stage = Usd.Stage.Open(layer)
+    stage = stage_on(layer)
     parent = gathered_prim
     if chosen != Sdf.Path.absoluteRootPath:
         _move(stage, chosen, gathered_prim, file)

@@ -12,6 +12,7 @@ from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 from spin_usd.arrays import Float
 from spin_usd.geometry.polygons import newell
 from spin_usd.scene.source.source_bounds import SourceBounds
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.usd.values import read, read_any
 from spin_usd.stage.usd.visibility import RENDERED_PURPOSES
@@ -24,7 +25,7 @@ def usd_bounds(
 ) -> SourceBounds | None:
     """Measure all at and below `prim`, the default prim where None, in metres, at one time and with the variants
     `selections` of that prim. Returns None where nothing has a size."""
-    stage = Usd.Stage.Open(str(file))
+    stage = open_as_it_is(file)
     root = stage.GetPrimAtPath(prim) if prim else stage.GetDefaultPrim() or stage.GetPseudoRoot()
     time = Usd.TimeCode(time_code)
     stated = UsdGeom.StageHasAuthoredMetersPerUnit(stage)

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pxr import Tf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from spin_usd.errors import InputError
 from spin_usd.stage.author.target.target_root import holds_geometry
 from spin_usd.stage.composition.materialx import composition_errors
+from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.parser_faults import reason
 from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
 from spin_usd.stage.usd.values import read
 
@@ -77,12 +77,9 @@ def describe(
 
 
 def open_source(source: Path) -> Usd.Stage:
-    """Open the stage in a user's file. Raises InputError that names it where it does not compose."""
-    try:
-        stage = Usd.Stage.Open(str(source))
-    except Tf.ErrorException as error:
-        do = "write it again with a program that follows USD's types"
-        raise InputError(f"USD cannot read it: {reason(error)}", where=source, do=do) from None
+    """Open the stage in a user's file. Raises StageError for what must not be opened, InputError where it does
+    not compose."""
+    stage = open_as_it_is(source)
     errors = composition_errors(stage)
     if errors:
         raise InputError(f"does not compose: {errors[0]}", where=source)

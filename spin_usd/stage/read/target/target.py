@@ -10,8 +10,8 @@ from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.target import Target
+from spin_usd.stage.composition.excess import MAX_PRIMS
 from spin_usd.stage.composition.images import Images
-from spin_usd.stage.composition.open_stage import MAX_PRIMS
 from spin_usd.stage.read.shapes.triangles import determinant
 from spin_usd.stage.read.target.assembly import assembled
 from spin_usd.stage.read.target.gprim import GprimReader, PlacedGprim
