@@ -9,19 +9,9 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.read.dataset import Dataset
-from tests.conftest import REPOSITORY
 
-PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
 PICTURES = 3
 OPENCV = 1e-6  # pixels: two implementations of one formula in double precision
-
-
-@pytest.fixture(scope="module")
-def readers():
-    """The Python that has them."""
-    if not PYTHON.is_file():
-        pytest.skip("no .venv-readers; tools/readers_environment makes it")
-    return PYTHON
 
 
 @pytest.fixture(scope="module")

@@ -16,21 +16,12 @@ from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
-PYTHON = REPOSITORY / ".venv-readers" / "bin" / "python"
 SNIPPETS = re.findall(
     r"^```python\n(.*?)^```", (REPOSITORY / "docs" / "datasets.md").read_text(), re.MULTILINE | re.DOTALL
 )
 FULL_SCALE = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 PICTURES = 10
 EXR_LABELS = [label for label in PIXEL_LABELS.values() if label.suffix == ".exr"]
-
-
-@pytest.fixture(scope="module")
-def readers():
-    """The Python that has them."""
-    if not PYTHON.is_file():
-        pytest.skip("no .venv-readers; tools/readers_environment makes it")
-    return PYTHON
 
 
 @pytest.fixture(scope="module")

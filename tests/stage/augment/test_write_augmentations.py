@@ -33,13 +33,13 @@ HEAD = 'schema = "augment-1"\nseed = 5\n'
 @pytest.fixture(scope="module")
 def authored(tmp_path_factory):
     folder = tmp_path_factory.mktemp("authored") / "stage"
-    author_stage(poses=POSES, target="tango", camera="speedplus", environment="earth", out=folder, frames="0:3")
+    author_stage(poses=POSES, target="cubesat", camera="speedplus", environment="earth", out=folder, frames="0:3")
     return folder
 
 
 @pytest.fixture
 def stage(authored, tmp_path):
-    """The root layer of a copy of the stage, three pictures of Tango before the Earth."""
+    """The root layer of a copy of the stage, three pictures of a CubeSat before the Earth."""
     shutil.copytree(authored, tmp_path / "stage")
     return tmp_path / "stage" / "dataset.usda"
 
@@ -95,7 +95,7 @@ def test_another_parameter_changes_no_other_draw(stage, spec) -> None:
 
 def test_fewer_pictures_have_the_draws_they_had(stage, spec, tmp_path) -> None:
     augment_stage(stage=stage, spec=spec(PER_FRAME))
-    author_stage(poses=POSES, target="tango", camera="speedplus", out=tmp_path / "few", frames="1:2")
+    author_stage(poses=POSES, target="cubesat", camera="speedplus", out=tmp_path / "few", frames="1:2")
     augment_stage(stage=tmp_path / "few" / "dataset.usda", spec=spec(PER_FRAME))
     (one,), three = scenes(tmp_path / "few" / "dataset.usda"), scenes(stage)
     np.testing.assert_allclose(one.lights[0].direction_cam, three[1].lights[0].direction_cam, atol=1e-12)
@@ -263,7 +263,7 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ('select = { weather = "rich" }', "select.weather: the stage has no variant set 'weather'"),
         (
             SAMPLE + '"material.Gold.roughness" = { distribution = "fixed", value = 1 }',
-            "material.Gold.roughness: no target has a material 'Gold'; it has .*GoldMli",
+            "material.Gold.roughness: no target has a material 'Gold'; it has .*Aluminium",
         ),
         (
             SAMPLE + '"optics.glare" = { distribution = "uniform", low = 0.5, high = 1.001 }',
@@ -279,8 +279,8 @@ SUN = SAMPLE + '"sun.direction" = { distribution = "directions"%s }\n[augmentati
         ),
         (
             SAMPLE + '"material.*.roughness" = { distribution = "fixed", value = 1 }\n'
-            '"material.GoldMli.roughness" = { distribution = "fixed", value = 1 }',
-            "material.GoldMli.roughness: sets .*inputs:roughness, and so does material.*.roughness",
+            '"material.Aluminium.roughness" = { distribution = "fixed", value = 1 }',
+            "material.Aluminium.roughness: sets .*inputs:roughness, and so does material.*.roughness",
         ),
         (
             SUN % ', per = "frame"' + "sun_from_boresight_deg = 100\nsun_from_boresight_at_most_deg = 90",

@@ -14,7 +14,7 @@ POSES = stages() / "examples" / "tango_speedplus_poses.json"
 
 
 def authored(out, **choices):
-    return author_stage(poses=POSES, target="tango", camera="speedplus", out=out, frames="0:1", **choices).root
+    return author_stage(poses=POSES, target="cubesat", camera="speedplus", out=out, frames="0:1", **choices).root
 
 
 def scene(root):

@@ -1,8 +1,5 @@
 """Presets: what they say is what an authored stage says and a Scene holds; what they cannot say is refused."""
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +10,7 @@ from spin_usd.dataset.author.author import author_stage
 from spin_usd.errors import InputError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.stage.author.presets import open_preset
+from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
 NAMES = ("lightbox", "speedplus_synthetic", "sunlamp")
@@ -72,9 +70,7 @@ def test_usd_finds_nothing_to_complain_about(authored: dict[str, Path], name: st
 
 @pytest.mark.parametrize("name", NAMES)
 def test_our_own_check_finds_nothing(authored: dict[str, Path], name: str) -> None:
-    command = [sys.executable, "-m", "spin_usd.cli.main", "check", "--json", str(authored[name].parent)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert json.loads(done.stdout)["findings"] == [], done.stderr
+    assert check_stage(authored[name]) == ()
 
 
 @pytest.mark.parametrize("name", NAMES)

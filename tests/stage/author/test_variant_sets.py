@@ -36,10 +36,10 @@ DIGITS = 1e-4  # relative: the layers give irradiances with five digits
 
 @pytest.fixture(scope="module")
 def authored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return author(tmp_path_factory.mktemp("tango") / "stage")
+    return author(tmp_path_factory.mktemp("cubesat") / "stage")
 
 
-def author(out: Path, target: str | Path = "tango", **options: str | Path | None) -> Path:
+def author(out: Path, target: str | Path = "cubesat", **options: str | Path | None) -> Path:
     given: dict[str, Any] = dict(options)
     return Path(author_stage(poses=POSES, target=target, camera="speedplus", out=out, frames="0:2", **given).root)
 
@@ -119,8 +119,13 @@ def test_nothing_is_selected(authored: Path) -> None:
     assert [light.path for light in taken.lights] == ["/World/Lights/Sun"]
 
 
-@pytest.mark.parametrize("preset", [None, *bundled_names("preset")])
-@pytest.mark.parametrize("environment", bundled_names("environment"))
+@pytest.mark.parametrize(
+    ("environment", "preset"),
+    [
+        pytest.param(environment, preset, marks=[pytest.mark.slow] if preset and environment != "earth" else [])
+        for environment, preset in product(bundled_names("environment"), (None, *bundled_names("preset")))
+    ],
+)
 def test_every_authored_stage_has_them_and_no_findings(tmp_path: Path, preset: str | None, environment: str) -> None:
     """A preset's own effects, and its own environment, are gone where a group is plain."""
     root = author(tmp_path / "stage", preset=preset, environment=environment)

@@ -29,7 +29,7 @@ DIM = 'over "Lights"\n{\nover "Sun"\n{\nfloat inputs:intensity = 700\n}\n}'
 @pytest.fixture(scope="module")
 def authored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("variants") / "stage"
-    return Path(author_stage(poses=POSES, target="tango", camera="speedplus", out=out, frames=f"0:{FRAMES}").root)
+    return Path(author_stage(poses=POSES, target="cubesat", camera="speedplus", out=out, frames=f"0:{FRAMES}").root)
 
 
 class Edited:
