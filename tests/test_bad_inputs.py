@@ -377,6 +377,14 @@ def test_images_that_their_format_cannot_hold_are_refused_before_anything_is_mad
     spin_usd("plan", tmp_path / "stage.usda", *options, "--labels-only")
 
 
+def test_labels_that_cannot_hold_so_many_targets_are_refused_before_anything_is_made(tmp_path, spin_usd) -> None:
+    targets = [TARGET.replace('"Target"', f'"Target_{number}"') for number in range(17)]
+    (tmp_path / "stage.usda").write_text(stage(CAMERA, *targets))
+    command = ["render", tmp_path / "stage.usda", "--out", tmp_path / "data", "--labels", "depth,mask_amodal"]
+    refused(spin_usd, [*command, "--quiet"], "has 17 targets, and the label mask_amodal holds 16 at most")
+    assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+
+
 @pytest.mark.parametrize("twice", [["--samples", "2", "--samples", "3"], ["--seed=1", "--seed", "1"]])
 def test_an_option_given_twice_is_wrong_usage(good_stage, spin_usd, twice) -> None:
     assert f"'{twice[0][:6]}" in spin_usd("plan", good_stage, *twice, code=2).stderr

@@ -39,14 +39,13 @@ def flow(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: pixels to the right and down, 0 where the next camera's lens sees no such point, and
     the NextState; 0, 0, 0 where there is no surface, where the next frame lacks its body, and all over the last
     frame."""
-    frame, following = np.zeros((*scene.camera.frame.shape, 3), np.float32), scene.next_frame
-    if following is None:
-        return frame
-    for one, rows in surface.pieces():
-        there = _same_body(one, following)
-        if there:
-            frame[surface.rows[rows], surface.columns[rows]] = _moves(surface, rows, one, following, there)
-    return frame
+    following = scene.next_frame
+
+    def moves(one: Scene, rows: Rows) -> Float | float:
+        there = _same_body(one, following) if following else None
+        return _moves(surface, rows, one, following, there) if following and there else 0.0
+
+    return surface.image_of(moves, (3,), np.float32)
 
 
 def _same_body(one: Scene, following: Scene) -> Scene | None:

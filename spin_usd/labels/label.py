@@ -56,6 +56,7 @@ class Label(LabelFile):
     usd_type: of a pixel in USD; authored stages list the default labels as UsdRender variables
     decided_by: what decides it beyond what the geometry key covers, which decides all others
     takes_next_frame: whether `make` and `decided_by` take `scene.next_frame`
+    max_targets: how many targets it can hold; any number if not given
     of_several: whether `render` writes it beside any other label where a stage has several bodies: without it nobody
     could tell which of them another label is of
 
@@ -67,6 +68,7 @@ class Label(LabelFile):
     usd_type: str
     decided_by: Callable[[Scene], Any] | None = None
     takes_next_frame: bool = False
+    max_targets: int | None = None
     of_several: bool = False
 
     def key(self, scene: Scene, geometry: str, seed: int) -> str:

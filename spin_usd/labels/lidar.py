@@ -27,9 +27,9 @@ POINT = np.dtype(
     ]
 )
 ROUNDING = 5e-7  # relative: float32 rounds to 6e-8, each coordinate and both ranges; twice that is added up
-MOST_SIGMAS = 8.0  # a normal error is larger once in 8e14 points
-MOST_BESIDE = 0.05  # share of points: those near edges that pixels do not resolve may lie beside what depth shows
-FEWEST = 20  # points that are compared: of fewer a share says nothing
+MAX_SIGMAS = 8.0  # a normal error is larger once in 8e14 points
+MAX_BESIDE = 0.05  # share of points: those near edges that pixels do not resolve may lie beside what depth shows
+MIN_POINTS = 20  # that are compared: of fewer a share says nothing
 SAME_VIEW = math.cos(math.radians(3.0))  # what the LiDAR sees at most this far aside, the camera sees too, but at edges
 NINE = np.array([(i, j) for j in (-1.0, 0.0, 1.0) for i in (-1.0, 0.0, 1.0)])  # pixels around one, right and down
 FLAT = 1e-3  # relative: nine pixels whose depths are off a plane by more show an edge
@@ -77,7 +77,7 @@ def faults(picture: LabelledPicture, name: str) -> Iterator[LabelFault]:
         yield LabelFault(code="parts", message=f"{name} and dataset.json say other targets of its parts")
     yield from _range_faults(cloud, lidar, name)
     beside = _share_beside(picture, cloud, lidar)
-    if not beside <= MOST_BESIDE:
+    if not beside <= MAX_BESIDE:
         yield LabelFault(code="lidar", message=f"{beside:.0%} of the points of {name} lie beside what depth shows")
 
 
@@ -88,7 +88,7 @@ def _range_faults(cloud: NDArray[np.void], lidar: Lidar, name: str) -> Iterator[
     if not (off <= rounding).all():
         yield LabelFault(code="beams", message=f"points of {name} lie up to {off.max():.3g} m beside their beams")
     error = np.abs(ranges - exact)
-    if not (error <= MOST_SIGMAS * lidar.sigma(exact) + rounding).all():
+    if not (error <= MAX_SIGMAS * lidar.sigma(exact) + rounding).all():
         found = f"ranges of {name} are up to {error.max():.3g} m off, more than the LiDAR's noise explains"
         yield LabelFault(code="noise", message=found)
     low, high = lidar.range_limits
@@ -110,7 +110,7 @@ def _share_beside(picture: LabelledPicture, cloud: NDArray[np.void], lidar: Lida
     alike = (ids[rows, columns] == cloud["parts"][inside, None]).all(1)
     z, bend = _plane_depth(depth[rows[alike], columns[alike]].astype(np.float64), (uv - np.floor(uv) - 0.5)[alike])
     flat, points = bend <= FLAT, points[inside][alike]
-    if flat.sum() < FEWEST:
+    if flat.sum() < MIN_POINTS:
         return 0.0
     further = (points[:, 2] / z - 1)[flat]
     slack = PLANE + 4 * bend[flat]

@@ -38,11 +38,12 @@ class SunState(IntEnum):
 def lit(scene: Scene, surface: Surface) -> NDArray[np.uint8]:
     """Return (H, W) uint8: the SunState; NO_SUN where there is none, planets hide it, or light links keep it away; 0
     where there is no surface."""
-    frame, sun = np.zeros(scene.camera.frame.shape, np.uint8), _sun(scene)
-    for one, rows in surface.pieces():
-        states = _states(scene, surface, one, rows, sun) if sun else SunState.NO_SUN
-        frame[surface.rows[rows], surface.columns[rows]] = states
-    return frame
+    sun = _sun(scene)
+
+    def states(one: Scene, rows: Rows) -> NDArray[np.uint8] | SunState:
+        return _states(scene, surface, one, rows, sun) if sun else SunState.NO_SUN
+
+    return surface.image_of(states, (), np.uint8)
 
 
 def _sun(scene: Scene) -> DistantLight | None:

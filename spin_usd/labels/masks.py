@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.errors import UnsupportedError
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import by_bit
@@ -21,14 +20,13 @@ MAX_TARGETS = 16  # a bit each
 
 
 def mask_visible(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
-    """Return (H, W) uint16: the bit of the target that is seen. Raises UnsupportedError for more than 16 targets."""
+    """Return (H, W) uint16: the bit of the target that is seen."""
     bits = np.array([0, *_bits(scene)], np.uint16)
     return surface.image(bits[surface.target], np.uint16)
 
 
 def mask_amodal(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
-    """Return (H, W) uint16: the bits of the targets that would be seen if each were alone. Raises UnsupportedError for
-    more than 16 targets."""
+    """Return (H, W) uint16: the bits of the targets that would be seen if each were alone."""
     frame = np.zeros(scene.camera.frame.shape, np.uint16)
     for bit, alone in zip(_bits(scene), surface.alone, strict=False):  # targets come before occluders
         frame[alone.region.slices] |= np.where(alone.face >= 0, np.uint16(bit), np.uint16(0))
@@ -37,10 +35,6 @@ def mask_amodal(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
 
 def _bits(scene: Scene) -> list[int]:
     """Return the value of the bit of each of the scene's targets."""
-    count = len(scene.targets)
-    if count > MAX_TARGETS:
-        do = "leave the masks out of --labels: instance holds any number of targets"
-        raise UnsupportedError(f"masks hold {MAX_TARGETS} targets at most, and the stage has {count}", do=do)
     return [1 << (body.id - 1) for body in scene.targets]
 
 
@@ -75,6 +69,7 @@ def _mask(
         suffix=".png",
         usd_type="int",
         file_bytes=0.01,
+        max_targets=MAX_TARGETS,
         preview=by_bit,
         faults=faults,
     )

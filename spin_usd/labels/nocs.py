@@ -14,7 +14,7 @@ from spin_usd.arrays import Float
 from spin_usd.labels.label import Label
 from spin_usd.labels.labelled_picture import LabelFault, LabelledPicture
 from spin_usd.labels.preview import image
-from spin_usd.scene.derived.surface import Surface
+from spin_usd.scene.derived.surface import Rows, Surface
 from spin_usd.scene.model import Scene
 from spin_usd.scene.source.channels import Channels
 
@@ -25,10 +25,11 @@ FLOAT32 = 1.2e-7  # of the coordinates in a dense pose
 def nocs(scene: Scene, surface: Surface) -> NDArray[np.uint16]:
     """Return (H, W, 3) uint16: x, y and z in the body frame of the target that is seen, each 1 at its box's least and
     65535 at its greatest; 0 where none is."""
-    frame = np.zeros((*scene.camera.frame.shape, 3), np.uint16)
-    for one, rows in surface.pieces(targets_alone=True):
-        frame[surface.rows[rows], surface.columns[rows]] = normalised(surface.body[rows], one.target.mesh.box)
-    return frame
+
+    def numbers(one: Scene, rows: Rows) -> Float:
+        return normalised(surface.body[rows], one.target.mesh.box)
+
+    return surface.image_of(numbers, (3,), np.uint16, targets_alone=True)
 
 
 def normalised(body: Float, box: Float) -> Float:

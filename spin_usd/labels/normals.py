@@ -21,16 +21,12 @@ UNIT = 1e-6  # float32 rounds each component to 6e-8
 SAME = 1e-6  # between components of normals that are of one plane
 ACROSS = 1e-3  # cosine between a normal and a way along its own plane, with room for float32 in a normal dense pose
 FLOAT32 = 2.4e-7  # four roundings of coordinates, relative
-MOST = 0.5  # of the neighbours on one plane must lie across the normal; others are of planes behind one another
+MIN_SHARE = 0.5  # of the neighbours on one plane lie across the normal; others are of planes behind one another
 
 
 def normals_cam(scene: Scene, surface: Surface) -> NDArray[np.float32]:
     """Return (H, W, 3) float32: unit normals in the camera's axes, towards the camera; 0 where there is no surface."""
-    frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
-    for one, rows in surface.pieces():
-        turned = one.T_cam_body.directions(surface.normals[rows])
-        frame[surface.rows[rows], surface.columns[rows]] = turned
-    return frame
+    return surface.image_of(lambda one, rows: one.T_cam_body.directions(surface.normals[rows]), (3,), np.float32)
 
 
 def normals_body(scene: Scene, surface: Surface) -> NDArray[np.float32]:
@@ -59,7 +55,7 @@ def faults_body(picture: LabelledPicture) -> Iterator[LabelFault]:
     yield from _unit_faults(normals, picture.target_ids, "normals_body")
     if "dense_pose" in picture.arrays:
         share = _share_across(normals, picture.arrays["dense_pose"].astype(np.float64))
-        if share < MOST:
+        if share < MIN_SHARE:
             found = f"only {share:.0%} of neighbouring points of one plane lie across normals_body"
             yield LabelFault(code="normals", message=found)
 

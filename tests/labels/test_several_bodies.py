@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.errors import UnsupportedError
 from spin_usd.labels.flow import NextState
 from spin_usd.labels.lit import SunState
-from spin_usd.labels.masks import MAX_TARGETS, mask_visible
 from spin_usd.labels.table import PIXEL_LABELS
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.effort import Effort
-from tests.cases.labelled import CASTER, labels_of, picture_of, sun, surface_of
+from tests.cases.labelled import CASTER, labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, box, pose, scene, target
 
 CUBE = target(*box())
@@ -69,13 +67,6 @@ def test_amodal_masks_are_renders_without_the_others(made, labels) -> None:
     both = labels["mask_amodal"] == 3
     assert both.sum() > 200
     assert (labels["mask_visible"] != labels["mask_amodal"]).sum() > 200
-
-
-def test_masks_of_more_targets_than_bits_are_refused(made) -> None:
-    more = tuple(Body(id=number, target=CUBE, T_cam_body=POSES[0]) for number in range(2, MAX_TARGETS + 2))
-    many = replace(made, others=more, next_frame=None)
-    with pytest.raises(UnsupportedError, match="16 targets at most, and the stage has 17"):
-        mask_visible(many, surface_of(many))
 
 
 def test_bodies_shade_one_another(made, labels) -> None:

@@ -87,7 +87,9 @@ def plan(
 
 def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: those asked for, of several bodies what tells them apart, and
-    what is offered where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none."""
+    what is offered where the stage has a LiDAR. Raises InputError for a LiDAR's label where it has none, and for one
+    that cannot hold so many targets."""
+    _refuse_targets(request, len(plan.description["targets"]))
     has_lidar, clouds = plan.description["lidar"], [kind for kind in request.kinds if kind in CLOUD_LABELS]
     if clouds and not has_lidar:
         do = "author it with --lidar, for example --lidar flash, or leave that label out"
@@ -96,6 +98,16 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     more = LABELS_OF_SEVERAL if of_pixels and plan.description["bodies"] > 1 else ()
     offered = request.offered if has_lidar else ()
     return tuple(kind for kind in KINDS if kind in (*request.kinds, *more, *offered))
+
+
+def _refuse_targets(request: RenderRequest, count: int) -> None:
+    """Raise InputError where a label that is asked for cannot hold so many targets."""
+    for name in request.kinds:
+        label = PIXEL_LABELS.get(name)
+        if label and label.max_targets is not None and count > label.max_targets:
+            do = "leave that label out: instance holds any number of targets"
+            found = f"has {count} targets, and the label {name} holds {label.max_targets} at most"
+            raise InputError(found, where=request.stage, do=do)
 
 
 def run_options(request: RenderRequest, plan: Plan) -> RunOptions:

@@ -8,13 +8,13 @@ All arithmetic is done in camera axes around the target's centre `c`: a ray's po
 target's faces are for each of several bodies given that body's own scene, of Scene.apart.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
@@ -80,6 +80,22 @@ class Surface:
         found[self.rows[of], self.columns[of]] = values[of]
         return found
 
+    def image_of(
+        self,
+        values: Callable[[Scene, Rows], ArrayLike],
+        channels: tuple[int, ...],
+        dtype: type[np.generic],
+        *,
+        targets_alone: bool = False,
+    ) -> NDArray[Any]:
+        """Return (H, W, *channels), of that type: what `values` returns of a few points (M,) at once, given the scene
+        of their body alone and which they are, in their pixels of the whole frame; 0 in all others. `targets_alone`:
+        without occluders."""
+        found = np.zeros((*self.scene.camera.frame.shape, *channels), dtype)
+        for one, rows in self._pieces(targets_alone=targets_alone):
+            found[self.rows[rows], self.columns[rows]] = values(one, rows)
+        return found
+
     @property
     def of_targets(self) -> Rows:
         """Which points are of a target, not of an occluder."""
@@ -95,9 +111,8 @@ class Surface:
             if len(rows):
                 yield one, rows
 
-    def pieces(self, *, targets_alone: bool = False) -> Iterator[tuple[Scene, Rows]]:
-        """Yield the same by few points at once, whose temporaries fit a core's cache; `targets_alone`: without
-        occluders."""
+    def _pieces(self, *, targets_alone: bool) -> Iterator[tuple[Scene, Rows]]:
+        """Yield the same by few points at once, whose temporaries fit a core's cache."""
         for one, rows in self.of_bodies():
             count = len(self.target[rows])
             if targets_alone and not self.target[rows][:1].any():

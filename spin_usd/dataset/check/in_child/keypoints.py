@@ -16,7 +16,7 @@ from spin_usd.scene.finding import Finding
 AWAY_PX, AWAY_SHARE = 1e-3, 1e-7  # of a pixel, and of where it is: the record's quaternion is rounded
 BORDER_PX = 1e-6  # within which either side of the frame's edge is right
 AROUND = 1  # pixels around a keypoint's own, whose depth is looked at
-FEWEST_HIDDEN = 3  # keypoints: what hides fewer may be rods too thin for pixels to show
+MIN_HIDDEN = 3  # keypoints: what hides fewer may be rods too thin for pixels to show
 UNSEEN = (KeypointState.OUTSIDE, KeypointState.BEHIND)
 
 
@@ -122,5 +122,5 @@ def _contradicted(target: CheckedTarget) -> Iterator[tuple[int, str]]:
     for i, depth in around.items():
         if states[i] == KeypointState.VISIBLE and depth.covered:
             yield i, f"is said to be visible, and lies {depth.z - depth.far:.3g} m behind what the depth shows there"
-    if len(bare) >= FEWEST_HIDDEN and 2 * len(bare) > len(hidden):
+    if len(bare) >= MIN_HIDDEN and 2 * len(bare) > len(hidden):
         yield bare[0], f"and {len(bare) - 1} others are said to be hidden, and the depth shows nothing before them"

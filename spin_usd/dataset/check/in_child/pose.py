@@ -13,10 +13,10 @@ from spin_usd.dataset.check.in_child.checked_target import CheckedTarget, target
 from spin_usd.scene.finding import Finding
 
 SAMPLES = 2000  # pixels of a target
-FEWEST = 20  # pixels: fewer may lie on a line
+MIN_PIXELS = 20  # fewer may lie on a line
 NOISE_PX = 1e-3  # what a pixel's point may lie beside its pixel: float32 rounds to less
-LEAST_DEGREES, LEAST_METRES = 1e-5, 1e-7  # where many pixels leave less than rounding in OpenCV
-MOST_DEGREES = 1.0  # where so much is allowed, the target is too small for the rule to say anything
+MIN_DEGREES, MIN_METRES = 1e-5, 1e-7  # where many pixels leave less than rounding in OpenCV
+MAX_DEGREES = 1.0  # where so much is allowed, the target is too small for the rule to say anything
 REFINED = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-15)
 
 
@@ -47,7 +47,7 @@ def pose_error(target: CheckedTarget) -> PoseError | None:
     """Return the error of the pose that fits the dense pose best, by OpenCV's Levenberg-Marquardt method from the
     record's pose on; None where the target's pixels do not decide it."""
     dense = target.dense_pose
-    if dense is None or len(dense[0]) < FEWEST:
+    if dense is None or len(dense[0]) < MIN_PIXELS:
         return None
     chosen = np.linspace(0, len(dense[0]) - 1, min(SAMPLES, len(dense[0]))).astype(int)
     points, pixels = dense[0][chosen], dense[1][chosen]
@@ -83,6 +83,6 @@ def _allowed(points: Float, turn: Float, shift: Float, lens: tuple[Float, Float]
         return None
     spread = NOISE_PX / (singular[-1] * scale)
     degrees, metres = float(np.degrees(np.linalg.norm(spread[:3]))), float(np.linalg.norm(spread[3:]))
-    if degrees > MOST_DEGREES:
+    if degrees > MAX_DEGREES:
         return None
-    return max(degrees, LEAST_DEGREES), max(metres, LEAST_METRES)
+    return max(degrees, MIN_DEGREES), max(metres, MIN_METRES)

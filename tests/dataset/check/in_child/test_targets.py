@@ -12,7 +12,7 @@ from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.dataset.check.in_child.checked_target import targets_of
 from spin_usd.dataset.check.in_child.keypoints import depths_around, keypoint_findings
 from spin_usd.dataset.check.in_child.pixel_counts import count_findings
-from spin_usd.dataset.check.in_child.pose import LEAST_DEGREES, pose_error, pose_findings
+from spin_usd.dataset.check.in_child.pose import MIN_DEGREES, pose_error, pose_findings
 from spin_usd.dataset.picture.target_facts import FactMaker
 from spin_usd.dataset.plan.in_child import described_parts, described_target
 from spin_usd.dataset.render.record import recorded_camera, recorded_target
@@ -96,7 +96,7 @@ def test_the_pose_is_found_again(sound) -> None:
     (seen,) = targets_of(sound)
     error = pose_error(seen)
     assert error is not None
-    assert error.degrees < LEAST_DEGREES
+    assert error.degrees < MIN_DEGREES
     assert error.metres < 1e-6
 
 
