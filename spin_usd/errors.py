@@ -21,7 +21,7 @@ class SpinError(Exception):
 
     def __init__(self, found: str, *, where: object = None, do: str | None = None) -> None:
         self.found, self.where, self.do = found, where, do
-        at = f"{where}: " if where is not None else ""
+        at = f"{printable(str(where))}: " if where is not None else ""
         remedy = f"; {do}" if do else ""
         super().__init__(_one_line(f"{at}{found}{remedy}"))
 
@@ -56,7 +56,15 @@ class RenderError(SpinError, RuntimeError):
     exit_code = FINDINGS
 
 
+def printable(text: str) -> str:
+    """Return the text as one line that shows what it holds, and steers no terminal: all but printable characters stand
+    as escapes, such as \\n, \\x1b, \\u202e, which turns the direction, or \\udcff for a byte that is not UTF-8."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
 def _one_line(text: str, limit: int = 600) -> str:
     """One line of at most `limit` printable characters: stage strings can hold anything."""
-    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    line = printable(" ".join(text.split()))
     return line if len(line) <= limit else line[: limit - 1] + "…"

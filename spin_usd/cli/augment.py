@@ -10,6 +10,7 @@ import spin_usd
 from spin_usd.cli.built_in import named
 from spin_usd.cli.options import STAGE_HELP, Json
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
 
@@ -36,7 +37,7 @@ def augment(
         from spin_usd.api.augment import parameters
 
         rows = parameters()
-        print(json.dumps(rows) if as_json else _in_lines(rows))
+        show(*([json.dumps(rows)] if as_json else _in_lines(rows).split("\n")))
         return
     if stage is None or spec is None:
         raise InputError(
@@ -45,11 +46,11 @@ def augment(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.augment(stage, spec=spec, out=out, on_progress=progress)
     if as_json:
-        print(json.dumps(report.as_json()))
+        show(json.dumps(report.as_json()))
         return
     names = report.augmentations
     listed = ", ".join(names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]])
-    print(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
+    show(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
 def _in_lines(rows: list[dict[str, Any]]) -> str:

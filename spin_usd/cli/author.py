@@ -10,6 +10,7 @@ import spin_usd
 from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
@@ -149,12 +150,12 @@ def author(
             on_progress=progress,
         )
     if as_json:
-        print(json.dumps(report.as_json()))
+        show(json.dumps(report.as_json()))
         return
     show_notes(report.notes)
-    print(f"{report.root}   ({counted(report.frames, 'frame')})")
+    show(f"{report.root}   ({counted(report.frames, 'frame')})")
     if report.views:
-        print(summary(report.views))
+        show(*summary(report.views).split("\n"))
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
@@ -167,4 +168,4 @@ def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:
         names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
         raise InputError(f"{names} is given with --minimal, which asks for nothing but --out", do="drop one of them")
     root = write_minimal(out)
-    print(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")
+    show(json.dumps({"root": str(root)}) if as_json else f"{root}   (one page: edit it, then check and render it)")

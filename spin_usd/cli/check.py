@@ -10,6 +10,7 @@ import typer
 import spin_usd
 from spin_usd.cli.options import Json
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import FINDINGS
 
@@ -28,13 +29,13 @@ def check(
     errors = [finding for finding in findings if finding.severity == "error"]
     if as_json:
         shows = {"views": views.as_json()} if views else {}
-        print(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **shows}))
+        show(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **shows}))
     else:
         if views:
-            print(summary(views))
+            show(*summary(views).split("\n"))
         for finding in findings:
-            print(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
+            show(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
         warnings = counted(len(findings) - len(errors), "warning")
-        print(f"{checked.kind} {path}: {counted(len(errors), 'error')}, {warnings}")
+        show(f"{checked.kind} {path}: {counted(len(errors), 'error')}, {warnings}")
     if errors:
         raise typer.Exit(FINDINGS)

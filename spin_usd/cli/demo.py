@@ -7,6 +7,7 @@ import typer
 
 from spin_usd.cli.options import Workers
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 
 
@@ -20,8 +21,8 @@ def demo(
 
     with shown(context.obj["quiet"]) as progress:
         made = run_demo(out, progress=progress, workers=workers)
-    print(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
-    print(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
-    print(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
+    show(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
+    show(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
+    show(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")
     warn_of_faults(made.report, made.dataset)
     exit_if_failed(made.report)

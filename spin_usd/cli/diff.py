@@ -9,6 +9,7 @@ import typer
 
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
@@ -38,10 +39,9 @@ def diff(
     with shown(context.obj["quiet"]) as progress:
         answer = compare(existing_stage(stage), variant_a, variant_b, frames=frames, progress=progress)
     if as_json:
-        print(json.dumps(answer))
+        show(json.dumps(answer))
         return
-    for line in (*_listed(answer["differences"]), *_summary(answer)):
-        print(line)
+    show(*_listed(answer["differences"]), *_summary(answer))
 
 
 def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from spin_usd.cli.options import Json
+from spin_usd.cli.output.lines import show
 from spin_usd.errors import FINDINGS
 
 
@@ -22,10 +23,10 @@ def doctor(
     for line in examine(folder):
         lines.append(line)
         if not as_json:
-            print(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}", flush=True)
+            show(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}")
             if line.remedy:
-                print(f"    {'':26} -> {line.remedy}")
+                show(f"    {'':26} -> {line.remedy}")
     if as_json:
-        print(json.dumps([asdict(line) for line in lines]))
+        show(json.dumps([asdict(line) for line in lines]))
     if not all(line.well for line in lines):
         raise typer.Exit(FINDINGS)

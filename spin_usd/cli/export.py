@@ -10,6 +10,7 @@ import typer
 import spin_usd
 from spin_usd.cli import options
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import InputError
 
@@ -40,7 +41,7 @@ def export(
 ) -> None:
     """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
     if list_formats:
-        print(_formats())
+        show(*_formats().split("\n"))
         return
     if dataset is None or to is None or out is None:
         raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
@@ -58,7 +59,7 @@ def export(
             copy=copy,
             on_progress=progress,
         )
-    print(json.dumps(asdict(report)) if as_json else _sentence(report))
+    show(json.dumps(asdict(report)) if as_json else _sentence(report))
 
 
 def _sentence(report: "ExportReport") -> str:

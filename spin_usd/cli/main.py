@@ -18,11 +18,13 @@ from spin_usd.cli.export import export
 from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
+from spin_usd.cli.output.lines import show, tell
+from spin_usd.cli.output.streams import LastingStream, lasting_streams
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
 from spin_usd.dataset.process.limits import refuse_tight_limits
-from spin_usd.errors import DONE, INTERNAL
+from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
 from spin_usd.faults import expected
 from spin_usd.stop_signals import Stopped, let_signals_stop
 
@@ -43,7 +45,7 @@ app = typer.Typer(
 
 def _print_version(asked: bool) -> None:
     if asked:
-        print(f"spin-usd {spin_usd.__version__}")
+        show(f"spin-usd {spin_usd.__version__}")
         raise typer.Exit
 
 
@@ -70,6 +72,7 @@ for command in COMMANDS:
 
 def run() -> NoReturn:
     """Run the console script: every failure is one sentence and a documented exit code."""
+    output = lasting_streams()
     let_signals_stop()
     arguments = [a for a in sys.argv[1:] if a not in ("--debug", "--quiet")]
     debug, quiet = ("--debug" in sys.argv[1:]), (["--quiet"] if "--quiet" in sys.argv[1:] else [])
@@ -88,11 +91,20 @@ def run() -> NoReturn:
         else:
             what = f"internal error: {type(e).__name__}: {e}".splitlines()[0]
             code = _report(e, f"{what}; run again with --debug and report it", INTERNAL, debug)
-    sys.exit(code)
+    sys.exit(_arrived(output, code))
+
+
+def _arrived(output: LastingStream, code: Any) -> Any:
+    """Return the exit code: also of a command that did all it should, but whose output could not be written."""
+    sys.stdout.flush()
+    if output.fault is None or code not in (DONE, FINDINGS):
+        return code
+    tell(f"spin-usd: standard output cannot be written ({output.fault.strerror}); the rest was done")
+    return BAD_INPUT
 
 
 def _report(error: BaseException, sentence: str, code: int, debug: bool) -> int:
-    print(f"spin-usd: {sentence}", file=sys.stderr)
+    tell(f"spin-usd: {sentence}")
     if debug:
         traceback.print_exception(error)
     return code

@@ -1,7 +1,6 @@
 """`spin-usd measure`: what settings of a render cost and how far they are off."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.options import Frames, Json, Stage
+from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.dataset.process.processors import MAX_WORKERS
@@ -60,10 +60,10 @@ def measure(
             on_note=lambda note: show_notes([note]),
         )
     if as_json:
-        print(json.dumps(found.as_json()))
+        show(json.dumps(found.as_json()))
     else:
-        print(f"{in_short(found)}\n{out or folder_of(stage)}   (measure.json, measure.md, measure.svg)")
+        show(*in_short(found).split("\n"), f"{out or folder_of(stage)}   (measure.json, measure.md, measure.svg)")
     for failure in found.failures:
-        print(f"failed: {failure.frame}: {failure.what}: {failure.reason}", file=sys.stderr)
+        tell(f"failed: {failure.frame}: {failure.what}: {failure.reason}")
     if found.failures:
         raise typer.Exit(FINDINGS)

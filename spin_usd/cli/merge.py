@@ -1,7 +1,6 @@
 """`spin-usd merge`: puts shards of a dataset into one folder."""
 
 import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +10,7 @@ import typer
 import spin_usd
 from spin_usd.cli import options
 from spin_usd.cli.output.counted import counted
+from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import FINDINGS
 
@@ -27,11 +27,11 @@ def merge(
     with shown(context.obj["quiet"]) as progress:
         report = spin_usd.merge(shards, out=out, copy=copy, on_progress=progress)
     if as_json:
-        print(json.dumps(asdict(report)))
+        show(json.dumps(asdict(report)))
     else:
         added = f"{counted(report.added, 'picture')} added, {report.kept} already there"
-        print(f"{out}   ({added}, in {report.seconds:.1f} s)")
+        show(f"{out}   ({added}, in {report.seconds:.1f} s)")
     for shard, count in report.missing.items():
-        print(f"missing: {counted(count, 'picture')} of shard {shard}", file=sys.stderr)
+        tell(f"missing: {counted(count, 'picture')} of shard {shard}")
     if report.missing:
         raise typer.Exit(FINDINGS)

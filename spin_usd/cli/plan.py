@@ -9,6 +9,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli import options
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 
@@ -66,16 +67,16 @@ def plan(
         )
     show_notes(report.notes)
     if as_json:
-        print(json.dumps(report.as_json()))
+        show(json.dumps(report.as_json()))
         return
-    print(table(report.cost))
+    show(*table(report.cost).split("\n"))
     _print_views(report)
     if out:
         _print_dataset(report, out)
     total = report.cost.total
-    print(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(total.bytes)} on disk")
+    show(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(total.bytes)} on disk")
     if explain:
-        print(explanation(report))
+        show(*explanation(report).split("\n"))
 
 
 def _print_views(report: "PlanReport") -> None:
@@ -83,22 +84,22 @@ def _print_views(report: "PlanReport") -> None:
     from spin_usd.scene.derived.view_text import summary
 
     if report.views:
-        print(summary(report.views))
+        show(*summary(report.views).split("\n"))
     if report.chosen:
-        print(report.chosen.reason)
+        show(report.chosen.reason)
 
 
 def _print_dataset(report: "PlanReport", out: Path) -> None:
     """Print what the dataset in the folder `out` has already, and what a render would refuse."""
     from spin_usd.dataset.render import orphans, same_stage
 
-    print(f"already made: {report.cost.finished} pictures")
+    show(f"already made: {report.cost.finished} pictures")
     if report.other_stage:
         differs = same_stage.in_words(report.other_stage)
-        print(f"note: {out} {differs}; a render needs --replace, or another folder")
+        show(f"note: {out} {differs}; a render needs --replace, or another folder")
     if report.orphans:
         holds = orphans.in_words(report.orphans)
-        print(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
+        show(f"note: {out} {holds}; a render needs --prune, which removes them, or another folder")
 
 
 def explanation(report: "PlanReport") -> str:

@@ -11,6 +11,7 @@ import spin_usd
 from spin_usd.cli import options
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 
@@ -75,9 +76,9 @@ def render(
         )
     show_notes(report.doubts)
     if as_json:
-        print(json.dumps(asdict(report)))
+        show(json.dumps(asdict(report)))
     else:
-        print(_sentence(report, out, prune))
+        show(_sentence(report, out, prune))
         warn_of_faults(report, out)
     exit_if_failed(report)
 

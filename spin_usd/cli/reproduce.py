@@ -8,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.options import Json
+from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.errors import FINDINGS
 
@@ -21,11 +22,11 @@ def reproduce(
     """Make one picture again from its provenance and compare it with the one there."""
     made = spin_usd.reproduce(dataset, frame, variant=variant)
     if as_json:
-        print(json.dumps(made.as_json()))
+        show(json.dumps(made.as_json()))
     else:
         for file in made.files:
             word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
-            print(f"{word:9}  {file.path}")
+            show(f"{word:9}  {file.path}")
         changed = made.versions.items()
         show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
     if not made.same:

@@ -1,11 +1,11 @@
 """Messages at the end of a render about pictures that show little, and about those that failed."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from spin_usd.cli.output.lines import tell
 from spin_usd.errors import FINDINGS
 
 if TYPE_CHECKING:
@@ -17,12 +17,12 @@ def warn_of_faults(report: "RenderReport", dataset: Path) -> None:
     from spin_usd.dataset.picture.brightness import counted_faults
 
     if text := counted_faults(report.faults, report.made + report.reused):
-        print(f"warning: {text}; spin-usd check {dataset} names them", file=sys.stderr)
+        tell(f"warning: {text}; spin-usd check {dataset} names them")
 
 
 def exit_if_failed(report: "RenderReport") -> None:
     """Name the pictures that failed on standard error, and end the command where there are any."""
     for name, reason in report.failed:
-        print(f"failed: {name}: {reason}", file=sys.stderr)
+        tell(f"failed: {name}: {reason}")
     if report.failed:
         raise typer.Exit(FINDINGS)

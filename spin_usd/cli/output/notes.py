@@ -1,10 +1,11 @@
 """Notes for people, beside what a command prints."""
 
-import sys
 from collections.abc import Iterable
+
+from spin_usd.cli.output.lines import tell
 
 
 def show_notes(notes: Iterable[str]) -> None:
     """Print each note on standard error."""
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        tell(f"note: {note}")

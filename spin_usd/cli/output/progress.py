@@ -5,6 +5,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from spin_usd.cli.output.lines import tell
+
 LINE_EVERY_S = 10.0
 
 
@@ -70,4 +72,4 @@ class _Lines:
         if self.first < done < total:
             seconds = (now - self.began) / (done - self.first) * (total - done)
             left = f", about {seconds:.0f} s left" if seconds < 600 else f", about {seconds / 60:.0f} min left"
-        print(f"{what} {done} of {total}{left}", file=sys.stderr, flush=True)
+        tell(f"{what} {done} of {total}{left}")
