@@ -33,6 +33,8 @@ ONLY_IN = {
     "matplotlib": ("dataset/measure/plot.py",),
     "typer": ("cli",),
     "rich": ("cli",),
+    "ray": ("dataset/cluster",),
+    "fsspec": ("dataset/publish",),
     "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
     "tempfile": ("dataset", "stage/composition/images.py", "renderers/blender"),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.checked import checked
 from spin_usd.api.request import render_request
+from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.render import render as rendering
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.shards.shard import Shard
@@ -30,6 +31,7 @@ def render(
     radiance: bool = False,
     image_format: str = "png",
     workers: int | None = None,
+    cluster: str | None = None,
     no_cache: bool = False,
     prune: bool = False,
     replace: bool = False,
@@ -45,7 +47,7 @@ def render(
 
     Args:
         stage: a stage's root layer, or the folder of its dataset.usda.
-        out: the dataset's folder.
+        out: the dataset's folder, or a URL that fsspec knows, such as "s3://bucket/name".
         frames: some of the frames, "A:B:STEP" as Python slices.
         variants: names, or patterns such as "noisy_*", or "all"; the stage's own selection if not given.
         samples: light samples per pixel; 16 by default.
@@ -60,6 +62,7 @@ def render(
         radiance: write linear radiance too.
         image_format: "png" or "jpg".
         workers: worker processes; as many as fit if not given.
+        cluster: the address of a Ray cluster to render on: "auto", "HOST:PORT" or "ray://HOST:PORT".
         no_cache: keep no renders for later runs; changes no byte of a picture.
         prune: remove the dataset's pictures that the stage does not have.
         replace: remove all pictures of another stage first.
@@ -92,8 +95,9 @@ def render(
     )
     return rendering.render(
         request,
-        Path(out),
+        out if is_url(out) else Path(out),
         workers=workers,
+        cluster=cluster,
         keep_cache=not no_cache,
         prune=prune,
         replace=replace,

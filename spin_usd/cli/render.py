@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -23,7 +22,10 @@ def render(
     context: typer.Context,
     *,
     stage: options.Stage,
-    out: Annotated[Path, typer.Option(help="The dataset's folder. Run again, it resumes.")],
+    out: Annotated[
+        str,
+        typer.Option(metavar="PATH", help="The dataset's folder, or a URL: s3://bucket/name. Run again, it resumes."),
+    ],
     frames: options.Frames = None,
     variants: options.Variants = "",
     samples: options.Samples = None,
@@ -38,6 +40,7 @@ def render(
     radiance: options.RadianceOption = False,
     image_format: options.ImageFormat = "png",
     workers: options.Workers = None,
+    cluster: options.Cluster = None,
     no_cache: options.NoCache = False,
     prune: options.Prune = False,
     replace: options.Replace = False,
@@ -65,6 +68,7 @@ def render(
             radiance=radiance,
             image_format=image_format,
             workers=workers,
+            cluster=cluster,
             no_cache=no_cache,
             prune=prune,
             replace=replace,
@@ -83,7 +87,7 @@ def render(
     exit_if_failed(report)
 
 
-def _sentence(report: "RenderReport", out: Path, prune: bool) -> str:
+def _sentence(report: "RenderReport", out: str, prune: bool) -> str:
     """Say in one line what was made and what was there already."""
     removed = f", {report.pruned} removed" if prune or report.pruned else ""
     made = f"{counted(report.made, 'picture')} made, {report.reused} already there{removed}, in {report.seconds:.1f} s"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from spin_usd.dataset.render.report import RenderReport
 
 
-def warn_of_faults(report: "RenderReport", dataset: Path) -> None:
+def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
     """Say on standard error how many pictures show little, where any does."""
     from spin_usd.dataset.picture.brightness import counted_faults
 

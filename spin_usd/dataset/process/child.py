@@ -33,10 +33,11 @@ OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what i
 
 class DeathCause(StrEnum):
     """The cause of a child's end before it answered: a crash of its own, something outside that killed or stopped it,
-    too much memory, or too long without a word."""
+    its machine lost to the cluster, too much memory, or too long without a word."""
 
     CRASHED = "crashed"
     KILLED = "killed"
+    LOST = "lost"
     GREW = "grew"
     SILENT = "silent"
 
@@ -102,27 +103,17 @@ class Child:
 
         A child that says nothing for `within_s` seconds is ended.
         """
-        looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
-        while (end := self._heard.find(b"\n", looked)) < 0:
-            looked = len(self._heard)
-            if within_s is not None and not select.select([self], [], [], within_s)[0]:
-                raise self.silenced(within_s)
-            more = os.read(self.fileno(), READ_BYTES)
-            if not more:
-                raise self._died()
-            self._heard += more
-        line = self._heard[:end]
-        del self._heard[: end + 1]
-        answer: Mapping[str, Any] = json.loads(line)
-        if "error" in answer:
-            raise _error(answer["error"])
-        return answer
+        return returned(self._message(within_s=within_s))
 
     def received(self) -> Iterator[Mapping[str, Any]]:
         """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
-        yield self.receive()
+        return map(returned, self.messages())
+
+    def messages(self) -> Iterator[Mapping[str, Any]]:
+        """Yield the lines of `received` as the child said them, with {"error": ...} for what it raised."""
+        yield self._message()
         while b"\n" in self._heard:
-            yield self.receive()
+            yield self._message()
 
     def call(
         self,
@@ -164,17 +155,14 @@ class Child:
         how, cause = ("was stopped, and gave", DeathCause.KILLED) if stopped else ("gave", DeathCause.SILENT)
         return ChildDiedError(f"the worker process {how} no answer within {within_s:g} s", cause=cause)
 
-    def outgrown(self, held: int, limit: int) -> ChildDiedError:
-        """End the child, which holds more bytes of memory than the limit; return what to say of it."""
+    def outgrown(self, limit: int) -> ChildDiedError | None:
+        """End the child if it holds more than so many bytes of memory; return what to say of it."""
+        held = self._held_memory()
+        if held <= limit:
+            return None
         self.kill()
         gib = f"{held / 2**30:.1f} GiB of memory, more than its {limit / 2**30:.1f} GiB"
         return ChildDiedError(f"the worker process took {gib}", cause=DeathCause.GREW)
-
-    def held_memory(self) -> int:
-        """Return the bytes of memory that the child holds now; 0 once it has ended."""
-        with suppress(psutil.Error):
-            return int(psutil.Process(self.process.pid).memory_info().rss)
-        return 0
 
     def log(self) -> str:
         """Return the end of what the child and its libraries printed."""
@@ -189,11 +177,31 @@ class Child:
                 resource.prlimit(self.process.pid, resource.RLIMIT_AS, (memory, memory))
                 resource.prlimit(self.process.pid, resource.RLIMIT_CORE, (0, 0))
 
+    def _message(self, *, within_s: float | None = None) -> Mapping[str, Any]:
+        looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
+        while (end := self._heard.find(b"\n", looked)) < 0:
+            looked = len(self._heard)
+            if within_s is not None and not select.select([self], [], [], within_s)[0]:
+                raise self.silenced(within_s)
+            more = os.read(self.fileno(), READ_BYTES)
+            if not more:
+                raise self._died()
+            self._heard += more
+        line = self._heard[:end]
+        del self._heard[: end + 1]
+        message: Mapping[str, Any] = json.loads(line)
+        return message
+
     def _release(self) -> None:
         for stream in (self.process.stdout, self.process.stdin):
             if stream and not stream.closed:
                 with suppress(OSError):
                     stream.close()
+
+    def _held_memory(self) -> int:
+        with suppress(psutil.Error):
+            return int(psutil.Process(self.process.pid).memory_info().rss)
+        return 0
 
     def _process_status(self) -> str:
         with suppress(psutil.Error):
@@ -211,6 +219,13 @@ class Child:
             said = (self.log().strip().splitlines() or ["no output"])[-1]
             cause = DeathCause.GREW if any(words in self.log() for words in OUT_OF_MEMORY) else DeathCause.CRASHED
         return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
+
+
+def returned(message: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what a child said; raises what it raised."""
+    if "error" in message:
+        raise _error(message["error"])
+    return message
 
 
 def _error(raised: Mapping[str, Any]) -> Exception:

@@ -8,6 +8,7 @@ from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 TRIES: Mapping[DeathCause, int] = {
     DeathCause.CRASHED: 2,
     DeathCause.KILLED: 5,  # from outside: hardly the work's own fault
+    DeathCause.LOST: 10,  # nodes come and go; but one picture after which ten went has a hand in it
     DeathCause.GREW: 2,
     DeathCause.SILENT: 2,
 }

@@ -27,7 +27,8 @@ OF_THE_SUN = {IMAGE, RADIANCE, LIT.name}
 class CurrentPicture:
     """A picture while it is made.
 
-    kinds: of file · keys: of its content · watch: the time that it takes · passes: which were made for it, and which
+    kinds: of file · keys: of its content · watch: the time that it takes · keep_render, keep_labels: whether the cache
+    keeps them for others · passes: which were made for it, and which
     are shared · shown: the bodies that its labels show, where they say so · facts, notes, tones: what its record must
     say of its targets, of how it was made, and of the target's brightness.
     """
@@ -36,6 +37,8 @@ class CurrentPicture:
     kinds: Sequence[str]
     keys: Mapping[str, str]
     watch: Stopwatch
+    keep_render: bool = True
+    keep_labels: bool = True
     passes: dict[str, str] = field(default_factory=dict)
     shown: ShownBodies | None = None
     facts: Sequence[TargetFacts] = ()

@@ -14,10 +14,12 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.time_limit import TimeLimits, refuse_time_limit
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.open_renderer import require_renderer
-from spin_usd.dataset.process.processors import refuse_workers, usable_cpus
+from spin_usd.dataset.process.processors import MAX_WORKERS, refuse_workers, usable_cpus
+from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.command import command_of
 from spin_usd.dataset.render.dataset_json import describe
+from spin_usd.dataset.render.destination import Destination, opened
 from spin_usd.dataset.render.report import RenderReport, RunListener
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
 from spin_usd.dataset.render.task_queue import RenderTask
@@ -32,15 +34,16 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, same_files, write_sums
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
-from spin_usd.errors import OutputError
+from spin_usd.errors import InputError, OutputError
 from spin_usd.progress import Note, Progress, unsaid
 from spin_usd.stop_signals import postponed
 
 
 def render(
     request: RenderRequest,
-    out: Path,
+    out: str | Path,
     *,
+    cluster: str | None = None,
     workers: int | None = None,
     keep_cache: bool = True,
     prune: bool = False,
@@ -51,7 +54,8 @@ def render(
     progress: Progress,
     note: Note = unsaid,
 ) -> RenderReport:
-    """Make the dataset in the folder `out`, or what is missing of it; of a `shard` its own pictures alone.
+    """Make the dataset in the folder or at the URL `out`, or what is missing of it, here or on the Ray cluster at that
+    address; of a `shard` its own pictures alone.
 
     Once nothing is missing, the cache loses what no record uses any more; without `keep_cache` it loses everything, and
     renders that only one picture needs are not kept in the first place. Pictures that the stage does not have raise
@@ -65,22 +69,26 @@ def render(
     refuse_time_limit(picture_timeout)
     if workers is not None:
         refuse_workers(workers)
-    store = Store(root=out.absolute())
     require_renderer(request.renderer)
-    store.prepare()
-    with store.locked(shard.name if shard else None) as lease:
-        options = _DatasetOptions(
-            workers=workers,
-            keep_cache=keep_cache,
-            prune=prune,
-            replace=replace,
-            verify=verify,
-            shard=shard,
-            picture_timeout=picture_timeout,
-        )
-        report = _render(store, lease, request, options, progress, note)
-        if not report.failed and shard is None:  # others may be using the cache
-            _tidy(store, report, keep_cache)
+    options = _DatasetOptions(
+        workers=workers,
+        keep_cache=keep_cache and not is_url(out),
+        prune=prune,
+        replace=replace,
+        verify=verify,
+        shard=shard,
+        picture_timeout=picture_timeout,
+    )
+    if is_url(out) and (verify or shard):
+        option, do = ("--verify", "fetch it") if verify else ("--shard", "make the shards in folders, and merge them")
+        raise InputError(f"is a URL, where {option} is not possible", where=out, do=do)
+    with opened(out, cluster) as destination:
+        store = destination.store
+        store.prepare()
+        with store.locked(shard.name if shard else None) as lease:
+            report = _render(destination, lease, request, options, progress, note)
+            if not report.failed and shard is None and not destination.mirror:  # others may be using the cache
+                _tidy(store, report, keep_cache)
     report.seconds = time.monotonic() - began
     return report
 
@@ -99,9 +107,15 @@ class _DatasetOptions:
 
 
 def _render(
-    store: Store, lease: Lease, request: RenderRequest, options: _DatasetOptions, progress: Progress, note: Note
+    destination: Destination,
+    lease: Lease,
+    request: RenderRequest,
+    options: _DatasetOptions,
+    progress: Progress,
+    note: Note,
 ) -> RenderReport:
-    """Bring the folder that is held by `lease` to what the request asks for."""
+    """Bring the destination, whose folder is held by `lease`, to what the request asks for."""
+    store = destination.store
     own = request.stage.resolve().is_relative_to(store.stage.resolve())  # the dataset's own copy, perhaps edited
     copied = store.stage.resolve() if own else lease.work / STAGE
     planned = plan(request, progress=progress, copy_to=None if own else copied, had=store.kinds)
@@ -125,6 +139,7 @@ def _render(
     report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
     wanted = WantedFiles(kinds=kinds, image_suffix=request.image_suffix, verify=options.verify)
     tasks = _unfinished(store, lease, planned, root, wanted, report)
+    destination.publish()
     if tasks:
         for_workers = WorkerOptions(
             root=str(store.root),
@@ -134,7 +149,7 @@ def _render(
             settings=planned.settings,
             chosen=request.chosen,
         )
-        count, cores = min(options.workers or default_workers(), len(tasks)), len(usable_cpus())
+        count, cores = _workers(destination, options, tasks)
         shared = run_options(request, planned)
         again = partial(command_of, request, store.root)
         alone = partial(one_core, workers=count, cores=cores)
@@ -148,12 +163,23 @@ def _render(
         )
         if not options.keep_cache:
             _keep_only_shared_renders(tasks)
+        if destination.mirror:
+            _keep_only_shared_labels(tasks)
         with postponed() as stop:
-            make_pictures(for_workers, tasks, count, lease, listener, limits, stop)
+            make_pictures(for_workers, tasks, count, lease, listener, limits, destination, stop)
             if report.made:
                 with store.turn():
                     write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
     return report
+
+
+def _workers(destination: Destination, options: _DatasetOptions, tasks: list[RenderTask]) -> tuple[int, int]:
+    """Return how many workers there are at the most, and how many processors these share: in a cluster each has its
+    own."""
+    if destination.cluster:
+        count = min(options.workers or MAX_WORKERS, len(tasks))
+        return count, count
+    return min(options.workers or default_workers(), len(tasks)), len(usable_cpus())
 
 
 def _unfinished(
@@ -198,6 +224,13 @@ def _keep_only_shared_renders(tasks: list[RenderTask]) -> None:
     wanted = Counter(task.picture.radiance for task in tasks if task.renders)
     for task in tasks:
         task.keep_render = wanted[task.picture.radiance] > 1
+
+
+def _keep_only_shared_labels(tasks: list[RenderTask]) -> None:
+    """The pictures' own files leave this machine; what the cache keeps stays on its disk as long as the run goes on."""
+    wanted = Counter(key for task in tasks for key in task.label_keys)
+    for task in tasks:
+        task.keep_labels = any(wanted[key] > 1 for key in task.label_keys)
 
 
 def _tidy(store: Store, report: RenderReport, keep_cache: bool) -> None:

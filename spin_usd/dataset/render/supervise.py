@@ -3,11 +3,13 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import count, islice
 from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.any_child import AnyChild
+from spin_usd.dataset.process.child import ChildDiedError
 from spin_usd.dataset.process.deaths import Deaths
 from spin_usd.dataset.process.limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
@@ -41,33 +43,33 @@ class WorkerLimits:
 
 @dataclass(kw_only=True, eq=False)
 class WorkerSlot:
-    """The place of one worker after another, and what it is at."""
+    """The place of a worker: whether that has started, and what it is at."""
 
     number: int
+    started: bool = False
     task: RenderTask | None = None
 
 
 def supervise(
     tasks: Iterable[RenderTask],
     *,
-    workers: int,
-    start: Callable[[int], Child],
+    room: Callable[[], int],
+    start: Callable[[int], AnyChild],
     listener: Listener,
     limits: WorkerLimits,
     stop: StopRequest,
 ) -> None:
-    """Make all pictures with `workers` children; returns when each is done or has failed too often, or once `stop` is
-    asked for and those at work are.
+    """Make all pictures with children; returns when each is done or has failed too often, or once `stop` is asked for
+    and those at work are.
 
-    `start(number)` starts a child that was already sent its "open_worker". Raises OutputError when results cannot be
-    written, RenderError when no worker starts.
+    `room()` says for how many workers there is room at the time. `start(number)` starts a child that was already sent
+    its "open_worker". Raises OutputError when results cannot be written, RenderError when no worker starts.
     """
     queue = TaskQueue(tasks)
     with Pool[WorkerSlot](memory=limits.most_memory) as pool:
         supervisor = _Supervisor(queue, pool, start, listener, limits)
-        for number in range(min(workers, len(queue))):
-            supervisor.open(WorkerSlot(number=number))
-        while len(pool):
+        while queue or len(pool):
+            supervisor.staff(room())
             for event in pool.wait():
                 supervisor.advance(event)
             if stop.number is not None:
@@ -83,18 +85,25 @@ class _Supervisor:
         self,
         queue: TaskQueue,
         pool: Pool[WorkerSlot],
-        start: Callable[[int], Child],
+        start: Callable[[int], AnyChild],
         listener: Listener,
         limits: WorkerLimits,
     ) -> None:
         self._queue, self._pool, self._start = queue, pool, start
         self._listener, self._limits = listener, limits
         self._stopping = False
-        self._while_starting = defaultdict[WorkerSlot, Deaths](Deaths)  # since the last picture that any worker made
+        self._while_starting = defaultdict[int, Deaths](Deaths)  # since the last picture that any worker made
 
-    def open(self, slot: WorkerSlot) -> None:
-        """Start a worker in the slot."""
-        self._pool.add(slot, self._start(slot.number), within_s=START_PATIENCE_S)
+    def staff(self, room: int) -> None:
+        """Start workers while there is work and room for them; end those that have not started when there is none."""
+        starting = [slot for slot in self._pool if not slot.started]
+        if not self._queue:
+            for slot in starting:
+                self._pool.kill(slot)
+        taken = {slot.number for slot in self._pool}
+        free = (number for number in count() if number not in taken)
+        for number in islice(free, max(0, min(room - len(taken), len(self._queue) - len(starting)))):
+            self._pool.add(WorkerSlot(number=number), self._start(number), within_s=START_PATIENCE_S)
 
     def occupy(self, slot: WorkerSlot) -> None:
         """Give an idle worker the next picture that it can make now, if there is one; end it when there are no more."""
@@ -108,6 +117,7 @@ class _Supervisor:
                 "index": picture.index,
                 "kinds": kinds,
                 "keep_render": task.keep_render,
+                "keep_labels": task.keep_labels,
             }
             self._pool.send(slot, "picture", within_s=PATIENCE_S, **asked)
 
@@ -142,6 +152,7 @@ class _Supervisor:
     def _answered(self, slot: WorkerSlot, result: Any) -> None:
         task, slot.task = slot.task, None
         if task is None:
+            slot.started = True
             self._listener.ready()
             return
         self._while_starting.clear()
@@ -149,15 +160,14 @@ class _Supervisor:
         self._listener.done(task.picture, result)
         if self._queue and result["memory"] > self._limits.memory:
             self._pool.kill(slot)
-            self.open(slot)
 
     def _died(self, slot: WorkerSlot, died: ChildDiedError) -> None:
-        """Try the slot's picture again, unless it was tried often enough, and replace the worker if there is work."""
+        """Try the slot's picture again, unless it was tried often enough."""
         task, slot.task = slot.task, None
         if self._stopping:
             return
         if task is None:
-            deaths = self._while_starting[slot]
+            deaths = self._while_starting[slot.number]
             if not deaths.may_try_again(died):
                 found = f"no worker can be started: {deaths.in_words(died)}"
                 raise RenderError(found, do="run spin-usd doctor") from died
@@ -166,5 +176,3 @@ class _Supervisor:
         else:
             self._queue.give_up(task)
             self._listener.failed(task.picture, task.deaths.in_words(died))
-        if self._queue:
-            self.open(slot)

@@ -12,19 +12,23 @@ from spin_usd.labels.table import LABELS
 
 @dataclass(kw_only=True)
 class RenderTask:
-    """A picture to make, the kinds of file wanted, whether its render is kept for others, and the deaths of workers
-    that tried."""
+    """A picture to make, the kinds of file wanted, whether its render and its labels are kept for others, and the
+    deaths of workers that tried."""
 
     picture: PlannedPicture
     kinds: tuple[str, ...]
     keep_render: bool = True
+    keep_labels: bool = True
     deaths: Deaths = field(default_factory=Deaths)
 
     @property
     def needs(self) -> set[str]:
         """The keys of the passes that it needs, which other pictures may need too."""
-        keys = {self.picture.label_key(kind) for kind in self.kinds if kind in LABELS}
-        return keys | ({self.picture.radiance} if self.renders else set())
+        return self.label_keys | ({self.picture.radiance} if self.renders else set())
+
+    @property
+    def label_keys(self) -> set[str]:
+        return {self.picture.label_key(kind) for kind in self.kinds if kind in LABELS}
 
     @property
     def renders(self) -> bool:

@@ -73,12 +73,22 @@ class Worker:
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
 
-    def picture(self, *, variant: str, index: int, kinds: Sequence[str], keep_render: bool = True) -> dict[str, Any]:
+    def picture(
+        self,
+        *,
+        variant: str,
+        index: int,
+        kinds: Sequence[str],
+        keep_render: bool = True,
+        keep_labels: bool = True,
+    ) -> dict[str, Any]:
         """Make picture `index` of `variant` from what the cache has, and keep there what it has not; a render only
-        with `keep_render`. One that fails leaves none of the files that it wrote, but those in the cache.
+        with `keep_render`, labels only with `keep_labels`. One that fails leaves none of the files that it wrote, but
+        those in the cache.
 
-        Returns the seconds spent by kind of work, the memory now used, of the "passes" that it needed, "labels" and
-        "render", whether each was "made" now or is "shared" with others, and the picture's "faults" (dataset.tones).
+        Returns the record's name, the seconds spent by kind of work, the memory now used, of the "passes" that it
+        needed, "labels" and "render", whether each was "made" now or is "shared" with others, and the picture's
+        "faults" (dataset.tones).
         """
         watch = Stopwatch()
         with watch("stage" if self._reader and self._reader.variant == variant else "opening"):
@@ -88,19 +98,28 @@ class Worker:
         keys = self._keys.keys(scene)
         seed = render_seed(scene, self.options.settings)
         of_content = {**asdict(keys), **own_keys(kinds, scene, keys.geometry, seed)}
-        picture = CurrentPicture(scene=scene, kinds=kinds, keys=of_content, watch=watch)
+        picture = CurrentPicture(
+            scene=scene, kinds=kinds, keys=of_content, watch=watch, keep_render=keep_render, keep_labels=keep_labels
+        )
         before = self.withdraw(variant, scene.frame.name)
-        files = self._write_all(picture, keep_render=keep_render)
+        files = self._write_all(picture)
         with watch("files"):
             record = make_record(stage_provenance(reader), picture, self.options, files, self.versions)
-            write_json(self.store.record(variant, scene.frame.name), record, work=self.work)
+            place = self.store.record(variant, scene.frame.name)
+            write_json(place, record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
                 remove_file(self.store.root, stale)
         memory = psutil.Process().memory_info().rss
-        return {"seconds": watch.seconds, "memory": memory, "passes": picture.passes, "faults": faults(record)}
+        return {
+            "record": self.store.relative(place),
+            "seconds": watch.seconds,
+            "memory": memory,
+            "passes": picture.passes,
+            "faults": faults(record),
+        }
 
-    def _write_all(self, picture: CurrentPicture, *, keep_render: bool) -> dict[str, dict[str, Any]]:
+    def _write_all(self, picture: CurrentPicture) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
         writing: dict[str, Future[dict[str, Any]]] = {}
@@ -109,7 +128,7 @@ class Worker:
                 self._labels(picture, writers, writing)
                 with picture.watch("facts"):
                     picture.facts = self.facts.facts(picture.scene, picture.shown)
-                kept = self._image(picture, writers, writing, keep_render=keep_render)
+                kept = self._image(picture, writers, writing)
                 with picture.watch("files"):
                     kept.result()
                     return {kind: written.result() for kind, written in writing.items()}
@@ -130,7 +149,8 @@ class Worker:
         missing = [kind for kind in wanted if kind not in found]
         if missing:
             for kind, array, channels in self._made_labels(picture, missing):
-                writing[kind] = writers.submit(self._label, picture.scene, keys[kind], kind, array, channels)
+                label = partial(self._label, keys[kind]) if picture.keep_labels else self._write
+                writing[kind] = writers.submit(label, picture.scene, kind, array, channels)
                 picture.shown = picture.shown or shown_by_label(picture.scene, kind, array)
         picture.shown = picture.shown or self._shown_by_cached(picture, found)
         if wanted:
@@ -155,8 +175,6 @@ class Worker:
         picture: CurrentPicture,
         writers: Executor,
         writing: dict[str, Future[dict[str, Any]]],
-        *,
-        keep_render: bool,
     ) -> Future[Any]:
         """Make the image and the radiance file, from the cache's render or a new one; the result says when that is
         kept."""
@@ -171,7 +189,7 @@ class Worker:
         picture.passes["render"] = "shared" if rendered else "made"
         if rendered is None:
             rendered = in_order(render_in(light, self.renderer, settings, picture.watch))
-            if keep_render:
+            if picture.keep_render:
                 write = partial(write_render, radiance=rendered)
                 kept = writers.submit(self.cache.keep, RENDERS, key, RENDER_SUFFIX, write)
         radiance = rendered.relit(light.gains)
@@ -191,7 +209,7 @@ class Worker:
         digest = write_atomically(path, _writing(kind, array, channels), work=self.work)
         return {"path": self.store.relative(path), "sha256": digest, **channels.described}
 
-    def _label(self, scene: Scene, key: str, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
+    def _label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one label into the cache and link it; returns its entry in the record."""
         return self._link(scene, self.cache.keep(kind, key, LABELS[kind].suffix, _writing(kind, array, channels)))
 

@@ -3,9 +3,11 @@
 import psutil
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
+from spin_usd.dataset.process.any_child import AnyChild
 from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
+from spin_usd.dataset.render.destination import Destination
 from spin_usd.dataset.render.report import RunListener
 from spin_usd.dataset.render.supervise import WorkerLimits, supervise
 from spin_usd.dataset.render.task_queue import RenderTask
@@ -29,20 +31,31 @@ def make_pictures(
     lease: Lease,
     listener: RunListener,
     time_limits: TimeLimits,
+    destination: Destination,
     stop: StopRequest,
 ) -> None:
-    """Make the pictures of the tasks in so many worker processes; those that are running where `stop` is asked. Raises
-    as supervise does."""
+    """Make the pictures of the tasks in so many worker processes at most; those that are running where `stop` is asked.
+    Raises as supervise does."""
+    elsewhere, cluster = destination.start(options, lease, workers), destination.cluster
 
-    def start(number: int) -> Child:
-        listener.progress(f"starting {options.settings.renderer}: worker", number + 1, workers)
+    def start(number: int) -> AnyChild:
+        listener.progress(f"starting {options.settings.renderer}: worker", number + 1, room())
+        if elsewhere:
+            return elsewhere(number)
         child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=rendering_memory())
         child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 
+    def room() -> int:
+        return min(workers, cluster.room()) if cluster else workers
+
     usual, largest = (_share_of_memory(share, workers) for share in (USUAL_SHARE, LARGEST_SHARE))
-    limits = WorkerLimits(time=time_limits, memory=usual, most_memory=max(largest, 2 * MEMORY_PER_WORKER))
-    supervise(tasks, workers=workers, start=start, listener=listener, limits=limits, stop=stop)
+    limits = WorkerLimits(
+        time=time_limits,
+        memory=cluster.memory_per_worker() if cluster else usual,
+        most_memory=max(largest, 2 * MEMORY_PER_WORKER),
+    )
+    supervise(tasks, room=room, start=start, listener=listener, limits=limits, stop=stop)
 
 
 def _share_of_memory(share: float, workers: int) -> int:

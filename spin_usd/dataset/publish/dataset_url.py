@@ -1,0 +1,121 @@
+"""A dataset at a URL, through fsspec: in S3, in Google Cloud Storage, on any file system that fsspec knows.
+
+Whatever is put there appears whole or not at all. An object store does that by itself; elsewhere a file is written
+under a temporary name, and then renamed.
+"""
+
+import re
+import secrets
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path, PurePosixPath
+from typing import TypeVar
+
+from spin_usd.errors import InputError, OutputError, SpinError
+
+EXTRA = "pip install 'spin_usd[cluster]'"
+SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*(::|://)")
+WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # no reader sees half of what is put there
+PART = re.compile(r".*\.[0-9a-f]{32}\.part")
+
+Answer = TypeVar("Answer")
+
+
+def is_url(out: str | Path) -> bool:
+    """Return whether `out` is a URL, and not a path."""
+    return isinstance(out, str) and SCHEME.match(out) is not None
+
+
+class DatasetUrl:
+    """The files of a dataset below `url`, by their names relative to that, with slashes."""
+
+    def __init__(self, url: str) -> None:
+        """Raises InputError where nothing here can open such a URL."""
+        self.url = url.rstrip("/")
+        try:
+            from fsspec.core import url_to_fs
+        except ImportError:
+            raise InputError("needs fsspec, which is not installed", where=url, do=f"run {EXTRA}") from None
+        try:
+            self._files, root = url_to_fs(url)
+        except (ImportError, ValueError) as error:  # a library of its own, such as s3fs; a protocol that nobody knows
+            raise InputError(f"cannot be opened ({error})", where=url, do="install what opens such URLs") from error
+        self._root = str(root).rstrip("/")
+        protocol = self._files.protocol
+        self.whole = bool(WHOLE & ({protocol} if isinstance(protocol, str) else set(protocol)))
+
+    def names(self, within: str = "") -> list[str]:
+        """Return the names of all files, or of those in the folder `within`, in order. Raises InputError."""
+        return [name for name in self._listed(within) if is_below(name) and not PART.fullmatch(name)]
+
+    def sweep(self) -> None:
+        """Remove what a killed run left half-written; no other may be on. Raises InputError and OutputError."""
+        for name in filter(PART.fullmatch, self._listed("")):
+            self.remove(name)
+
+    def fetch(self, names: Sequence[str], folder: Path) -> None:
+        """Copy these files to the same names in `folder`. Raises InputError."""
+        for name in names:
+            if not is_below(name):
+                raise InputError(f"is no name of a file in a dataset ({name!r})", where=self.url)
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        if names:
+            places = [str(folder / name) for name in names]
+            self._tried("read", InputError, lambda: self._files.get([self._path(name) for name in names], places))
+
+    def read(self, name: str) -> bytes | None:
+        """Return what the file holds; None where there is none. Raises InputError."""
+        try:
+            return self._tried("read", InputError, lambda: bytes(self._files.cat_file(self._path(name))))
+        except InputError as error:
+            if isinstance(error.__cause__, FileNotFoundError):
+                return None
+            raise
+
+    def put(self, name: str, file: Path) -> None:
+        """Make a copy of `file` the file of that name. Raises OutputError."""
+        self._tried("written", OutputError, lambda: self._put(name, file))
+
+    def remove(self, name: str) -> None:
+        """Remove the file of that name, if there is one. Raises OutputError."""
+        try:
+            self._tried("removed", OutputError, lambda: self._files.rm_file(self._path(name)))
+        except OutputError as error:
+            if not isinstance(error.__cause__, FileNotFoundError):
+                raise
+
+    def _put(self, name: str, file: Path) -> None:
+        path = self._path(name)
+        if self.whole:
+            self._files.put_file(str(file), path)
+            return
+        self._files.makedirs(path.rpartition("/")[0], exist_ok=True)
+        part = f"{path}.{secrets.token_hex(16)}.part"
+        self._files.put_file(str(file), part)
+        self._files.mv(part, path)
+
+    def _listed(self, within: str) -> list[str]:
+        folder = self._path(within) if within else self._root
+        found = self._tried("read", InputError, lambda: self._files.find(folder, refresh=True))
+        return sorted(str(path)[len(self._root) + 1 :] for path in found)
+
+    def _path(self, name: str) -> str:
+        return f"{self._root}/{name}"
+
+    def _tried(self, what: str, kind: type[SpinError], ask: Callable[[], Answer]) -> Answer:
+        """Return the answer. Each store's library has errors of its own, and none of them is ours."""
+        try:
+            return ask()
+        except Exception as error:
+            found = f"cannot be {what} ({type(error).__name__}: {error})"
+            raise kind(found, where=self.url, do="check the URL, the network and your rights there") from error
+
+
+def is_below(name: str) -> bool:
+    """Return whether `name` leads from a folder to a file below it, whatever wrote that name."""
+    pure = PurePosixPath(name)
+    return bool(name) and name == pure.as_posix() and not {"/", "..", "."} & set(pure.parts) and "\0" not in name
+
+
+def below(names: Iterable[str], folder: str) -> list[str]:
+    """Return those of the names that lie in the folder."""
+    return [name for name in names if name.startswith(f"{folder}/")]

@@ -1,0 +1,82 @@
+"""The supervisor's copy of a dataset at a URL: a dataset's folder on this machine, for the time of a run.
+
+It holds dataset.json, the stage and the records. The files of pictures are empty ones of their names: a run that
+resumes asks only whether they are there.
+"""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from spin_usd.dataset.picture.make_picture import KINDS
+from spin_usd.dataset.publish.dataset_url import DatasetUrl, below
+from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.hidden_folder import hidden_folder
+from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
+from spin_usd.dataset.store.tree import files
+from spin_usd.errors import OutputError
+
+Snapshot = dict[str, tuple[int, int]]
+"""The size and the time of change of files, by name."""
+
+
+class Mirror:
+    """The copy in the folder of `store` of the dataset at `url`."""
+
+    def __init__(self, store: Store, url: DatasetUrl) -> None:
+        self.store, self.url = store, url
+        self._published: Snapshot = {}
+
+    def fetch(self) -> None:
+        """Fill the folder, which is empty. Raises InputError where the URL cannot be read, OutputError."""
+        if not self.url.whole:
+            self.url.sweep()
+        names = self.url.names()
+        own = [DESCRIPTION, *below(names, STAGE), *below(names, RECORDS)]
+        self.url.fetch([name for name in own if name in set(names)], self.store.root)
+        try:
+            for name in set(names) - set(own):
+                self._stand_in(name)
+        except OSError as e:
+            raise OutputError(f"cannot be written ({e.strerror})", where=self.store.root, do="free some space") from e
+        self._published = self._snapshot()
+
+    def publish(self) -> None:
+        """Bring the URL to what the folder is now: first what was removed goes, records before what they describe, and
+        what is new or changed comes, records last. Raises OutputError."""
+        now = self._snapshot()
+        for name in sorted(self._published.keys() - now.keys(), key=_is_record, reverse=True):
+            self.url.remove(name)
+        changed = [name for name in now if now[name] != self._published.get(name)]
+        for name in sorted(changed, key=_is_record):
+            self.url.put(name, self.store.root / name)
+        self._published = now
+
+    def _stand_in(self, name: str) -> None:
+        place = self.store.root / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.touch()
+
+    def _snapshot(self) -> Snapshot:
+        root = self.store.root
+        names = [name for folder in (STAGE, RECORDS, *KINDS) for name in files(root, folder)]
+        if self.store.description.exists():
+            names.append(DESCRIPTION)
+        status = ((name, (root / name).stat()) for name in names)
+        return {name: (stat.st_size, stat.st_mtime_ns) for name, stat in status}
+
+
+@contextmanager
+def mirrored(url: str) -> Iterator[Mirror]:
+    """Mirror the dataset at `url` in a temporary folder of this machine. Raises InputError and OutputError."""
+    there = DatasetUrl(url)
+    with hidden_folder(Path(tempfile.gettempdir()), "spin_usd-mirror") as hidden:
+        mirror = Mirror(Store(root=hidden.folder / "dataset"), there)
+        mirror.store.root.mkdir()
+        mirror.fetch()
+        yield mirror
+
+
+def _is_record(name: str) -> bool:
+    return name.startswith(f"{RECORDS}/")

@@ -1,0 +1,48 @@
+"""One picture's files to a dataset at a URL, in an order that leaves no record of files that are not there."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from spin_usd.dataset.publish.dataset_url import DatasetUrl
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import RECORDS
+from spin_usd.dataset.store.tree import file_at, remove_file
+from spin_usd.dataset.store.unfinished import recorded_files
+from spin_usd.errors import OutputError
+
+
+def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
+    """Move the picture whose record is so named, from the dataset's folder `root` to `url`.
+
+    An old record goes first, a new one comes last, then what the old one alone described goes. Raises OutputError, and
+    InputError where the record is not one.
+    """
+    variant, frame = _picture_of(record)
+    new = recorded_files(read_json(file_at(root, record), "record-1"), variant, frame)
+    old = recorded_files(_old_record(url, record), variant, frame)
+    if old:
+        url.remove(record)
+    for name in (*new.values(), record):
+        url.put(name, file_at(root, name))
+    for name in set(old.values()) - set(new.values()):
+        url.remove(name)
+    for name in (record, *new.values()):
+        remove_file(root, name)
+
+
+def _picture_of(record: str) -> tuple[str, str]:
+    """Return the variant and the frame whose record is so named: a child says the name, which may be anybody's."""
+    match PurePosixPath(record).parts:
+        case (folder, variant, file) if folder == RECORDS and file.endswith(".json"):
+            return variant, file.removesuffix(".json")
+    raise OutputError("is no name of a record", where=record)
+
+
+def _old_record(url: DatasetUrl, name: str) -> Mapping[str, Any]:
+    try:
+        record = json.loads(url.read(name) or b"{}")
+    except ValueError:
+        return {}
+    return record if isinstance(record, dict) else {}

@@ -1,0 +1,74 @@
+"""Where the pictures of a run go, and on which machines they are made."""
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from spin_usd.dataset.cluster.local_line import LocalLine
+from spin_usd.dataset.cluster.ray_cluster import RayCluster
+from spin_usd.dataset.cluster.remote_child import RemoteChild
+from spin_usd.dataset.cluster.worker_host import WorkerOpening
+from spin_usd.dataset.cluster.workplace import Output, PublishedFromNode, PublishedHere, SharedFolder
+from spin_usd.dataset.process.any_child import AnyChild
+from spin_usd.dataset.process.versions import library_versions
+from spin_usd.dataset.publish.dataset_url import is_url
+from spin_usd.dataset.publish.mirror import Mirror, mirrored
+from spin_usd.dataset.publish.node_folder import stage_sums
+from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.dataset.store.atomic import write_text
+from spin_usd.dataset.store.dataset_folder import Lease, Store
+from spin_usd.dataset.store.lock import new_token
+
+SEEN = "seen"
+StartWorker = Callable[[int], AnyChild]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Destination:
+    """A dataset in the folder of `store`: the dataset's own, or that of the `mirror` of one at a URL; made on this
+    machine, or on a `cluster`."""
+
+    store: Store
+    mirror: Mirror | None = None
+    cluster: RayCluster | None = None
+
+    def publish(self) -> None:
+        """Bring a URL to what the folder is. Raises OutputError."""
+        if self.mirror:
+            self.mirror.publish()
+
+    def start(self, options: WorkerOptions, lease: Lease, workers: int) -> StartWorker | None:
+        """Return what starts a worker by its number of so many; None where it is a plain child process."""
+        if not self.mirror and not self.cluster:
+            return None
+        output, versions, for_worker = self._output(lease), library_versions(), options.as_json()
+
+        def opening(number: int, of: int | None) -> WorkerOpening:
+            return WorkerOpening(output=output, options=for_worker, versions=versions, number=number, of=of)
+
+        if cluster := self.cluster:
+            return lambda _: cluster.start(lambda number: opening(number, None))
+        return lambda number: RemoteChild(LocalLine(opening(number, workers)))
+
+    def _output(self, lease: Lease) -> Output:
+        root, work = str(self.store.root), str(lease.work)
+        if not self.mirror:
+            token = new_token()
+            write_text(lease.work / SEEN, token, work=lease.work)
+            return SharedFolder(root=root, work=work, seen=SEEN, token=token)
+        url = self.mirror.url.url
+        if not self.cluster:
+            return PublishedHere(url=url, root=root, work=work)
+        return PublishedFromNode(url=url, run=new_token(), sums=stage_sums(self.store.stage))
+
+
+@contextmanager
+def opened(out: str | Path, cluster: str | None) -> Iterator[Destination]:
+    """Open the destination: `out` is a folder or a URL, `cluster` the address of a Ray cluster. Raises InputError and
+    OutputError."""
+    with ExitStack() as held:
+        there = held.enter_context(RayCluster(cluster)) if cluster is not None else None
+        mirror = held.enter_context(mirrored(str(out))) if is_url(out) else None
+        store = mirror.store if mirror else Store(root=Path(out).absolute())
+        yield Destination(store=store, mirror=mirror, cluster=there)
