@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
 from tests.conftest import REPOSITORY
 
@@ -37,7 +38,7 @@ def found(tmp_path_factory):
 def test_each_says_on_what_machine_it_was_run(found) -> None:
     assert set(found) == {"frames", "growth", "labels", "plan", "predict"}
     for name, figures in found.items():
-        assert figures["machine"]["cores"] == (1 if name == "labels" else os.cpu_count())
+        assert figures["machine"]["cores"] == (1 if name == "labels" else len(usable_cpus()))
         assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
 
 

@@ -107,6 +107,7 @@ SOURCES = {
     "nothing": ((), {}),
 }
 EACH = pytest.mark.parametrize("name", SOURCES)
+FEW = ("Sun", "Sun, panels and dome", "no green", "everything")  # where many renders of each are compared
 
 
 def as_one(blender, monkeypatch, scene, effort, **options):
@@ -201,7 +202,9 @@ def test_one_light_relit_is_that_light(blender, taken, lights) -> None:
     np.testing.assert_allclose(relit.rgb, direct.rgb, rtol=EXACT, atol=EXACT * direct.rgb.max())
 
 
-@EACH
+@pytest.mark.parametrize(
+    "name", [name if name in FEW else pytest.param(name, marks=pytest.mark.slow) for name in SOURCES]
+)
 def test_relit_renders_are_unbiased_and_no_noisier(blender, taken, name) -> None:
     lights, fields = SOURCES[name]
     scene = taken(*lights, **fields)

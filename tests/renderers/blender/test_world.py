@@ -117,10 +117,10 @@ def irradiance_of(image, rotation, normal):
     ("row", "column", "turn"),
     [
         (16, 32, np.eye(3)),
-        (10, 20, np.eye(3)),
-        (22, 40, np.eye(3)),
+        pytest.param(10, 20, np.eye(3), marks=pytest.mark.slow),
+        pytest.param(22, 40, np.eye(3), marks=pytest.mark.slow),
         (5, 8, AROUND_X),
-        (12, 2, AROUND_X @ AROUND_X),
+        pytest.param(12, 2, AROUND_X @ AROUND_X, marks=pytest.mark.slow),
         (20, 44, np.diag([-1.0, -1, 1])),
     ],
 )
