@@ -45,7 +45,7 @@ def plan_export(request: ExportRequest, *, progress: Progress) -> ExportPlan:
     """
     to = format_named(request.to)
     options = to.values(request.options)
-    layout = to.layout(options)
+    layout = to.layout_for(options)
     shares = named_splits(read_split(request.split), layout.splits, format_name=to.name)
     dataset = Dataset(request.dataset)
     _refuse_parts(dataset)

@@ -24,6 +24,10 @@ from spin_usd.formats.image_file import write_image
 RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))
 RECTIFY_IT = "take it out of the pictures: --option rectify=yes"
+POSES_TO_CAMERA = (
+    "cam_R_m2c (row by row) and cam_t_m2c take the body's axes to the camera's, which are OpenCV's: x right, y down, z "
+    "forward. obj_id is the target's id."
+)
 RECTIFIED = (
     "Lens distortion is taken out: images are interpolated between four pixels. Labels are those of the nearest pixel, "
     "so outlines of masks are off by up to half a pixel, and what is counted in masks is of these. Poses, models and "

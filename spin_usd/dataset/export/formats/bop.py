@@ -10,6 +10,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.export.bop.entries import camera_matrix, pose_entry, visibility_entry
 from spin_usd.dataset.export.bop.limits import amodal_known, depth_fits, depth_scale
 from spin_usd.dataset.export.bop.scenes import (
+    POSES_TO_CAMERA,
     RECTIFIED,
     RECTIFY,
     RECTIFY_IT,
@@ -44,8 +45,7 @@ FIRST_CENTRE = 0.0  # where the first pixel has its centre, as in OpenCV
 CONVENTIONS = (
     "Lengths are millimetres: poses, models and their boxes and diameters. A depth image times its depth_scale is "
     "millimetres along the camera's axis; 0 is nothing.",
-    "cam_R_m2c (row by row) and cam_t_m2c take the body's axes to the camera's, which are OpenCV's: x right, y down, z "
-    "forward. obj_id is the target's id.",
+    POSES_TO_CAMERA,
     "cam_K, and cx and cy in camera.json, are in pixels whose centres are at whole numbers: half a pixel less than in "
     "the dataset.",
     "Boxes are x, y, width and height, these being the greatest pixel less the least, as bop_toolkit counts them; "

@@ -105,15 +105,13 @@ def _files(dataset: ExportedDataset, picture: ExportedPicture) -> Iterator[Outpu
             yield IndexRow(path=index, section=ANNOTATIONS, value=value)
 
 
-def _layout(options: Mapping[str, Any]) -> Layout:
-    return Layout(
-        needs=("image", "segmentation"),
-        conventions=CONVENTIONS,
-        files=_files,
-        indexes=_indexes,
-        limits=(bodies_told_apart,),
-        several=True,
-    )
+LAYOUT = Layout(
+    needs=("image", "segmentation"),
+    conventions=CONVENTIONS,
+    files=_files,
+    indexes=_indexes,
+    limits=(bodies_told_apart,),
+    several=True,
+)
 
-
-COCO = ExportFormat(name="coco", holds="images, boxes, masks (RLE), keypoints and poses", layout=_layout)
+COCO = ExportFormat(name="coco", holds="images, boxes, masks (RLE), keypoints and poses", layout=LAYOUT)

@@ -170,11 +170,6 @@ LAYOUT = Layout(
 )
 
 
-def layout(options: Mapping[str, Any]) -> Layout:
-    """Return the layout, which has no options."""
-    return LAYOUT
-
-
 CROISSANT = ExportFormat(
-    name="croissant", holds="as they are, with Croissant metadata (MLCommons, JSON-LD)", layout=layout
+    name="croissant", holds="as they are, with Croissant metadata (MLCommons, JSON-LD)", layout=LAYOUT
 )

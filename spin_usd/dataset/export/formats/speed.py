@@ -4,7 +4,6 @@ Sources: pedropro/UrsoNet (speed.py: SPLIT.json, images/SPLIT), tpark94/speedplu
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
@@ -44,9 +43,4 @@ LAYOUT = Layout(
 )
 
 
-def layout(options: Mapping[str, Any]) -> Layout:
-    """Return the layout, which has no options."""
-    return LAYOUT
-
-
-SPEED = ExportFormat(name="speed", holds="in the layout of SPEED (2019): poses and grey images", layout=layout)
+SPEED = ExportFormat(name="speed", holds="in the layout of SPEED (2019): poses and grey images", layout=LAYOUT)

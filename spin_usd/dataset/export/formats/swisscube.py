@@ -11,6 +11,7 @@ import numpy as np
 
 from spin_usd.dataset.export.bop.entries import MILLIMETRES, camera_matrix, pose_entry
 from spin_usd.dataset.export.bop.scenes import (
+    POSES_TO_CAMERA,
     RECTIFIED,
     RECTIFY,
     RECTIFY_IT,
@@ -38,8 +39,7 @@ SCENE = "000000"  # the one scene of a sequence
 FIRST_CENTRE = 0.5  # where the first pixel has its centre: its K has 512 as the middle of 1024 pixels
 CONVENTIONS = (
     "Lengths are millimetres: poses, models and the corners of their boxes.",
-    "cam_R_m2c (row by row) and cam_t_m2c take the body's axes to the camera's, which are OpenCV's: x right, y down, z "
-    "forward. obj_id is the target's id.",
+    POSES_TO_CAMERA,
     "cam_K is in pixels with (0, 0) at the corner of the image, as in the dataset.",
     "A sequence is a variant in a split, and an image has the number of its place in the stage. mask_visib is what is "
     "seen of a body.",

@@ -7,7 +7,6 @@ utils.plot_axes: the body's y axis is mirrored.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
@@ -65,9 +64,4 @@ LAYOUT = Layout(
 )
 
 
-def layout(options: Mapping[str, Any]) -> Layout:
-    """Return the layout, which has no options."""
-    return LAYOUT
-
-
-URSO = ExportFormat(name="urso", holds="in the layout of URSO: poses as CSV in Unreal's axes, images", layout=layout)
+URSO = ExportFormat(name="urso", holds="in the layout of URSO: poses as CSV in Unreal's axes, images", layout=LAYOUT)

@@ -1,7 +1,7 @@
 """The layout of an export: what a format asks of the pictures, and the files that it makes of them.
 
-A format is one file in `export/formats` and one entry in its table. The file has an `ExportFormat`, whose `layout`
-gives for the options chosen a `Layout`. That yields `Output`s (output.py), and writes nothing itself:
+A format is one file in `export/formats` and one entry in its table. The file has an `ExportFormat`, which has a
+`Layout`, or one for the options chosen. That yields `Output`s (output.py), and writes nothing itself:
 
 - `indexes` says which files list many pictures, such as train.json, and in which style (index_file.py);
 - `shared` yields what all pictures share, such as camera.json, once;
@@ -98,13 +98,17 @@ class FormatOption:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportFormat:
-    """A format that datasets are exported to. name: in `--to` · holds: a phrase that says what it is · layout: for the
-    values of its options, by name · options: those that there are."""
+    """A format that datasets are exported to. name: in `--to` · holds: a phrase that says what it is · layout: the one
+    that it has, or what returns that for the values of its options, by name · options: those that there are."""
 
     name: str
     holds: str
-    layout: Callable[[Mapping[str, Any]], Layout]
+    layout: Layout | Callable[[Mapping[str, Any]], Layout]
     options: tuple[FormatOption, ...] = field(default=())
+
+    def layout_for(self, options: Mapping[str, Any]) -> Layout:
+        """Return the layout for these values of its options."""
+        return self.layout if isinstance(self.layout, Layout) else self.layout(options)
 
     def values(self, given: Mapping[str, str]) -> dict[str, Any]:
         """Return the value of every option, `given` as text or by default. Raises InputError for one that there is
