@@ -7,12 +7,13 @@ from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_text
+from spin_usd.nesting import NestingError, parsed_json
 
 
 def read_json_file(path: Path, max_bytes: int) -> Any:
     """Read the JSON value in the file at `path`, of at most `max_bytes`. Raises InputError where it holds none."""
     try:
-        return json.loads(read_text(path, max_bytes), object_pairs_hook=_object)
+        return parsed_json(read_text(path, max_bytes), object_pairs_hook=_object)
     except InputError as error:
         raise InputError(error.found, where=path, do=error.do) from None
     except json.JSONDecodeError as error:
@@ -21,8 +22,10 @@ def read_json_file(path: Path, max_bytes: int) -> Any:
             where=path,
             do="check that the file is whole",
         ) from None
-    except (ValueError, RecursionError):
-        raise InputError("holds a number or a nesting that is too long", where=path) from None
+    except NestingError as error:
+        raise InputError(f"cannot be read: {error}", where=path) from None
+    except ValueError:
+        raise InputError("holds a number that is too long", where=path) from None
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from jsonschema.exceptions import ValidationError, best_match
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.limits import MAX_SPECIFICATION
-from spin_usd.formats.toml_file import parsed_toml
+from spin_usd.formats.toml_file import tables_in
 from spin_usd.resources import schemas
 from spin_usd.scene.model import NOMINAL
 
@@ -62,7 +62,7 @@ def read_spec_file(path: str | Path) -> Specification:
     """Read the specification in the file at `path`. Raises InputError that names the key that is wrong."""
     path = Path(path)
     data = read_bytes(path, MAX_SPECIFICATION)
-    document = parsed_toml(data, path)
+    document = tables_in(data, path)
     check_document(document, SCHEMA, path)
     entries = tuple(entry for table in document["augmentation"] for entry in _entries(table))
     names = [entry.name for entry in entries]

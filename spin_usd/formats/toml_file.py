@@ -1,23 +1,22 @@
 """TOML that a user gives: every way in which a file can be none, said in a sentence."""
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import decoded, read_bytes
+from spin_usd.nesting import parsed_toml
 
 
 def read_toml_file(path: Path, max_bytes: int) -> dict[str, Any]:
     """Read the tables of the file at `path`, of at most `max_bytes`. Raises InputError where it holds none."""
-    return parsed_toml(read_bytes(path, max_bytes), path)
+    return tables_in(read_bytes(path, max_bytes), path)
 
 
-def parsed_toml(data: bytes, where: object) -> dict[str, Any]:
+def tables_in(data: bytes, where: object) -> dict[str, Any]:
     """Return the tables in the `data` of a file. Raises InputError."""
+    text = decoded(data, where)
     try:
-        return tomllib.loads(decoded(data, where))
-    except tomllib.TOMLDecodeError as error:
+        return parsed_toml(text)
+    except ValueError as error:
         raise InputError(f"is not TOML: {error}", where=where, do="fix it there") from None
-    except RecursionError:
-        raise InputError("is not TOML: it is nested too deep", where=where, do="fix it there") from None

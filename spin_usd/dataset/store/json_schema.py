@@ -12,6 +12,7 @@ from jsonschema.validators import extend
 
 from spin_usd import resources
 from spin_usd.errors import InputError
+from spin_usd.nesting import parsed_json
 
 REMEDY = "restore it, or make it again"
 
@@ -35,7 +36,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
 
 
 def _parsed(text: str) -> Any:
-    return json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
+    return parsed_json(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
 
 
 def _finite(text: str) -> float:

@@ -5,7 +5,6 @@ them.
 """
 
 import base64
-import json
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.texture_file import texture_beside, texture_of
+from spin_usd.nesting import parsed_json
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.source.asset import ImageFile
 
@@ -137,7 +137,7 @@ def read_document(path: Path) -> Document:
         data, rest = data[20 : 20 + length], data[20 + length :]
         if len(rest) >= 8 and struct.unpack_from("<I", rest, 4)[0] == BIN:
             binary = rest[8 : 8 + struct.unpack_from("<I", rest)[0]]
-    found = json.loads(data)
+    found = parsed_json(data)
     if not isinstance(found, dict) or not str(found["asset"]["version"]).startswith("2"):
         raise InputError("is not of glTF's version 2", where=path, do="convert it to glTF 2.0")
     return Document(path, found, binary)

@@ -1,6 +1,5 @@
 """The poses of a WebDataset whose samples hold records of spin_usd: KEY.json in tar files."""
 
-import json
 import tarfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +9,7 @@ from spin_usd.files.given_file import open_file
 from spin_usd.files.limits import MAX_RECORD, MAX_SHARD
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.poses.record import pose_of_record
+from spin_usd.nesting import parsed_json
 
 SUFFIX = ".json"
 
@@ -30,8 +30,8 @@ def read(path: Path) -> Iterator[PoseEntry]:
 
 def _parsed(text: bytes, where: str) -> object:
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
+        return parsed_json(text)
+    except ValueError:
         raise InputError("is not JSON", where=where) from None
 
 

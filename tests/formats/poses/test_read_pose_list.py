@@ -94,7 +94,7 @@ def test_a_target_behind_the_camera_is_legal(tmp_path: Path) -> None:
         (3, r"no list of poses"),
         ('[{"filename": "img0', r"not JSON.*whole"),
         ("", r"not JSON"),
-        ("[" * 100_000, r"nesting"),
+        ("[" * 100_000, r"nested more than"),
         ("[" + "9" * 10_000 + "]", r"too long"),
     ],
 )
