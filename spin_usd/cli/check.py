@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,6 +11,7 @@ import spin_usd
 from spin_usd.cli.options import Json
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import FINDINGS
 
@@ -18,19 +19,26 @@ from spin_usd.errors import FINDINGS
 def check(
     context: typer.Context,
     path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
+    repair: Annotated[
+        bool, typer.Option("--repair", help="First make again what a dataset lacks, or what is damaged in it.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
     from spin_usd.scene.derived.view_text import summary
 
     with shown(context.obj["quiet"]) as progress:
-        checked = spin_usd.check(path, on_progress=progress)
+        checked = spin_usd.check(path, repair=repair, on_progress=progress, on_note=lambda note: show_notes([note]))
     findings, views = checked.findings, checked.views
     errors = [finding for finding in findings if finding.severity == "error"]
     if as_json:
-        shows = {"views": views.as_json()} if views else {}
-        show(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **shows}))
+        more: dict[str, Any] = {"views": views.as_json()} if views else {}
+        more |= {name: getattr(checked, name) for name in ("repaired", "unrepaired") if repair}
+        show(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **more}))
     else:
+        for name in ("repaired", "unrepaired") if repair else ():
+            for what in getattr(checked, name):
+                show(f"{name}: {what}")
         if views:
             show(*summary(views).split("\n"))
         for finding in findings:

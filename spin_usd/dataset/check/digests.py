@@ -8,7 +8,7 @@ from spin_usd.errors import InputError
 from spin_usd.scene.finding import Finding
 from spin_usd.sha256 import sha256_of
 
-MAKE_AGAIN = "remove its record and run spin-usd render again"
+MAKE_AGAIN = "run spin-usd check --repair"
 
 
 def digest_findings(root: Path, name: str, sha256: str) -> Iterator[Finding]:

@@ -4,6 +4,7 @@ import time
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
+from dataclasses import replace as changed
 from functools import partial
 from pathlib import Path
 
@@ -51,6 +52,7 @@ def render(
     verify: bool = False,
     shard: Shard | None = None,
     picture_timeout: float | None = None,
+    only: frozenset[str] | None = None,
     progress: Progress,
     note: Note = unsaid,
 ) -> RenderReport:
@@ -63,7 +65,8 @@ def render(
     whatever part of this one is wanted. With `verify` pictures whose files are not as their records say are made again.
     A worker that takes longer than `picture_timeout` seconds for a picture is replaced; that follows the picture's
     expected time where it is not given. The first signal that asks to stop lets running pictures be finished, as `note`
-    is told; a second stops the run at once.
+    is told; a second stops the run at once. With `only` nothing but the pictures of these names is made, and those are
+    made whatever their records say.
     """
     began = time.monotonic()
     refuse_time_limit(picture_timeout)
@@ -78,6 +81,7 @@ def render(
         verify=verify,
         shard=shard,
         picture_timeout=picture_timeout,
+        only=only,
     )
     if is_url(out) and (verify or shard):
         option, do = ("--verify", "fetch it") if verify else ("--shard", "make the shards in folders, and merge them")
@@ -104,6 +108,7 @@ class _DatasetOptions:
     verify: bool
     shard: Shard | None
     picture_timeout: float | None
+    only: frozenset[str] | None
 
 
 def _render(
@@ -121,6 +126,8 @@ def _render(
     planned = plan(request, progress=progress, copy_to=None if own else copied, had=store.kinds)
     kinds = wanted_kinds(request, planned)
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()
+    if options.only is not None:
+        planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in options.only))
     agreement: Agreement | None = None
     if options.shard:
         planned, agreement = plan_of_shard(
@@ -137,7 +144,7 @@ def _render(
             _adopt_stage(store, lease.work)
     chosen = doubts(request.chosen, planned.stages)
     report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
-    wanted = WantedFiles(kinds=kinds, image_suffix=request.image_suffix, verify=options.verify)
+    wanted = WantedFiles(kinds=kinds, image_suffix=request.image_suffix, verify=options.verify, again=options.only)
     tasks = _unfinished(store, lease, planned, root, wanted, report)
     destination.publish()
     if tasks:

@@ -1,7 +1,7 @@
 """Find what is left to make of a picture that an earlier run may have made."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from os.path import isfile
 from pathlib import Path
@@ -18,12 +18,13 @@ from spin_usd.sha256 import sha256_of
 
 @dataclass(frozen=True, kw_only=True)
 class WantedFiles:
-    """The kinds of file asked for, the image's file name extension, and whether every byte of files that are there is
-    verified before they are used again."""
+    """The kinds of file asked for, the image's file name extension, whether every byte of files that are there is
+    verified before they are used again, and the names of pictures that are made again whatever is there."""
 
     kinds: tuple[str, ...]
     image_suffix: str
     verify: bool = False
+    again: Collection[str] | None = None
 
 
 def kinds_left(
@@ -77,6 +78,7 @@ def _is_finished(
     """Return whether `record`, whose files are `had`, is the picture's, with all that is wanted."""
     return (
         bool(had)
+        and picture.name not in (wanted.again or ())
         and _same_content(record, picture, had)
         and _same_channels(record)
         and _complete(store, picture, had, wanted)

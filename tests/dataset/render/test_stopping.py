@@ -79,7 +79,7 @@ def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_pat
 
 def test_the_second_stops_at_once_and_the_next_run_makes_the_rest(small_stage, tmp_path, spin_usd) -> None:
     """A third is not heard any more, while the second ends the run."""
-    process = started(small_stage, tmp_path, "--effort", "samples=100000")
+    process = started(small_stage, tmp_path, "--effort", "samples=100000", "--workers", "1")
     wait_until(lambda: begun(tmp_path), process)
     children = children_of(process)
     process.send_signal(signal.SIGINT)

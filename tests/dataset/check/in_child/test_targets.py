@@ -166,7 +166,7 @@ def test_what_is_wrong_is_told(sound, name, tmp_path) -> None:
     tamper(record["targets"][0])
     told = found(checked(record, sound.arrays, sound.description, tmp_path))
     assert any(finding.code == code and words in finding.message for finding in told), told
-    assert all(finding.message.endswith("remove its record and run spin-usd render again") for finding in told)
+    assert all(finding.message.endswith("run spin-usd check --repair") for finding in told)
 
 
 def test_keypoints_hidden_by_nothing_are_told(sound, tmp_path) -> None:

@@ -1,0 +1,163 @@
+"""`spin-usd check --repair`: makes again what is missing or damaged in a dataset, from its own stage."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from spin_usd.dataset.check.check import CheckReport
+from spin_usd.dataset.check.dataset import dataset_findings
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.report import RenderReport
+from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.dataset.repair.damage import damaged_pictures, valid_records
+from spin_usd.dataset.repair.recorded_request import requests
+from spin_usd.dataset.store.atomic import write_text
+from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
+from spin_usd.dataset.store.file_digests import SUMS, sums
+from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
+from spin_usd.dataset.store.tree import NodeType, files, remove_file, type_of
+from spin_usd.errors import InputError, SpinError
+from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.sha256 import sha256_of
+
+OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepairReport(CheckReport):
+    """The findings after a repair. repaired: what was made again · unrepaired: what could not be, and why."""
+
+    repaired: list[str] = field(default_factory=list)
+    unrepaired: list[str] = field(default_factory=list)
+
+
+def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairReport:
+    """Make again what is missing or damaged in the dataset `root`, and check it then.
+
+    Renders each damaged picture as its record says, and where that is lost as most others were. What is not the
+    dataset's own stays as it is. Raises InputError where there is no dataset, or another run is writing it.
+    """
+    store = Store(root=root.absolute())
+    if not _is_dataset(store):
+        raise InputError("is no dataset, and --repair is for those", where=root, do="give a dataset's folder")
+    store.refuse_strange()
+    with store.locked():
+        pass  # what a killed run left is gone now
+    repairing = _Repair(store, progress, note)
+    repairing.run()
+    findings = list(dataset_findings(store.root, progress=progress))
+    made, failed = repairing.repaired, repairing.unrepaired
+    return RepairReport(kind="dataset", findings=findings, repaired=made, unrepaired=failed)
+
+
+def _is_dataset(store: Store) -> bool:
+    if type_of(store.description) is NodeType.FILE:
+        return True
+    return all(type_of(store.root / name) is NodeType.FOLDER for name in (STAGE, RECORDS))
+
+
+class _Repair:
+    """The repair of one dataset. records: those that were valid before · repaired, unrepaired: as in the report."""
+
+    def __init__(self, store: Store, progress: Progress, note: Note) -> None:
+        self.store, self.progress, self.note = store, progress, note
+        self.records = valid_records(store)
+        self.repaired: list[str] = []
+        self.unrepaired: list[str] = []
+
+    def run(self) -> None:
+        """Mend what the rest needs first."""
+        self._try(DESCRIPTION, self._description)
+        self._pictures()
+        self._try(f"{STAGE}/{SUMS}", self._sums)
+
+    def _try(self, what: str, mend: Callable[[], Iterator[str]]) -> None:
+        """Put down what `mend` yields, or why it failed."""
+        try:
+            self.repaired.extend(mend())
+        except SpinError as e:
+            self.unrepaired.append(f"{what}: {e}")
+
+    def _description(self) -> Iterator[str]:
+        """Write dataset.json again where it is missing or damaged: all that it says is in the stage and the records."""
+        try:
+            read_json(self.store.description, "dataset-1")
+        except InputError:
+            self._refuse_unsure()
+            remove_file(self.store.root, DESCRIPTION)
+            variants = tuple(dict.fromkeys(record["variant"] for record in self.records.values()))
+            for request in requests(self._root, self.records, self.records):
+                self._render(replace(request, variants=variants), frozenset())
+            yield DESCRIPTION
+
+    def _refuse_unsure(self) -> None:
+        """Raise InputError where it is not sure that the folder is a dataset's alone."""
+        strange = sorted(set(self.store.held()) - {*OWN, LOCK})
+        where = self.store.description
+        if strange:
+            raise InputError(f"cannot be written again beside {strange[0]}", where=where, do="move that elsewhere")
+        if not self.records:
+            do = "run spin-usd render again with the stage that made the pictures"
+            raise InputError("cannot be written again without records", where=where, do=do)
+
+    @property
+    def _root(self) -> Path:
+        """The root layer of the dataset's own stage, as most records name it."""
+        named = Counter[str](record["provenance"]["stage"]["root"] for record in self.records.values())
+        return self.store.root / named.most_common(1)[0][0]
+
+    def _render(self, request: RenderRequest, only: frozenset[str]) -> RenderReport:
+        return render(request, self.store.root, only=only, progress=self.progress, note=self.note)
+
+    def _pictures(self) -> None:
+        """Make damaged and lost pictures again."""
+        findings = list(dataset_findings(self.store.root, progress=self.progress))
+        names = damaged_pictures(self.store, findings, self.records)
+        if names and not self.records:
+            do = "run spin-usd render again with the stage that made them"
+            self.unrepaired.append(f"{', '.join(sorted(names))}: no record says how pictures were made; {do}")
+        elif names:
+            for request, group in requests(self._root, sorted(names), self.records).items():
+                self._try(", ".join(sorted(group)), partial(self._made, request, group))
+
+    def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
+        """Make the pictures of these names; yield those that are there then."""
+        variants = tuple(sorted({name.partition("/")[0] for name in names}))
+        failed = dict(self._render(replace(request, variants=variants), frozenset(names)).failed)
+        self.unrepaired.extend(f"{name}: {reason}" for name, reason in failed.items())
+        for name in sorted(names - failed.keys()):
+            variant, _, frame = name.partition("/")
+            path = self.store.record(variant, frame)
+            if type_of(path) is NodeType.FILE:  # a stray file need not be of a frame that the stage has
+                before, after = _digests(self.records.get(name)), _digests(read_json(path, "record-1"))
+                yield name + (OTHER_BYTES if before and before != after else "")
+
+    def _sums(self) -> Iterator[str]:
+        """List the stage's files again where the list is lost and every one of them is as records say."""
+        stage = self.store.stage
+        if type_of(stage) is not NodeType.FOLDER or type_of(stage / SUMS) is NodeType.FILE:
+            return
+        known = {layer for record in self.records.values() for layer in _layers(record)}
+        for name in files(self.store.root, STAGE):
+            if (name, sha256_of(self.store.root / name)) not in known:
+                found = f"cannot be written again: no record says that {name} is as it was"
+                do = "move stage/ elsewhere, and run spin-usd render again with the stage that made the pictures"
+                raise InputError(found, where=stage / SUMS, do=do)
+        with self.store.locked() as lease:
+            write_text(stage / SUMS, sums(stage), work=lease.work)
+        yield f"{STAGE}/{SUMS}"
+
+
+def _digests(record: Mapping[str, Any] | None) -> dict[str, str]:
+    return {kind: entry["sha256"] for kind, entry in record["files"].items()} if record else {}
+
+
+def _layers(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield names in the dataset and digests of the layers that made a picture."""
+    stage = record["provenance"]["stage"]
+    folder = Path(stage["root"]).parent
+    return (((folder / layer).as_posix(), sha256) for layer, sha256 in stage["files"].items())

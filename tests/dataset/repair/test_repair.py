@@ -1,0 +1,94 @@
+"""check --repair: what is damaged or lost is made again, to the byte, and nothing of the user's is touched."""
+
+import json
+import shutil
+
+import pytest
+
+from spin_usd.dataset.render.render import render
+from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.dataset.repair.repair import repair
+from spin_usd.errors import InputError
+from spin_usd.progress import ignore
+from spin_usd.scene.effort import Effort
+
+FRAMES = 3
+
+
+@pytest.fixture(scope="module")
+def whole(small_stage, tmp_path_factory):
+    """A dataset whose last picture was made with another effort than the others."""
+    out = tmp_path_factory.mktemp("whole") / "dataset"
+    for frames, samples in ((f"0:{FRAMES}", 2), (f"{FRAMES - 1}:{FRAMES}", 3)):
+        request = RenderRequest(
+            stage=small_stage, renderer="raycast", frames=frames, effort=Effort(samples=samples), labels=("depth",)
+        )
+        assert not render(request, out, workers=1, progress=ignore).failed
+    return out
+
+
+@pytest.fixture
+def dataset(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "dataset", symlinks=True)
+
+
+def contents(folder):
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != "measured.json")
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def flip(path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def test_what_is_damaged_or_lost_is_made_again_to_the_byte(whole, dataset, spin_usd) -> None:
+    """Of every kind at once: a flipped byte, a lost file, a lost record, and dataset.json, whose rest can be read."""
+    flip(dataset / "image" / "nominal" / "img000001.png")
+    (dataset / "records" / "nominal" / "img000002.json").unlink()
+    (dataset / "depth" / "nominal" / "img000003.exr").unlink()
+    (dataset / "dataset.json").write_text('{"schema": "dataset-1"')
+    (dataset / "stage" / "SHA256SUMS").unlink()
+    done = spin_usd("check", dataset, "--repair")
+    mended = ("dataset.json", *(f"nominal/img00000{n}" for n in (1, 2, 3)), "stage/SHA256SUMS")
+    assert {f"repaired: {what}" for what in mended} == set(done.stdout.splitlines()[:-1])
+    assert contents(dataset) == contents(whole)
+    assert repair(dataset, progress=ignore).repaired == []
+
+
+def test_a_record_that_lies_and_a_damaged_render_are_made_again(whole, dataset) -> None:
+    record = dataset / "records" / "nominal" / "img000001.json"
+    value = json.loads(record.read_text())
+    value["pose"]["t_cam_body"][0] += 1e-3
+    record.write_text(json.dumps(value))
+    used = json.loads((dataset / "records" / "nominal" / "img000003.json").read_text())["provenance"]["keys"][
+        "radiance"
+    ]
+    (entry,) = (dataset / "cache" / "renders").rglob(f"{used}.*")
+    flip(entry)
+    report = repair(dataset, progress=ignore)
+    assert (report.repaired, report.unrepaired) == (["nominal/img000001", "nominal/img000003"], [])
+    assert report.findings == []
+    assert contents(dataset) == contents(whole)
+
+
+def test_what_is_the_users_stays_and_what_cannot_be_made_is_said(dataset, spin_usd) -> None:
+    """A layer of the stage is in no other place; a stray file need not be a picture's."""
+    mine = [dataset / "notes.txt", dataset / "image" / "nominal" / "mine.png", dataset / ".work-mine" / "x"]
+    for path in mine:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+    layer = dataset / "stage" / "layers" / "lights.usda"
+    layer.write_text(layer.read_text().replace("distantLight", "nothing")[:-20])
+    flip(dataset / "image" / "nominal" / "img000001.png")
+    done = spin_usd("check", dataset, "--repair", "--json", code=1)
+    report = json.loads(done.stdout)
+    assert report["repaired"] == []
+    assert any("img000001" in what for what in report["unrepaired"])
+    assert [path.read_text() for path in mine] == ["mine"] * 3
+
+
+def test_what_is_no_dataset_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match="is no dataset"):
+        repair(tmp_path, progress=ignore)
