@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pxr import Sdf, UsdUtils
 
-from spin_usd.stage.composition.files import files_of
+from spin_usd.stage.composition.files import LAYERS, files_of
 
 
 @contextmanager
@@ -15,13 +15,18 @@ def slashes(source: Path) -> Iterator[None]:
     `source` depends on, where the file exists. Raises StageError as `files_of`, for what they named before and name
     then."""
     changed: list[Sdf.Layer] = []
-    while more := [layer for layer in map(Sdf.Layer.Find, map(str, files_of(source).found)) if layer and _fix(layer)]:
+    while more := [layer for layer in _layers(source) if _fix(layer)]:
         changed += more  # what these name now may name others
     try:
         yield
     finally:
         for layer in changed:
             layer.Reload(force=True)
+
+
+def _layers(source: Path) -> list[Sdf.Layer]:
+    files = (file for file in files_of(source).found if file.suffix.lower() in LAYERS)
+    return [Sdf.Layer.FindOrOpen(str(file)) for file in files]
 
 
 def _fix(layer: Sdf.Layer) -> bool:
