@@ -16,6 +16,7 @@ from spin_usd.geometry.region import Region
 
 MAX_PIXELS_PER_SIDE = 65536  # Blender silently clamps above this
 RIM_STEPS = 128  # pixels per side of the frame that are tried
+SMALLEST, LARGEST = 1e-30, 1e9  # numbers of a lens: powers of others overflow, and no calibration has them
 MAX_GRID_PIXELS = 2**23  # cameras up to this keep their pixel centres' inverse, 16 bytes a pixel, for the next frames
 
 
@@ -41,6 +42,9 @@ class Camera:
             raise GeometryError(f"camera holds NaN, infinity or not five distortion coefficients: {numbers}")
         if self.fx <= 0 or self.fy <= 0:
             raise GeometryError(f"camera focal length is ({self.fx}, {self.fy}) px, expected above zero")
+        for number in numbers:
+            if number and not SMALLEST <= abs(number) <= LARGEST:
+                raise GeometryError(f"camera holds {number}, expected 0, or {SMALLEST:g} to {LARGEST:g} in magnitude")
         for name in ("fx", "fy", "cx", "cy"):  # 3000 and 3000.0 are one camera and have one key
             object.__setattr__(self, name, float(getattr(self, name)))
         object.__setattr__(self, "distortion", tuple(float(k) for k in self.distortion))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
+import numpy as np
 from pxr import Ar, Sdf, Usd
 
 from spin_usd.scene.finding import ERROR, WARNING, Finding
@@ -102,7 +103,7 @@ def _units(stage: Usd.Stage) -> Iterator[Finding]:
             if layer.identifier in free[name] or not (info.HasInfo(name) and root.HasInfo(name)):
                 continue
             here, there = info.GetInfo(name), root.GetInfo(name)
-            if here != there and not (name == "metersPerUnit" and abs(here / there - 1) <= UNIT_TOLERANCE):
+            if here != there and not (name == "metersPerUnit" and np.isclose(here, there, rtol=UNIT_TOLERANCE, atol=0)):
                 yield Finding(
                     code="layer-units",
                     where=layer.identifier,

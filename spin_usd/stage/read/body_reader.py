@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 
+import numpy as np
 from pxr import Usd, UsdGeom
 
+from spin_usd.errors import StageError
 from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
+from spin_usd.stage.read.environment.planet import MAX_DISTANCE_M
 from spin_usd.stage.read.target.occluders import OccluderPrims
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.read.target.time_variation import occluder_varies, target_varies
@@ -57,6 +60,9 @@ class BodyReader:
         body = placement_below(self._above, self.prim, world, frame="body")
         near = between(usdcam, body.transform)
         metres = near.translation * (size * self._metres)
+        if not np.abs(metres).max() <= MAX_DISTANCE_M:
+            found = f"is {np.abs(metres).max():g} m from the camera, more than {MAX_DISTANCE_M:g} m"
+            raise StageError(found, where=self.prim.GetPath(), do="check the units and the translations")
         return T_CAM_USDCAM @ Transform.unchecked(
             to=near.to, of=near.of, rotation=near.rotation, translation=metres
         ), size * body.scale

@@ -4,7 +4,6 @@ from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 
-import numpy as np
 from pxr import Usd, UsdGeom
 
 from spin_usd.errors import StageError
@@ -31,7 +30,7 @@ from spin_usd.stage.read.target.occluders import find_occluders
 from spin_usd.stage.read.target.target import TargetReader, find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
 from spin_usd.stage.usd.notes import Notes
-from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, root_number
 from spin_usd.stage.usd.time_variation import CachedIfConstant, moves, varying
 from spin_usd.stage.usd.transforms import Placement, check_chain, placement
 from spin_usd.stage.usd.visibility import PROXIES
@@ -235,8 +234,9 @@ def metres_per_unit(stage: Usd.Stage) -> float:
     """Return the length of a stage unit. Raises StageError for units or an up axis that are not valid."""
     where = stage.GetRootLayer().realPath
     metres = root_number(stage, METRES_PER_UNIT)
-    if not np.isfinite(metres) or metres <= 0:
-        raise StageError(f"metersPerUnit is {metres:g}", where=where, do="make it positive")
+    if not UNITS[0] <= metres <= UNITS[1]:
+        do = f"make it positive, {UNITS[0]:g} to {UNITS[1]:g}"
+        raise StageError(f"metersPerUnit is {metres:g}", where=where, do=do)
     up = str(UsdGeom.GetStageUpAxis(stage))
     if up not in ("Y", "Z"):
         raise StageError(f"upAxis is '{up}'", where=where, do="set it to Y or Z")

@@ -8,6 +8,8 @@ from pxr import Usd
 from spin_usd.errors import StageError
 
 METRES_PER_UNIT = "metersPerUnit"
+UNITS = 1e-12, 1e17
+"""The shortest and the longest unit that there is a use for, metres: a picometre, some parsecs."""
 
 
 def root_number(stage: Usd.Stage, name: str) -> float:

@@ -12,7 +12,7 @@ import trimesh
 from pxr import Sdf, UsdUtils
 
 from spin_usd.dataset.author.author import author_stage
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, StageError
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Texture
 from spin_usd.stage.check.check_stage import check_stage
@@ -92,7 +92,7 @@ def test_a_unit_that_is_stored_as_a_float_is_read(authored: Any, tmp_path: Path)
 
 @pytest.mark.parametrize("name", ["timeCodesPerSecond", "framesPerSecond"])
 def test_a_layer_that_usd_itself_cannot_read_is_one_sentence(authored: Any, tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match="USD cannot read it"):
+    with pytest.raises(StageError, match="USD cannot read it"):
         authored(crate(tmp_path / "craft.usdc", name, 0.5), units_per_metre=2)
 
 

@@ -11,7 +11,7 @@ from spin_usd.stage.author.target.target_root import holds_geometry
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.usd import schema
-from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, root_number
+from spin_usd.stage.usd.root_metadata import METRES_PER_UNIT, UNITS, root_number
 from spin_usd.stage.usd.values import read
 
 UNIT_TOLERANCE = 1e-6  # relative: metersPerUnit is often a rounded inverse
@@ -102,8 +102,9 @@ def _metres_per_unit(stage: Usd.Stage, source: Path, units_per_metre: float | No
             where=source,
             do="author it, or give --units-per-metre, for example 100 for centimetres",
         )
-    if authored is not None and not 0 < authored < float("inf"):
-        raise InputError(f"has metersPerUnit {authored}", where=source, do="author a number above zero")
+    if authored is not None and not UNITS[0] <= authored <= UNITS[1]:
+        do = f"author a number above zero, {UNITS[0]:g} to {UNITS[1]:g}"
+        raise InputError(f"has metersPerUnit {authored}", where=source, do=do)
     if authored is None:
         assert units_per_metre is not None
         return 1 / units_per_metre

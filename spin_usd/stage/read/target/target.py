@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import MAX_FACES
 from spin_usd.scene.target import Target
 from spin_usd.stage.composition.excess import MAX_PRIMS
@@ -24,6 +25,8 @@ from spin_usd.stage.usd.notes import Notes
 from spin_usd.stage.usd.transforms import local_matrix
 from spin_usd.stage.usd.values import read
 from spin_usd.stage.usd.visibility import PROXIES, RENDERED_PURPOSES, ancestors, is_invisible, own_purpose
+
+MAX_REACH_M, MIN_RADIUS_M = 1e12, 1e-12  # of a body: ten times as far as the Sun is, a hundredth of an atom
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,6 +99,7 @@ class TargetReader:
 
     def _assembled(self, pieces: list[PlacedGprim], name: str, metres: float) -> Target:
         mesh, parts = assembled(pieces, self._pieces.labels, metres)
+        _refuse_size(mesh, self.prim)
         materials = tuple(self._pieces.materials)
         return Target(path=str(self.prim.GetPath()), name=name, mesh=mesh, parts=parts, materials=materials)
 
@@ -167,3 +171,12 @@ class TargetReader:
                 f"brings its body to more than {MAX_FACES} triangles", where=prim.GetPath(), do="simplify it"
             )
         return replace(piece, matrix=matrix, group=self.group_of(prim), where=prim.GetPath())
+
+
+def _refuse_size(mesh: Mesh, prim: Usd.Prim) -> None:
+    """Raise StageError for a body that numbers of double precision cannot measure."""
+    reach = float(np.abs(mesh.centre).max()) + mesh.radius
+    if not reach <= MAX_REACH_M or 0 < mesh.radius < MIN_RADIUS_M:
+        found = f"its points reach {reach:g} m from its origin, and {mesh.radius:g} m from its centre"
+        do = f"keep the first below {MAX_REACH_M:g} and the second above {MIN_RADIUS_M:g}: check scales and units"
+        raise StageError(found, where=prim.GetPath(), do=do)
