@@ -5,13 +5,15 @@ from pathlib import Path
 
 from spin_usd.api.checked import checked
 from spin_usd.api.request import names_in
-from spin_usd.dataset.export import export as exporting
 from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
 from spin_usd.dataset.export.layout.layout import ExportFormat
 from spin_usd.dataset.export.report import ExportReport
 from spin_usd.dataset.export.request import ExportRequest
+from spin_usd.dataset.process.ask_child import ask_child
 from spin_usd.errors import InputError
-from spin_usd.progress import Progress, ignore
+from spin_usd.progress import Progress
+
+EXPORT_PATIENCE_S = 600.0  # it says no word while it reads models, and writes an index of all pictures
 
 
 @checked
@@ -59,7 +61,14 @@ def export(
         options=_options(names_in(option)),
         copy=copy,
     )
-    return exporting.export(request, progress=ignore if on_progress is None else on_progress)
+    report = ask_child(
+        "export",
+        reads=request.dataset,
+        progress=on_progress,
+        within_s=EXPORT_PATIENCE_S,
+        request=request.as_json(),
+    )
+    return ExportReport(**report)
 
 
 def export_formats() -> tuple[ExportFormat, ...]:

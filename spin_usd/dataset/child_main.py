@@ -7,6 +7,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import IO, Any
 
 from spin_usd.faults import expected
@@ -109,6 +110,12 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
 
         measuring = MeasuringWorker(on_made=progress, **arguments)
 
+    def export(request: Mapping[str, Any]) -> Any:
+        from spin_usd.dataset.export.export import export as exported
+        from spin_usd.dataset.export.request import ExportRequest
+
+        return asdict(exported(ExportRequest.from_json(request), progress=progress))
+
     def measure(what: str, **arguments: Any) -> Any:
         return getattr(measuring, what)(**arguments)
 
@@ -140,6 +147,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         "check_picture": check_picture,
         "check_stage": check_stage,
         "diff": diff,
+        "export": export,
         "measure": measure,
         "open_measuring": open_measuring,
         "open_worker": open_worker,

@@ -1,8 +1,9 @@
 """The request that a user makes to `export`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,3 +26,11 @@ class ExportRequest:
     target: str | None = None
     options: Mapping[str, str] = field(default_factory=dict)
     copy: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        return {**asdict(self), "dataset": str(self.dataset), "out": str(self.out)}
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> "ExportRequest":
+        paths = {name: Path(fields[name]) for name in ("dataset", "out")}
+        return cls(**{**fields, **paths, "variants": tuple(fields["variants"])})

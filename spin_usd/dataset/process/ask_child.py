@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
-from spin_usd.dataset.process.limits import PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.errors import RenderError, SpinError, StageError
 
 
@@ -13,17 +14,17 @@ def ask_child(
     call: str,
     *,
     reads: object,
-    renders_in: Path | None = None,
+    memory: int | None = None,
     progress: Callable[..., None] | None = None,
     within_s: float = PATIENCE_S,
     **arguments: Any,
 ) -> Any:
-    """Return what `call` returns in a child of its own. `reads`: the file that it does, for messages; `renders_in`:
-    for one that renders, where it may put temporary files; `within_s` bounds the wait for each word from it.
+    """Return what `call` returns in a child of its own. `reads`: the file that it does, for messages; `memory` is
+    that of Child; `within_s` bounds the wait for each word from it. Its temporary files are gone in the end.
 
     Raises what the child raises, and as `unreadable` says where it dies.
     """
-    with Child(scratch=renders_in, memory=rendering_memory() if renders_in else None) as child:
+    with TemporaryDirectory(prefix="spin_usd-") as scratch, Child(scratch=Path(scratch), memory=memory) as child:
         try:
             return child.call(call, progress=progress, within_s=within_s, **arguments)
         except ChildDiedError as died:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.process.ask_child import ask_child
-from spin_usd.dataset.process.limits import RENDER_PATIENCE_S
+from spin_usd.dataset.process.limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
@@ -59,7 +59,7 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduct
         answer = ask_child(
             "reproduce",
             reads=store.root,
-            renders_in=Path(folder),
+            memory=rendering_memory(),
             within_s=RENDER_PATIENCE_S,
             dataset=str(store.root),
             record=record,
