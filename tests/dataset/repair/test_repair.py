@@ -49,9 +49,8 @@ def test_what_is_damaged_or_lost_is_made_again_to_the_byte(whole, dataset, spin_
     (dataset / "records" / "nominal" / "img000002.json").unlink()
     (dataset / "depth" / "nominal" / "img000003.exr").unlink()
     (dataset / "dataset.json").write_text('{"schema": "dataset-1"')
-    (dataset / "stage" / "SHA256SUMS").unlink()
     done = spin_usd("check", dataset, "--repair")
-    mended = ("dataset.json", *(f"nominal/img00000{n}" for n in (1, 2, 3)), "stage/SHA256SUMS")
+    mended = ("dataset.json", *(f"nominal/img00000{n}" for n in (1, 2, 3)))
     assert {f"repaired: {what}" for what in mended} == set(done.stdout.splitlines()[:-1])
     assert contents(dataset) == contents(whole)
     assert repair(dataset, progress=ignore).repaired == []
@@ -87,6 +86,21 @@ def test_what_is_the_users_stays_and_what_cannot_be_made_is_said(dataset, spin_u
     assert report["repaired"] == []
     assert any("img000001" in what for what in report["unrepaired"])
     assert [path.read_text() for path in mine] == ["mine"] * 3
+
+
+def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(dataset) -> None:
+    """Layers of looks that no picture has could be edited: then who replaces the stage must be told."""
+    sums = dataset / "stage" / "SHA256SUMS"
+    sums.unlink()
+    (unsure,) = repair(dataset, progress=ignore).unrepaired
+    assert "plain.usda is as it was" in unsure
+    assert not sums.exists()
+    record = json.loads((dataset / "records" / "nominal" / "img000001.json").read_text())
+    used = {dataset / "stage" / layer for layer in record["provenance"]["stage"]["files"]}
+    for layer in (path for path in (dataset / "stage").rglob("*") if path.is_file() and path not in used):
+        layer.unlink()
+    assert repair(dataset, progress=ignore).repaired == ["stage/SHA256SUMS"]
+    assert "dataset.usda" in sums.read_text()
 
 
 def test_what_is_no_dataset_is_refused(tmp_path) -> None:
