@@ -97,6 +97,9 @@ class Campaign:
             if self._keep and not outcome.verdict.keeps_the_promise:
                 self._kept(self._keep / trial.title.replace("/", "__").replace(" ", "_"), place.folder, trial, outcome)
             remove(place.folder)
+        except Exception as defect:
+            defect.add_note(f"in {trial.title}")
+            raise
         finally:
             self._places.put(place)
         return trial, outcome

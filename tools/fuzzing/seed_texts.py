@@ -4,7 +4,6 @@ from typing import Any
 
 POSES: list[dict[str, Any]] = [
     {"filename": "img000001.jpg", "q_vbs2tango_true": [1, 0, 0, 0], "r_Vo2To_vbs_true": [0, 0, 5]},
-    {"filename": "img000002.jpg", "q_vbs2tango_true": [0.8, 0.6, 0, 0], "r_Vo2To_vbs_true": [0.1, -0.1, 4]},
 ]
 STREAM_2 = "filename,sequence,Tx,Ty,Tz,Qx,Qy,Qz,Qw\na.png,1,0,0,5,0,0,0,1\nb.png,1,0,0,6,0.6,0,0,0.8\n"
 URSO_POSES = "x,y,z,q1,q2,q3,q4\n5,0,0,0,0,0,1\n6,0.1,0,0.6,0,0,0.8\n"
@@ -88,7 +87,7 @@ seed = 3
 
 [[augmentation]]
 name = "noisy"
-count = 2
+count = 1
 
 [augmentation.sample]
 "sun.direction" = { distribution = "directions", per = "frame" }

@@ -32,6 +32,7 @@ from fuzzing.seed_texts import (
 from PIL import Image
 
 EXPORTS = {"speedplus": (), "coco": (), "webdataset": (), "croissant": (), "bop": ("--option", "rectify=yes")}
+LABELS = "default,instance,nocs,lidar,lidar_ply"  # a file of each kind that is read
 USUAL = {
     "--poses": "poses.json",
     "--camera": "camera.json",
@@ -52,7 +53,7 @@ def author_arguments(*options: str) -> tuple[str, ...]:
 def make_seeds(folder: Path, warm: WarmRunner) -> None:
     """Make all seeds in the new folder `folder`, which is called `work`.
 
-    `st`, an authored stage · `ds`, its dataset with all labels · `stage.usda`, one file · models, textures,
+    `st`, an authored stage · `ds`, its dataset · `stage.usda`, one file · models, textures,
     tables, and an export for each format of pose lists.
     """
     folder.mkdir(parents=True)
@@ -60,7 +61,7 @@ def make_seeds(folder: Path, warm: WarmRunner) -> None:
     _textures(folder)
     _models(folder)
     _author(warm, folder)
-    _call(warm, folder, "render", "st", "--renderer", "raycast", "--labels", "all", "--workers", "1", "--out", "ds")
+    _call(warm, folder, "render", "st", "--renderer", "raycast", "--labels", LABELS, "--workers", "1", "--out", "ds")
     for name, options in EXPORTS.items():
         _call(warm, folder, "export", "ds", "--to", name, *options, "--out", f"exports/{name}")
     _usd(folder)

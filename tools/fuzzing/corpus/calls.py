@@ -5,7 +5,7 @@ from typing import Any
 
 from fuzzing.running.ended import Command, call
 from fuzzing.sandbox import Sandbox
-from fuzzing.seeds import author_arguments
+from fuzzing.seeds import LABELS, author_arguments
 from fuzzing.trial import Trial
 
 INPUTS = ("poses.json", "camera.json", "box.obj", "box.mtl", "texture.png")
@@ -24,7 +24,7 @@ def render(stage: str = "st", out: str = "out", *options: object, **unusual: Any
 
 def resume(**unusual: Any) -> Command:
     """`render` into the dataset that is there."""
-    return render("st", "ds", "--labels", "all", **unusual)
+    return render("st", "ds", "--labels", LABELS, **unusual)
 
 
 def check(path: str, **unusual: Any) -> Command:

@@ -31,7 +31,7 @@ NAMES = {
     "tilde": "~root",
     "255 letters": "a" * 255,
     "colon": "c:con",
-    "markup": "[red]x[/red]",
+    "markup": "[bold red]x",
     "tiles": "a.<UDIM>",
 }
 ENCODINGS: dict[str, hosts.Encode] = {

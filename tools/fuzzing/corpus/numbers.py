@@ -42,7 +42,7 @@ TEXT_NUMBERS = {
     ),
     "spec low": hosts.in_spec("low = 0.8", "low = {}"),
     "spec seed": hosts.in_spec("seed = 3", "seed = {}"),
-    "spec count": hosts.in_spec("count = 2", "count = {}"),
+    "spec count": hosts.in_spec("count = 1", "count = {}"),
     "sample range": hosts.in_sample("high = 30", "high = {}"),
     "sample pictures": hosts.in_sample("pictures = 2", "pictures = {}"),
     "obj point": hosts.in_text("box.obj", "v 1 0 0", "v {} 0 0"),

@@ -3,8 +3,8 @@
 import os
 import shutil
 import socket
+import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import chdir
 from functools import partial
 from pathlib import Path
 
@@ -52,8 +52,9 @@ def _fifo(path: Path) -> None:
 
 
 def _socket(path: Path) -> None:
-    with chdir(path.parent), socket.socket(socket.AF_UNIX) as listening:
-        listening.bind(path.name)
+    with tempfile.TemporaryDirectory() as short, socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(f"{short}/s")
+        Path(short, "s").rename(path)
 
 
 def _folder(path: Path) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from fuzzing.seeds import author_arguments
+from fuzzing.seeds import LABELS, author_arguments
 
 CHECK_STAGE = ("check", "{file}")
 PLAN = ("plan", "{file}", "--renderer", "raycast")
@@ -13,7 +13,7 @@ CHECK, EXPORT, REPRODUCE = (
     ("export", "ds", "--to", "coco", "--out", "out"),
     ("reproduce", "ds", "img000001"),
 )
-RESUME = ("render", "st", "--renderer", "raycast", "--workers", "1", "--labels", "all", "--out", "ds")
+RESUME = ("render", "st", "--renderer", "raycast", "--workers", "1", "--labels", LABELS, "--out", "ds")
 INPUTS = ("poses.json", "camera.json", "box.obj", "box.mtl", "texture.png")
 
 

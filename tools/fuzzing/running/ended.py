@@ -1,11 +1,17 @@
 """How a command ended, and what is asked of one."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 Stream = Literal["kept", "full", "closed", "pipe"]
 PATIENCE_S = 20.0
+
+
+def patience(seconds: float = PATIENCE_S) -> float:
+    """So many seconds of a processor of one's own: more where more programs run than there are processors."""
+    return seconds * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
 
 
 @dataclass(frozen=True, kw_only=True)

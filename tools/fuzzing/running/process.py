@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO
 
 import psutil
-from fuzzing.running.ended import PATIENCE_S, Command, Ended, Stream
+from fuzzing.running.ended import PATIENCE_S, Command, Ended, Stream, patience
 
 SPIN_USD = (sys.executable, "-P", "-m", "spin_usd.cli.main")
 SHOWN = 1 << 20  # bytes of what was printed that are read
@@ -23,7 +23,7 @@ GRACE_S = 3.0  # for children to end after their parent
 
 def run_process(command: Command, sandbox: Path, *, patience_s: float = PATIENCE_S) -> Ended:
     """Run `command` in the sandbox, and end it with all that it started when the patience is over."""
-    began = time.monotonic()
+    began, patience_s = time.monotonic(), patience(patience_s)
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err, _streams(command, out, err) as streams:
         process = subprocess.Popen(
             [*SPIN_USD, *(os.fsencode(argument) for argument in command.arguments)],

@@ -15,8 +15,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from fuzzing.running.ended import PATIENCE_S, Command, Ended
+from fuzzing.running.ended import Command, Ended, patience
 
+START_S = 300.0  # for what it loads, on a busy machine
 MARGIN_S = 5.0  # after which a command that heeds no alarm is ended
 HOST = Path(__file__).with_name("warm_host.py")
 
@@ -40,12 +41,16 @@ class WarmRunner:
         assert self._process is not None
         began = time.monotonic()
         self._count += 1
-        request = {"arguments": command.arguments, "folder": str(sandbox / "work"), "patience_s": PATIENCE_S}
+        request: dict[str, Any] = {
+            "arguments": command.arguments,
+            "folder": str(sandbox / "work"),
+            "patience_s": patience(),
+        }
         answer = self._asked(request)
         if answer is None:
             self._process.kill()
             code = self._process.wait()
-            late = time.monotonic() - began >= PATIENCE_S
+            late = time.monotonic() - began >= request["patience_s"]
             self.close()
             return Ended(code=None if late else code or -9, out="", err=self._said(), seconds=time.monotonic() - began)
         return Ended(seconds=time.monotonic() - began, **answer)
@@ -79,7 +84,7 @@ class WarmRunner:
         assert process is not None
         assert process.stdin is not None
         assert process.stdout is not None
-        until = time.monotonic() + (PATIENCE_S + MARGIN_S if request else 120.0)
+        until = time.monotonic() + (request["patience_s"] + MARGIN_S if request else START_S)
         try:
             if request:
                 process.stdin.write(json.dumps(request).encode() + b"\n")

@@ -1,5 +1,6 @@
 """The warm process: runs commands that it reads as lines of JSON, in itself. Started by `warm.py`."""
 
+import functools
 import gc
 import importlib
 import json
@@ -7,12 +8,15 @@ import os
 import resource
 import signal
 import sys
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import StringIO
 from types import FrameType
 from typing import IO, Any, Self
+
+import typer.main
+
+from spin_usd.dataset.process import child
 
 MEMORY = 6 << 30
 SHOWN = 1 << 16
@@ -65,23 +69,20 @@ class ChildHere:
         return self._readable
 
     def send(self, call: str, **arguments: Any) -> None:
-        from spin_usd.dataset.process.child import ChildInternalError
-        from spin_usd.errors import SpinError
+        from spin_usd.dataset.child_main import _error
 
         try:
             self._answers.append({"result": self._calls[call](**json.loads(json.dumps(arguments)))})
-        except SpinError as e:
-            self._answers.append({"raised": e})
-        except Exception:
-            self._answers.append({"raised": ChildInternalError(traceback.format_exc())})
+        except Exception as fault:
+            self._answers.append({"error": _error(fault, arguments)})
         os.write(self._writable, b".")
 
     def receive(self, **_: Any) -> Mapping[str, Any]:
         answer = self._answers.pop(0)
         if not self._answers:
             os.read(self._readable, 1)
-        if "raised" in answer:
-            raise answer["raised"]
+        if "error" in answer:
+            raise child._error(answer["error"])
         heard: dict[str, Any] = json.loads(json.dumps(answer))
         return heard
 
@@ -102,8 +103,11 @@ def main() -> None:
     answers = _private_standard_output()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     signal.signal(signal.SIGALRM, _ring)
+    typer.main.get_command = functools.cache(typer.main.get_command)  # it takes longer than a refusal
     for name in LOADED:
         importlib.import_module(f"spin_usd.{name}")
+    gc.collect()
+    gc.freeze()  # what is loaded need not be looked through after each command
     _answer(answers, {})
     for line in sys.stdin.buffer:
         _answer(answers, _ended(json.loads(line)))
@@ -148,8 +152,6 @@ def _answer(answers: IO[bytes], answer: dict[str, Any]) -> None:
 
 
 if __name__ == "__main__":
-    from spin_usd.dataset.process import child
-
     REAL_CHILD = child.Child
     child.Child = ChildHere  # type: ignore[misc, assignment]
     main()
