@@ -3,8 +3,11 @@
 import hashlib
 from pathlib import Path
 
+from spin_usd.files.given_file import open_file
+from spin_usd.files.limits import UNBOUNDED
+
 
 def sha256_of(file: Path) -> str:
-    """Return the sha256 (hex) of the bytes in `file`. Raises OSError."""
-    with file.open("rb") as stream:
+    """Return the sha256 (hex) of the bytes in `file`. Raises InputError where that is none."""
+    with open_file(file, UNBOUNDED) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -38,7 +38,7 @@ ONLY_IN = {
     "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
     "tempfile": ("dataset", "stage/composition/images.py", "renderers/blender"),
-    "shutil": ("dataset", "stage"),
+    "shutil": ("dataset", "files", "stage"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
 CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py")

@@ -46,7 +46,7 @@ class PlanReport:
     views: Views | None
     notes: tuple[str, ...]
     skipped: tuple[SkippedCount, ...] | None
-    orphans: tuple[Path, ...]
+    orphans: tuple[str, ...]
     other_stage: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:

@@ -6,8 +6,9 @@ a full disk (each file is decoded again and compared), and for JPEG the process 
 """
 
 from collections.abc import Mapping
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
@@ -85,10 +86,11 @@ def read_image(path: Path) -> tuple[Image, tuple[str, ...]]:
     Channels come in the order of their names, R, G, B (and A) before all others. Raises InputError.
     """
     with open_file(path, MAX_ARRAY) as file:
-        return _decoded(file, path)
+        return decoded_image(file, path)
 
 
-def _decoded(file: BinaryIO, path: Path) -> tuple[Image, tuple[str, ...]]:
+def decoded_image(file: BufferedReader, path: Path) -> tuple[Image, tuple[str, ...]]:
+    """Return what `read_image` does, of a `file` that is open already and lies at `path`. Raises InputError."""
     source = oiio.ImageInput.open(path_of(file))
     if source is None:
         raise InputError(f"cannot be read as an image ({_error(None)})", where=path, do="make it again")

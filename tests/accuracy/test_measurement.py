@@ -15,7 +15,7 @@ from spin_usd.accuracy.measurement import (
     Measurement,
     Saving,
 )
-from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.json_schema import valid
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
 
@@ -84,7 +84,7 @@ MEASUREMENT = Measurement(
 def test_it_survives_its_file(tmp_path) -> None:
     path = tmp_path / "measure.json"
     path.write_text(json.dumps(MEASUREMENT.as_json()))
-    assert Measurement.from_json(read_json(path, "measure-1")) == MEASUREMENT
+    assert Measurement.from_json(valid(path.read_bytes(), "measure-1", path)) == MEASUREMENT
 
 
 @pytest.mark.parametrize("spoil", [{"seeds": 1}, {"cpu_s": -1.0}, {"frame": "../x"}, {"memory_bytes": 0.5}])
@@ -92,7 +92,7 @@ def test_the_schema_refuses_what_cannot_be(tmp_path, spoil) -> None:
     path = tmp_path / "measure.json"
     path.write_text(json.dumps(replace(MEASUREMENT, figures=(replace(FIGURES, **spoil),)).as_json()))
     with pytest.raises(InputError, match="measure-1"):
-        read_json(path, "measure-1")
+        valid(path.read_bytes(), "measure-1", path)
 
 
 def test_a_bias_below_zero_is_no_error() -> None:

@@ -19,6 +19,8 @@ from spin_usd.dataset.check.in_child.keypoints import depths_around
 from spin_usd.dataset.check.in_child.pose import pose_error
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import DESCRIPTION
+from spin_usd.files.folder import FileIn
 from spin_usd.formats.arrays.array_file import read_array
 
 POSES = "range=3..10 attitude=uniform inside=0.8"
@@ -55,8 +57,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 def of_dataset(root: Path) -> dict[str, Any]:
     """The figures of all targets in all pictures."""
     store = Store(root=root.absolute())
-    description = read_json(store.description, "dataset-1")
-    found = [each for path in store.records() for each in of_picture(store, path, description)]
+    description = read_json(store.folder, DESCRIPTION, "dataset-1")
+    found = [each for name in store.records() for each in of_picture(store, name, description)]
     figures: dict[str, Any] = {"targets": len(found)}
     for name in NUMBERS:
         values = [float(each[name]) for each in found if each.get(name) is not None]
@@ -70,11 +72,11 @@ def exact(values: list[float]) -> dict[str, float]:
     return {"median": float(np.median(values)), "most": max(values)} if values else {"median": np.nan, "most": np.nan}
 
 
-def of_picture(store: Store, path: Path, description: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def of_picture(store: Store, name: str, description: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """The figures of each target in a picture."""
-    record = read_json(path, "record-1")
-    arrays = {kind: read_array(store.root / entry["path"]) for kind, entry in record["files"].items()}
-    picture = CheckedPicture(where=path.name, record=record, description=description, arrays=arrays)
+    record = read_json(store.folder, name, "record-1")
+    arrays = {kind: read_array(FileIn(store.folder, entry["path"])) for kind, entry in record["files"].items()}
+    picture = CheckedPicture(where=name, record=record, description=description, arrays=arrays)
     for target in targets_of(picture):
         yield {**of_pose(target), **of_boxes(target), **of_keypoints(target)}
 

@@ -9,8 +9,8 @@ from spin_usd.dataset.author.reports import AugmentReport
 from spin_usd.dataset.author.sample.sample_pictures import SampledPictures, sample_pictures, samples_for
 from spin_usd.dataset.store.file_digests import CHANGED, changed, write_sums
 from spin_usd.dataset.store.hidden_folder import hidden_folder
-from spin_usd.dataset.store.tree import strange
 from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
 from spin_usd.formats.spec_file import AugmentationEntry, SampleEntry, Specification, read_spec_file
 from spin_usd.progress import Progress
 from spin_usd.resources import bundled
@@ -82,17 +82,17 @@ def _written(path: Path, out: Path | None, made: Sequence[Augmentation], source:
             source,
             work=hidden.folder,
             trial=hidden.beside,
-            list_files=lambda folder: write_sums(folder, beside=[_layer_of(folder)]),
+            list_files=lambda folder: write_sums(folder, beside=[_layer_of(folder).name]),
         )
 
 
 def _refuse_replacing(layers: Path, name: str) -> None:
     """Raise InputError where the augmentations `name` in the folder `layers`, or the layer beside them that refers to
     them, are not all as an earlier run wrote them: a new run replaces them whole."""
-    for node in strange(layers, (name, f"{name}.usda")):
+    for node in Folder(layers).strange((name, f"{name}.usda")):
         raise InputError(f"is a {node.type}, and would be replaced", where=layers / node.name, do="move it elsewhere")
     layer = _layer_of(layers / name)
-    for file in changed(layers / name, beside=[layer, layers / name]):  # the latter where it is a file
+    for file in changed(layers / name, beside=[layer.name, name]):  # the latter where it is a file
         and_so = ", and take it out of the root layer's subLayers" if file == layer else ""
         raise InputError(CHANGED, where=file, do=f"move it elsewhere{and_so}")
 

@@ -1,5 +1,6 @@
 """Findings on a stage or a dataset."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,8 +9,9 @@ from spin_usd.dataset.check.stage import StageAnswer, stage_call
 from spin_usd.dataset.process.shared_calls import results_of
 from spin_usd.dataset.store.names import DESCRIPTION
 from spin_usd.dataset.store.stage_path import root_layer
-from spin_usd.dataset.store.tree import NodeType, type_of
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import NodeType
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import Finding
@@ -30,12 +32,12 @@ class CheckReport:
 
 def check(path: Path, *, progress: Progress) -> CheckReport:
     """Check the stage or dataset at `path`. Raises InputError when it is neither."""
-    if type_of(path / DESCRIPTION) not in (None, NodeType.FOLDER):
+    if Folder(path).type_of(DESCRIPTION) not in (None, NodeType.FOLDER):
         return CheckReport(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
     root = root_layer(path)
-    if root.is_file() and root.suffix.lower().startswith(".usd"):
+    if os.path.isfile(root) and root.suffix.lower().startswith(".usd"):
         return check_stage(root, progress=progress)
-    if not path.exists():
+    if not os.path.exists(path):
         raise InputError("does not exist", where=path, do="check the path")
     do = "give a stage's root layer, the folder of its dataset.usda, or a dataset's folder"
     raise InputError("is neither a stage nor a dataset", where=path, do=do)

@@ -15,8 +15,9 @@ from spin_usd.dataset.process.shared_calls import results_of
 from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
-from spin_usd.dataset.store.tree import STRANGE, Node, NodeType, file_at, walk
 from spin_usd.errors import InputError, SpinError
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import STRANGE, Node, NodeType
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import ERROR, WARNING, Finding
 
@@ -25,11 +26,11 @@ PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
     """Find all that is wrong with the dataset in the folder `root`, in the order of its records."""
-    store, nodes = Store(root=root), list(walk(root))
+    store, nodes = Store(root=root), list(Folder(root).walk())
     yield from map(_strange, (node for node in nodes if node.type in STRANGE))
     present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
     try:
-        description = read_json(file_at(root, DESCRIPTION), "dataset-1")
+        description = read_json(store.folder, DESCRIPTION, "dataset-1")
     except InputError as e:
         yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {e.do}")
         return

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.scene.finding import Finding
-from spin_usd.sha256 import sha256_of
 
 MAKE_AGAIN = "run spin-usd check --repair"
 
@@ -14,9 +13,9 @@ MAKE_AGAIN = "run spin-usd check --repair"
 def digest_findings(root: Path, name: str, sha256: str) -> Iterator[Finding]:
     """Find whether the file `name` of the dataset in `root` is missing, or has other bytes than its record says."""
     try:
-        path = file_at(root, name)
+        found = Folder(root).sha256(name)
     except InputError:
         yield Finding(code="missing", where=name, message=f"the file is missing; {MAKE_AGAIN}")
         return
-    if sha256_of(path) != sha256:
+    if found != sha256:
         yield Finding(code="sha256", where=name, message=f"differs from its record; {MAKE_AGAIN}")

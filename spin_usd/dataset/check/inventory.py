@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.store.cache import Purpose
+from spin_usd.files.folder import Folder
 
 
 @dataclass(kw_only=True)
@@ -29,9 +30,4 @@ class Inventory:
         """Take in what a record lists: its `files`, which were verified, and the fields of each Purpose in `uses`."""
         self.files.update(files)
         self.uses.update(Purpose(**use) for use in uses)
-        self.inodes.update(_inode(self.root / name) for name in files if name in self.present)
-
-
-def _inode(path: Path) -> tuple[int, int]:
-    status = path.lstat()
-    return status.st_dev, status.st_ino
+        self.inodes.update(Folder(self.root).inode(name) for name in files if name in self.present)

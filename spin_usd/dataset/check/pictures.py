@@ -1,7 +1,6 @@
 """Findings on a dataset's pictures, which children look at: their files are decoded there."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.check.digests import MAKE_AGAIN
@@ -14,9 +13,9 @@ from spin_usd.errors import SpinError
 from spin_usd.scene.finding import Finding
 
 
-def picture_call(store: Store, record: Path) -> Call:
+def picture_call(store: Store, record: str) -> Call:
     """Return what a child is asked about the picture whose record is the file `record`."""
-    return Call("check_picture", {"dataset": str(store.root), "record": store.relative(record)})
+    return Call("check_picture", {"dataset": str(store.root), "record": record})
 
 
 def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 
 SELF = "export.json"
 SCHEMA = "export-1"
@@ -36,7 +37,7 @@ def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
         return
     if SELF not in held:
         raise InputError(f"holds {held[0]} but no {SELF}", where=out, do="choose an empty folder")
-    found = read_json(out / SELF, SCHEMA)
+    found = read_json(Folder(out), SELF, SCHEMA)
     for name, words in WORDS.items():
         if found[name] != described[name]:
             raise InputError(f"is an export {words}", where=out, do="choose another folder, or remove that one")
@@ -44,4 +45,4 @@ def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
 
 def describe(out: Path, described: Mapping[str, Any], *, complete: bool, work: Path) -> None:
     """Write export.json."""
-    write_json(out / SELF, {"schema": SCHEMA, **described, "complete": complete}, work=work)
+    write_json(Folder(out), SELF, {"schema": SCHEMA, **described, "complete": complete}, work=work)

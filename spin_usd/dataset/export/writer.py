@@ -1,19 +1,21 @@
 """The files of an export as they are written: linked, copied, made, or streamed a row at a time."""
 
-import os
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path, PurePosixPath
+from itertools import accumulate
+from pathlib import Path
 from shutil import copyfileobj
 from typing import TextIO
 
 from spin_usd.dataset.export.layout.index_file import IndexFile
 from spin_usd.dataset.export.layout.output import IndexRow, LinkedFile, MadeFile, Output
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically
-from spin_usd.dataset.store.tree import STRANGE, type_of
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.files.folder import Folder
+from spin_usd.files.name import parts_of
+from spin_usd.files.node import STRANGE
 
 
 @dataclass(kw_only=True)
@@ -65,14 +67,15 @@ class Writer:
         if isinstance(output, IndexRow):
             self._add(output)
             return
-        path = self._place(output.path)
-        if os.path.lexists(path):
+        folder = Folder(self.out)
+        self._refuse_strange(folder, output.path)
+        if folder.type_of(output.path):
             self.counts.kept += 1
         elif isinstance(output, LinkedFile):
-            link_atomically(path, output.source, work=self.work, copy=self.copy)
+            link_atomically(folder, output.path, output.source, work=self.work, copy=self.copy)
             self.counts.linked += 1
         else:
-            write_atomically(path, output.write, work=self.work)
+            write_atomically(folder, output.path, output.write, work=self.work)
             self.counts.made += 1
 
     def finish(self) -> None:
@@ -80,20 +83,18 @@ class Writer:
         for path, index in self.indexes.items():
             self.write(MadeFile(path=path, write=partial(self._assemble, path, index)))
 
-    def _place(self, name: str) -> Path:
-        """Return where the file lies. Raises UnsupportedError for a name that leads out of the export, and InputError
-        for a link on its way, which may lead out of it too."""
-        pure = PurePosixPath(name)
-        if pure.is_absolute() or ".." in pure.parts or "\0" in name:
-            raise UnsupportedError(
-                f"cannot name the file {name!r}", where=self.out, do="rename what it is called after"
-            )
-        for place in (*reversed(pure.parents[:-1]), pure):
-            found = type_of(self.out / place)
-            if found in STRANGE:
+    def _refuse_strange(self, folder: Folder, name: str) -> None:
+        """Raise UnsupportedError for a name that leads out of the export, and InputError for a link on its way, which
+        may lead out of it too."""
+        try:
+            parts = parts_of(name, self.out)
+        except InputError:
+            do = "rename what it is called after"
+            raise UnsupportedError(f"cannot name the file {name!r}", where=self.out, do=do) from None
+        for place in accumulate(parts, "{}/{}".format):
+            if (found := folder.type_of(place)) in STRANGE:
                 do = "put what it stands for in its place, or remove it"
                 raise InputError(f"is a {found}, and those are not followed", where=self.out / place, do=do)
-        return self.out / pure
 
     def _add(self, row: IndexRow) -> None:
         index, spool = self.indexes[row.path], self._spools[row.path, row.section]

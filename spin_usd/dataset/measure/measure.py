@@ -30,8 +30,9 @@ from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement
-from spin_usd.dataset.store.tree import NodeType, files, type_of
 from spin_usd.errors import InputError, RenderError
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import NodeType
 from spin_usd.progress import Progress
 from spin_usd.scene.effort import Effort
 
@@ -88,7 +89,7 @@ def measure(
             ),
         )
         measurement, keys = _measured(campaign, pictures, workers)
-        _write(folder / FILE, measurement, lease.work)
+        _write(Folder(folder), measurement, lease.work)
         write_report(folder, measurement, work=lease.work)
         runs.remove_all(but=keys | {SUBJECT})
     return measurement
@@ -121,9 +122,9 @@ def _prepare(folder: Path) -> None:
     """Look whether a measurement may be written here: writes nothing. Raises InputError where the folder holds anything
     else, or not a measurement, OutputError where it is not a folder."""
     held = Store(root=folder).held()
-    refuse_strange(folder, OURS)
-    own = held and type_of(folder / RUNS / render_file(SUBJECT)) is NodeType.FILE
-    runs = (f"{RUNS}/{name}" for name in files(folder / RUNS) if not is_render_file(name))
+    refuse_strange(Folder(folder), OURS)
+    own = held and Folder(folder).type_of(f"{RUNS}/{render_file(SUBJECT)}") is NodeType.FILE
+    runs = (name for name in Folder(folder).files(RUNS) if not is_render_file(name.removeprefix(f"{RUNS}/")))
     strays = [*(name for name in held if not own or name not in OURS), *runs]
     if strays:
         raise InputError(f"holds {strays[0]}, which is not of a measurement", where=folder, do="choose an empty folder")
@@ -187,7 +188,7 @@ def _started(plan: Plan, runs: RenderStore, lease: Lease, count: int, number: in
     return child
 
 
-def _write(path: Path, measurement: Measurement, work: Path) -> None:
+def _write(folder: Folder, measurement: Measurement, work: Path) -> None:
     """Write the measurement as JSON, which is checked before it is there."""
 
     def write(temporary: Path) -> None:
@@ -195,4 +196,4 @@ def _write(path: Path, measurement: Measurement, work: Path) -> None:
         temporary.write_text(text, encoding="utf-8")
         read_measurement(temporary)
 
-    write_atomically(path, write, work=work)
+    write_atomically(folder, FILE, write, work=work)

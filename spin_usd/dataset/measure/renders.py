@@ -17,11 +17,12 @@ from typing import Any
 
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, read_render, write_render
 from spin_usd.dataset.store.atomic import write_atomically, write_json
-from spin_usd.dataset.store.tree import files, remove_emptied, remove_file
 from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
-from spin_usd.sha256 import sha256_of
 
 SUBJECT = "subject"  # the key of what they are of
 SUFFIXES = (".json", RENDER_SUFFIX)
@@ -58,10 +59,10 @@ class RenderStore:
 
     def has(self, key: str) -> bool:
         """Return whether the render of that key is there, every byte verified."""
-        with suppress(OSError, ValueError, KeyError, TypeError):
+        with suppress(InputError, OSError, ValueError, KeyError, TypeError):
             value = self._value(key)
             RenderCost(**value["cost"])
-            return sha256_of(self._path(key, RENDER_SUFFIX)) == str(value["sha256"])
+            return self._folder.sha256(render_file(key, RENDER_SUFFIX)) == str(value["sha256"])
         return False
 
     def cost(self, key: str) -> RenderCost:
@@ -70,48 +71,49 @@ class RenderStore:
 
     def render(self, key: str, region: Region, *, groups: int) -> Radiance:
         """Read the render of that key. Raises InputError where it is not there, or damaged."""
-        path = self._path(key, RENDER_SUFFIX)
-        found = read_render(path, region, groups=groups)
+        file = FileIn(self._folder, render_file(key, RENDER_SUFFIX))
+        found = read_render(file, region, groups=groups)
         if found is None:
-            raise InputError("is not the render that was written", where=path, do="run the measurement again")
+            raise InputError("is not the render that was written", where=file.path, do="run the measurement again")
         return found
 
     def keep(self, key: str, radiance: Radiance, cost: RenderCost) -> None:
         """Write a render and its cost. Raises OutputError."""
         write = partial(write_render, radiance=radiance)
-        sha256 = write_atomically(self._path(key, RENDER_SUFFIX), write, work=self.work)
+        sha256 = write_atomically(self._folder, render_file(key, RENDER_SUFFIX), write, work=self.work)
         self.write_result(key, {"cost": vars(cost), "sha256": sha256})
 
     def result(self, key: str) -> Path:
         """Return the file for the result of that key."""
-        return self._path(key, ".json")
+        return self.root / render_file(key)
 
     def known(self, key: str) -> dict[str, Any] | None:
         """Return the result of that key; None where it is not there, or damaged."""
-        with suppress(OSError, ValueError):
+        with suppress(InputError, ValueError, RecursionError):
             return self._value(key)
         return None
 
     def write_result(self, key: str, value: Mapping[str, Any]) -> None:
-        write_json(self._path(key, ".json"), value, work=self.work)
+        write_json(self._folder, render_file(key), value, work=self.work)
 
     def remove(self, keys: Iterable[str]) -> None:
         """Forget these renders and results."""
         for key in keys:
             for suffix in SUFFIXES:
-                remove_file(self.root, render_file(key, suffix))
+                remove_file(self._folder, render_file(key, suffix))
 
     def remove_all(self, *, but: Iterable[str]) -> None:
         """Forget all but these, and remove the folders that they leave empty."""
         keep = set(but)
-        for name in list(files(self.root)):
+        for name in list(self._folder.files()):
             if is_render_file(name) and PurePosixPath(name).stem not in keep:
-                remove_file(self.root, name)
-                remove_emptied(self.root, name)
+                remove_file(self._folder, name)
+                remove_emptied(self._folder, name)
 
     def _value(self, key: str) -> dict[str, Any]:
-        value: dict[str, Any] = json.loads(self._path(key, ".json").read_text(encoding="utf-8"))
+        value: dict[str, Any] = json.loads(self._folder.read(render_file(key), MAX_DOCUMENT))
         return value
 
-    def _path(self, key: str, suffix: str) -> Path:
-        return self.root / render_file(key, suffix)
+    @property
+    def _folder(self) -> Folder:
+        return Folder(self.root)

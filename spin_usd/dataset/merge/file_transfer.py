@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from spin_usd.dataset.store.atomic import link_atomically
-from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.folder import FileIn, Folder
 
 
 class _Placed(NamedTuple):
-    path: Path
+    file: FileIn
     sha256: str
 
 
@@ -28,17 +27,17 @@ class FileTransfer:
     def put(self, root: Path, name: str, sha256: str) -> None:
         """Put the file `name` of the dataset in `root` at the same name. Raises InputError where it does not have that
         sha256, or is no file, and OutputError."""
-        source, target = file_at(root, name), self.out / name
-        found = source.stat()
-        placed = self._placed.get((found.st_dev, found.st_ino))
-        if (placed.sha256 if placed else sha256_of(source)) != sha256:
-            raise InputError(
-                "is not as its record says", where=source, do="run spin-usd render again with --verify there"
-            )
-        link_atomically(target, placed.path if placed else source, work=self.work, copy=self.copy and placed is None)
-        if found.st_nlink > 1 and placed is None:
-            self._placed[found.st_dev, found.st_ino] = _Placed(target, sha256)
+        folder, out = Folder(root), Folder(self.out)
+        inode = folder.inode(name)
+        placed = self._placed.get(inode)
+        if (placed.sha256 if placed else folder.sha256(name)) != sha256:
+            do = "run spin-usd render again with --verify there"
+            raise InputError("is not as its record says", where=root / name, do=do)
+        source = placed.file if placed else FileIn(folder, name)
+        link_atomically(out, name, source, work=self.work, copy=self.copy and placed is None)
+        if placed is None and folder.has_other_names(name):
+            self._placed[inode] = _Placed(FileIn(out, name), sha256)
 
     def put_record(self, root: Path, name: str) -> None:
         """Put the record `name` of the dataset in `root`, which nothing lists with its bytes. Raises as `put` does."""
-        link_atomically(self.out / name, file_at(root, name), work=self.work, copy=self.copy)
+        link_atomically(Folder(self.out), name, FileIn(Folder(root), name), work=self.work, copy=self.copy)

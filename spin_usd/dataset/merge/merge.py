@@ -17,10 +17,10 @@ from spin_usd.dataset.shards.plan_of_shard import digest_of
 from spin_usd.dataset.store.atomic import link_atomically, write_json
 from spin_usd.dataset.store.cache import MEASURED, entries
 from spin_usd.dataset.store.dataset_folder import Lease, Store
-from spin_usd.dataset.store.names import STAGE
-from spin_usd.dataset.store.tree import files, type_of
+from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.progress import Progress
 
 CHECKING, MERGING = "checking: record", "merging: picture"
@@ -40,7 +40,7 @@ def merge(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Pr
     sources, store = [read_dataset(shard) for shard in shards], Store(root=out.absolute())
     store.prepare()
     with store.locked() as lease:
-        there = [read_dataset(out)] if type_of(store.stage) is not None else []
+        there = [read_dataset(out)] if store.folder.type_of(STAGE) else []
         refuse_different([*there, *sources])
         pictures = collect([*there, *sources], partial(progress, CHECKING))
         new = [picture for picture in pictures if picture.source not in there]
@@ -69,11 +69,11 @@ def _refuse_overlap(shard: Path, out: Path) -> None:
 
 def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
     """Write dataset.json of all together, and the stage where there is none."""
-    write_json(store.description, merged_description(sources), work=lease.work)
-    if type_of(store.stage) is None:
-        stage, copied = sources[0].store.stage, lease.work / STAGE
-        for name in files(stage):
-            link_atomically(copied / name, stage / name, work=lease.work, copy=True)
+    write_json(store.folder, DESCRIPTION, merged_description(sources), work=lease.work)
+    if store.folder.type_of(STAGE) is None:
+        stage, copied = Folder(sources[0].store.stage), lease.work / STAGE
+        for name in stage.files():
+            link_atomically(Folder(copied), name, FileIn(stage, name), work=lease.work, copy=True)
         try:
             copied.rename(store.stage)
         except OSError as e:
@@ -87,7 +87,7 @@ def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, pro
         store, record = picture.source.store, picture.record()
         for kind, name in recorded_files(record, picture.variant, picture.frame).items():
             transfer.put(store.root, name, record["files"][kind].get("sha256"))
-        transfer.put_record(store.root, store.relative(picture.path))
+        transfer.put_record(store.root, picture.name)
     progress(MERGING, len(pictures), len(pictures))
 
 
@@ -97,8 +97,8 @@ def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progres
     for done, source in enumerate(sources):
         progress("merging: cache", done, len(sources))
         for entry in entries(source.store):
-            name = source.store.relative(entry.path)
-            if type_of(transfer.out / name) is None:
+            name = entry.file.name
+            if Folder(transfer.out).type_of(name) is None:
                 with suppress(InputError):
                     transfer.put(source.store.root, name, entry.sha256)
     progress("merging: cache", len(sources), len(sources))
@@ -108,10 +108,10 @@ def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) 
     """Add what the runs of these datasets measured."""
     total = Timings()
     for source in sources:
-        measured = read_measured(source.store.cache / MEASURED)
+        measured = read_measured(source.store.folder, MEASURED)
         total.add(measured.expected, measured.taken)
     if total.expected:
-        write_measured(store.cache / MEASURED, total, work=lease.work)
+        write_measured(store.folder, MEASURED, total, work=lease.work)
 
 
 def _missing(

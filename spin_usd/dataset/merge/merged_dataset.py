@@ -9,7 +9,6 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.file_digests import changed, same_files
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION
-from spin_usd.dataset.store.tree import type_of
 from spin_usd.errors import InputError
 
 COMMON = {
@@ -33,14 +32,14 @@ def read_dataset(root: Path) -> MergedDataset:
     """Read the dataset in the folder `root`. Raises InputError where there is none, something in it is a link, or its
     stage is not as it was."""
     store = Store(root=root.absolute())
-    if type_of(store.description) is None:
+    if store.folder.type_of(DESCRIPTION) is None:
         raise InputError(
             f"is not a dataset: it has no {DESCRIPTION}", where=root, do="give a folder of spin-usd render"
         )
     store.refuse_strange()
     for file in changed(store.stage):
         raise InputError("is not as spin-usd wrote it", where=file, do="restore it, or render that shard again")
-    return MergedDataset(store=store, description=read_json(store.description, "dataset-1"))
+    return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
 
 
 def refuse_different(sources: Sequence[MergedDataset]) -> None:

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.merge.merged_dataset import MergedDataset
+from spin_usd.dataset.store.names import picture_of, record_of
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_RECORD
 
 AGAIN = "render that picture again, or leave that dataset out"
 
@@ -22,15 +24,25 @@ class MergedPicture:
     source: MergedDataset
 
     @property
+    def name(self) -> str:
+        """The name of its record in that dataset."""
+        return record_of(self.variant, self.frame)
+
+    @property
     def path(self) -> Path:
-        """The path of its record."""
-        return self.source.store.record(self.variant, self.frame)
+        """Where its record lies, for messages."""
+        return self.source.store.root / self.name
+
+    @property
+    def data(self) -> bytes:
+        """The bytes of its record. Raises InputError."""
+        return self.source.store.folder.read(self.name, MAX_RECORD)
 
     def record(self) -> dict[str, Any]:
         """Read the record. Raises InputError where it is damaged, or not of this picture."""
         try:
-            record = json.loads(self.path.read_bytes())
-        except (OSError, ValueError, RecursionError):
+            record = json.loads(self.data)
+        except (InputError, ValueError, RecursionError):
             record = None
         if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):
             raise InputError("is not this picture's record", where=self.path, do=AGAIN)
@@ -47,7 +59,7 @@ class _Collected:
     def add(self, picture: MergedPicture) -> None:
         record = picture.record()
         known = self.pictures.setdefault((picture.variant, picture.frame), picture)
-        if known is not picture and known.path.read_bytes() != picture.path.read_bytes():
+        if known is not picture and known.data != picture.data:
             raise InputError(f"contradicts {known.path}", where=picture.path, do=AGAIN)
         settings = _settings(record, picture)
         usual, where = self.settings.setdefault(picture.variant, (settings, picture.path))
@@ -60,10 +72,10 @@ def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], Non
     """Return all pictures, each once, in the order of the datasets. Raises InputError where the same picture is not the
     same in two, or pictures of a variant were not rendered alike."""
     found = _Collected()
-    records = [(source, path) for source in sources for path in source.store.records()]
-    for done, (source, path) in enumerate(records):
+    records = [(source, picture_of(name)) for source in sources for name in source.store.records()]
+    for done, (source, (frame, variant)) in enumerate(records):
         progress(done, len(records))
-        found.add(MergedPicture(variant=path.parent.name, frame=path.stem, source=source))
+        found.add(MergedPicture(variant=variant, frame=frame, source=source))
     progress(len(records), len(records))
     return list(found.pictures.values())
 

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
-from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.files.folder import FileIn
+from spin_usd.files.limits import MAX_ARRAY
+from spin_usd.formats.image_file import decoded_image, write_image
 from spin_usd.geometry.region import Region
 from spin_usd.scene.passes import Radiance
 
@@ -26,10 +28,11 @@ def write_render(path: Path, radiance: Radiance) -> None:
     write_image(path, pixels, channels=_channels(len(radiance.groups)))
 
 
-def read_render(path: Path, region: Region, *, groups: int) -> Radiance | None:
-    """Read the render of `region` from `path`; None where the file is not that."""
+def read_render(source: FileIn, region: Region, *, groups: int) -> Radiance | None:
+    """Read the render of `region` from the file `source`; None where that is not one."""
     try:
-        pixels, found = read_image(path)
+        with source.folder.open(source.name, MAX_ARRAY) as file:
+            pixels, found = decoded_image(file, source.path)
     except InputError:
         return None
     rows, columns = region.shape

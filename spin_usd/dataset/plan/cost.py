@@ -15,6 +15,9 @@ from spin_usd.dataset.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE,
 from spin_usd.dataset.plan.work import RunOptions, Task, work_units
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.store.atomic import write_json
+from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
 
 Costs = Mapping[str, Mapping[str, float]]
@@ -95,18 +98,18 @@ class Timings:
         return self.taken.get(work, 0.0) / self.expected[work] if self.has_measured(work) else 1.0
 
 
-def read_measured(file: Path) -> Timings:
+def read_measured(folder: Folder, name: str) -> Timings:
     """Read what `write_measured` wrote; nothing where that is not there or damaged."""
-    with suppress(OSError, ValueError, TypeError, AttributeError, KeyError):
-        values = json.loads(file.read_text(encoding="utf-8"))
+    with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        values = json.loads(folder.read(name, MAX_SPECIFICATION))
         parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]
         if all(0 <= seconds < float("inf") for part in parts for seconds in part.values()):
             return Timings(expected=parts[0], taken=parts[1])
     return Timings()
 
 
-def write_measured(file: Path, of_run: Timings, *, work: Path) -> None:
+def write_measured(folder: Folder, name: str, of_run: Timings, *, work: Path) -> None:
     """Add what a run measured to what is kept."""
-    kept = read_measured(file)
+    kept = read_measured(folder, name)
     kept.add(of_run.expected, of_run.taken)
-    write_json(file, asdict(kept), work=work)
+    write_json(folder, name, asdict(kept), work=work)

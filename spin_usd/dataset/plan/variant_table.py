@@ -85,7 +85,7 @@ def variant_table(
     if store:
         store.refuse_strange()
     held = held_keys(store) if store else {}
-    measured = read_measured(store.cache / MEASURED) if store else Timings()
+    measured = read_measured(store.folder, MEASURED) if store else Timings()
     if renders and not measured.has_measured(BEAUTY_PASS):
         measured.add(renders.expected, renders.taken)
     wanted = WantedFiles(kinds=options.kinds, image_suffix=image_suffix)

@@ -14,7 +14,6 @@ from spin_usd.dataset.publish.dataset_url import DatasetUrl, below
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
-from spin_usd.dataset.store.tree import files
 from spin_usd.errors import OutputError
 
 Snapshot = dict[str, tuple[int, int]]
@@ -60,8 +59,8 @@ class Mirror:
 
     def _snapshot(self) -> Snapshot:
         root = self.store.root
-        names = [name for folder in (STAGE, RECORDS, *KINDS) for name in files(root, folder)]
-        if self.store.description.exists():
+        names = [name for folder in (STAGE, RECORDS, *KINDS) for name in self.store.folder.files(folder)]
+        if self.store.folder.type_of(DESCRIPTION):
             names.append(DESCRIPTION)
         status = ((name, (root / name).stat()) for name in names)
         return {name: (stat.st_size, stat.st_mtime_ns) for name, stat in status}

@@ -8,9 +8,10 @@ from typing import Any
 from spin_usd.dataset.publish.dataset_url import DatasetUrl
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import RECORDS
-from spin_usd.dataset.store.tree import file_at, remove_file
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import OutputError
+from spin_usd.files.changes import remove_file
+from spin_usd.files.folder import Folder
 
 
 def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
@@ -20,16 +21,16 @@ def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
     InputError where the record is not one.
     """
     variant, frame = _picture_of(record)
-    new = recorded_files(read_json(file_at(root, record), "record-1"), variant, frame)
+    new = recorded_files(read_json(Folder(root), record, "record-1"), variant, frame)
     old = recorded_files(_old_record(url, record), variant, frame)
     if old:
         url.remove(record)
     for name in (*new.values(), record):
-        url.put(name, file_at(root, name))
+        url.put(name, Folder(root).path(name))
     for name in set(old.values()) - set(new.values()):
         url.remove(name)
     for name in (record, *new.values()):
-        remove_file(root, name)
+        remove_file(Folder(root), name)
 
 
 def _picture_of(record: str) -> tuple[str, str]:

@@ -8,9 +8,9 @@ from typing import SupportsIndex, overload
 
 from spin_usd.dataset.read.description import DescribedPart, DescribedTarget, read_description
 from spin_usd.dataset.read.picture import Picture, read_picture
-from spin_usd.dataset.store.names import RECORDS
-from spin_usd.dataset.store.tree import files
+from spin_usd.dataset.store.names import RECORDS, is_record, picture_of, record_of
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.scene.source.keypoints import Keypoints
 
 NAMED = 3  # names that an error lists as examples
@@ -108,7 +108,7 @@ class Dataset(Sequence[Picture]):
 
     def _read(self, name: tuple[str, str]) -> Picture:
         frame, variant = name
-        return read_picture(self.root, self.root / RECORDS / variant / f"{frame}.json", self._description)
+        return read_picture(self.root, record_of(variant, frame), self._description)
 
     def _of(self, names: tuple[tuple[str, str], ...]) -> "Dataset":
         """Return the same dataset with these pictures alone."""
@@ -130,9 +130,4 @@ class Dataset(Sequence[Picture]):
 
 def _names(root: Path) -> tuple[tuple[str, str], ...]:
     """List (frame, variant) of each picture in the folder `root`, from the names of the records' files alone."""
-    found = []
-    for name in files(root, RECORDS):
-        if name.count("/") == 2 and name.endswith(".json"):
-            _, variant, file = name.split("/")
-            found.append((file.removesuffix(".json"), variant))
-    return tuple(found)
+    return tuple(map(picture_of, filter(is_record, Folder(root).files(RECORDS))))

@@ -1,5 +1,6 @@
 """The description that all pictures of a dataset share, from its dataset.json."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +11,8 @@ import numpy as np
 from spin_usd.arrays import Float, finite
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION
-from spin_usd.dataset.store.tree import file_at, type_of
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from spin_usd.scene.source.keypoints import Keypoints
 
 
@@ -57,12 +58,13 @@ class Description:
 def read_description(root: Path) -> Description:
     """Read the description of the dataset in the folder `root`. Raises InputError where there is none, or a broken
     one."""
-    if root.is_file():
+    if os.path.isfile(root):
         raise InputError("is a file", where=root, do="give its folder")
-    if type_of(root / DESCRIPTION) is None:
+    folder = Folder(root)
+    if folder.type_of(DESCRIPTION) is None:
         do = "give the folder that spin-usd render made"
         raise InputError(f"is not a dataset: it has no {DESCRIPTION}", where=root, do=do)
-    found = read_json(file_at(root, DESCRIPTION), "dataset-1")
+    found = read_json(folder, DESCRIPTION, "dataset-1")
     parts = (_part(int(number), part) for number, part in found["parts"].items())
     return Description(targets=tuple(map(_target, found["targets"])), parts={part.id: part for part in parts})
 

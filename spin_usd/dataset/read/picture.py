@@ -15,8 +15,9 @@ from spin_usd.dataset.read.description import DescribedPart, Description
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
-from spin_usd.dataset.store.tree import file_at
 from spin_usd.errors import InputError
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.limits import MAX_RECORD
 from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
@@ -210,11 +211,11 @@ class Picture:
         if kind not in self.files:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
-        path = file_at(self.root, self.files[kind].path)
-        array = read_array(path)
+        file = FileIn(Folder(self.root), self.files[kind].path)
+        array = read_array(file)
         if described_type(array) != self.files[kind].dtype or array.shape not in (self._shape(kind), array.shape[:1]):
             found = f"holds {array.dtype} numbers in {array.shape}, which is not what its record says"
-            raise InputError(found, where=path, do=CHECK)
+            raise InputError(found, where=file.path, do=CHECK)
         return array
 
     def _shape(self, kind: str) -> tuple[int, ...]:
@@ -224,13 +225,14 @@ class Picture:
         return size if channels == 1 else (*size, channels)
 
 
-def read_picture(root: Path, path: Path, description: Description) -> Picture:
-    """Read the picture whose record is the file `path` in the dataset `root`. Raises InputError for a broken record.
+def read_picture(root: Path, name: str, description: Description) -> Picture:
+    """Read the picture whose record is the file `name` in the dataset `root`. Raises InputError for a broken record.
 
     The record is not compared with its whole schema, which takes longer than to read it; `spin-usd check` does that.
     """
+    path = root / name
     try:
-        record = json.loads(path.read_bytes())
+        record = json.loads(Folder(root).read(name, MAX_RECORD))
         if record["schema"] != SCHEMA:
             found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
             raise InputError(found, where=path, do="read it with the spin_usd that made it")
@@ -248,16 +250,14 @@ def read_picture(root: Path, path: Path, description: Description) -> Picture:
         )
     except InputError:
         raise
-    except OSError as e:
-        raise InputError(f"cannot be read ({e.strerror})", where=path, do=CHECK) from e
     except KeyError as e:
         raise InputError(f"is not a record of a picture (it lacks {e})", where=path, do=CHECK) from e
-    except (AttributeError, TypeError, ValueError) as e:
+    except (AttributeError, TypeError, ValueError, RecursionError) as e:
         raise InputError(f"is not a record of a picture ({e})", where=path, do=CHECK) from e
 
 
 def _file(entry: dict[str, Any]) -> PictureFile:
-    return PictureFile(path=entry["path"], dtype=entry["dtype"], channels=len(entry["channels"]))
+    return PictureFile(path=str(entry["path"]), dtype=entry["dtype"], channels=len(entry["channels"]))
 
 
 def _pose_matrix(q_cam_body: Sequence[float], t_cam_body: Sequence[float]) -> Float:

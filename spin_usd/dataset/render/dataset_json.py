@@ -8,6 +8,7 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.render.same_stage import differences
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import DESCRIPTION
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.derived.part_classes import class_ids
 
@@ -21,7 +22,7 @@ MEANINGS = {
 def describe(store: Store, plan: Plan, root: str, kinds: Sequence[str]) -> dict[str, Any]:
     """Return dataset.json by schema dataset-1; what earlier runs made of the same stage's other variants and kinds
     stays listed."""
-    before = read_json(store.description, "dataset-1") if store.description.exists() else None
+    before = read_json(store.folder, DESCRIPTION, "dataset-1") if store.folder.type_of(DESCRIPTION) else None
     if before and differences(before, plan):
         before = None
     hashes = dict(before["stage"]["hashes"]) if before else {}

@@ -19,6 +19,7 @@ from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.lock import new_token
+from spin_usd.files.folder import Folder
 
 SEEN = "seen"
 StartWorker = Callable[[int], AnyChild]
@@ -55,7 +56,7 @@ class Destination:
         root, work = str(self.store.root), str(lease.work)
         if not self.mirror:
             token = new_token()
-            write_text(lease.work / SEEN, token, work=lease.work)
+            write_text(Folder(lease.work), SEEN, token, work=lease.work)
             return SharedFolder(root=root, work=work, seen=SEEN, token=token)
         url = self.mirror.url.url
         if not self.cluster:

@@ -33,7 +33,7 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import refuse_changed, same_files, write_sums
-from spin_usd.dataset.store.names import STAGE
+from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.progress import Note, Progress, unsaid
@@ -139,7 +139,7 @@ def _render(
         removed = _remove_unwanted(store, planned, options)
         if agreement:
             agree(store, agreement, work=lease.work)
-        write_json(store.description, describe(store, planned, root, kinds), work=lease.work)
+        write_json(store.folder, DESCRIPTION, describe(store, planned, root, kinds), work=lease.work)
         if not own:
             _adopt_stage(store, lease.work)
     chosen = doubts(request.chosen, planned.stages)
@@ -165,7 +165,7 @@ def _render(
             options=shared,
             workers=count,
             cores=cores,
-            measured=(read_measured(store.cache / MEASURED), listener.measured),
+            measured=(read_measured(store.folder, MEASURED), listener.measured),
             given=options.picture_timeout,
         )
         if not options.keep_cache:
@@ -176,7 +176,7 @@ def _render(
             make_pictures(for_workers, tasks, count, lease, listener, limits, destination, stop)
             if report.made:
                 with store.turn():
-                    write_measured(store.cache / MEASURED, listener.measured, work=lease.work)
+                    write_measured(store.folder, MEASURED, listener.measured, work=lease.work)
     return report
 
 

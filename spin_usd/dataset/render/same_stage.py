@@ -10,8 +10,9 @@ from typing import Any
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.tree import NodeType, type_of
+from spin_usd.dataset.store.names import DESCRIPTION, picture_of
 from spin_usd.errors import InputError
+from spin_usd.files.node import NodeType
 
 ROOT = "root"  # of a stage that `author` did not make
 
@@ -19,12 +20,12 @@ ROOT = "root"  # of a stage that `author` did not make
 def other_origin(store: Store, plan: Plan) -> tuple[str, ...]:
     """Return the names of the inputs and options in which the planned stage differs from the dataset's own; none where
     it is the same stage, or has none of the dataset's pictures."""
-    if type_of(store.description) is not NodeType.FILE:
+    if store.folder.type_of(DESCRIPTION) is not NodeType.FILE:
         return ()
     names, variants = set(plan.names), set(plan.known_variants)
-    if not any(path.stem in names and path.parent.name in variants for path in store.records()):
+    if not any(frame in names and variant in variants for frame, variant in map(picture_of, store.records())):
         return ()
-    return differences(read_json(store.description, "dataset-1"), plan)
+    return differences(read_json(store.folder, DESCRIPTION, "dataset-1"), plan)
 
 
 def differences(description: Mapping[str, Any], plan: Plan) -> tuple[str, ...]:

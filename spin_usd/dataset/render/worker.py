@@ -35,9 +35,10 @@ from spin_usd.dataset.store.atomic import link_atomically, write_atomically, wri
 from spin_usd.dataset.store.cache import RENDERS, Cache, CacheEntry
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.tree import remove_file
+from spin_usd.dataset.store.names import record_of
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_file
 from spin_usd.formats.arrays.array_file import read_array, write_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, own_keys, take_next_frame
 from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
@@ -68,7 +69,7 @@ class Worker:
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
         self.renderer = open_renderer(self.options.settings.renderer)
         self.versions = library_versions() | self.renderer.versions()
-        self.cache = Cache(root=self.store.cache, versions=self.versions, work=self.work)
+        self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
         self.facts = FactMaker(self.renderer)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
@@ -105,14 +106,14 @@ class Worker:
         files = self._write_all(picture)
         with watch("files"):
             record = make_record(stage_provenance(reader), picture, self.options, files, self.versions)
-            place = self.store.record(variant, scene.frame.name)
-            write_json(place, record, work=self.work)
+            name = record_of(variant, scene.frame.name)
+            write_json(self.store.folder, name, record, work=self.work)
             had = recorded_files(before, variant, scene.frame.name).values()
             for stale in set(had) - {entry["path"] for entry in files.values()}:
-                remove_file(self.store.root, stale)
+                remove_file(self.store.folder, stale)
         memory = psutil.Process().memory_info().rss
         return {
-            "record": self.store.relative(place),
+            "record": name,
             "seconds": watch.seconds,
             "memory": memory,
             "passes": picture.passes,
@@ -135,7 +136,7 @@ class Worker:
         except Exception:
             for written in writing.values():
                 if written.exception() is None:
-                    remove_file(self.store.root, written.result()["path"])
+                    remove_file(self.store.folder, written.result()["path"])
             raise
 
     def _labels(self, picture: CurrentPicture, writers: Executor, writing: dict[str, Future[dict[str, Any]]]) -> None:
@@ -166,8 +167,8 @@ class Worker:
     def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
         """Return the bodies that the cached labels show, where one of them says so."""
         with picture.watch("cache"):
-            telling = ((kind, found[kind].path) for kind in found if kind in TELLING)
-            shown = (shown_by_label(picture.scene, kind, read_array(path)) for kind, path in telling)
+            telling = ((kind, found[kind].file) for kind in found if kind in TELLING)
+            shown = (shown_by_label(picture.scene, kind, read_array(file)) for kind, file in telling)
             return next(filter(None, shown), None)
 
     def _image(
@@ -201,13 +202,13 @@ class Worker:
 
     def _cached_render(self, key: str, scene: Scene, *, groups: int) -> Radiance | None:
         entry = self.cache.find(RENDERS, key)
-        return read_render(entry.path, scene.picture_region, groups=groups) if entry else None
+        return read_render(entry.file, scene.picture_region, groups=groups) if entry else None
 
     def _write(self, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one file; returns its entry in the record."""
-        path = self._path(scene, kind)
-        digest = write_atomically(path, _writing(kind, array, channels), work=self.work)
-        return {"path": self.store.relative(path), "sha256": digest, **channels.described}
+        name = self._name(scene, kind)
+        digest = write_atomically(self.store.folder, name, _writing(kind, array, channels), work=self.work)
+        return {"path": name, "sha256": digest, **channels.described}
 
     def _label(self, key: str, scene: Scene, kind: str, array: NDArray[Any], channels: Channels) -> dict[str, Any]:
         """Write one label into the cache and link it; returns its entry in the record."""
@@ -216,23 +217,22 @@ class Worker:
     def _link(self, scene: Scene, cached: CacheEntry) -> dict[str, Any]:
         """Link one label; returns its entry in the record."""
         kind = cached.purpose.kind
-        path = self._path(scene, kind)
-        link_atomically(path, cached.path, work=self.work)
-        return {"path": self.store.relative(path), "sha256": cached.sha256, **LABELS[kind].channels.described}
+        name = self._name(scene, kind)
+        link_atomically(self.store.folder, name, cached.file, work=self.work)
+        return {"path": name, "sha256": cached.sha256, **LABELS[kind].channels.described}
 
-    def _path(self, scene: Scene, kind: str) -> Path:
-        suffix = suffix_of(kind, self.options.image_suffix)
-        return self.store.file(kind, scene.frame.variant, scene.frame.name, suffix)
+    def _name(self, scene: Scene, kind: str) -> str:
+        return f"{kind}/{scene.frame.variant}/{scene.frame.name}{suffix_of(kind, self.options.image_suffix)}"
 
     def withdraw(self, variant: str, frame: str) -> dict[str, Any]:
         """Remove a picture's old record, so that none ever describes files being replaced; returns it, or {} where
         there was none."""
-        path = self.store.record(variant, frame)
+        name = record_of(variant, frame)
         try:
-            record = read_json(path, "record-1")
+            record = read_json(self.store.folder, name, "record-1")
         except InputError:
             record = {}
-        remove_file(self.store.root, self.store.relative(path))
+        remove_file(self.store.folder, name)
         return record
 
     def reader(self, variant: str) -> StageReader:

@@ -9,7 +9,7 @@ from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.store.cache import Purpose, entries, uses
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.names import CACHE, RECORDS
+from spin_usd.dataset.store.names import CACHE, RECORDS, picture_of
 from spin_usd.errors import InputError
 from spin_usd.scene.finding import ERROR, Finding
 
@@ -22,9 +22,10 @@ Records = Mapping[str, Mapping[str, Any]]
 def valid_records(store: Store) -> Records:
     """Read the dataset's records, but those that are damaged."""
     found: dict[str, Mapping[str, Any]] = {}
-    for path in store.records():
+    for name in store.records():
         with suppress(InputError):
-            found[f"{path.parent.name}/{path.stem}"] = read_json(path, "record-1")
+            frame, variant = picture_of(name)
+            found[f"{variant}/{frame}"] = read_json(store.folder, name, "record-1")
     return found
 
 
@@ -49,5 +50,5 @@ def _users(store: Store, damaged: set[str], records: Records) -> Iterator[str]:
     """Yield one picture for each damaged file of the cache that some picture uses: that makes it again."""
     user: dict[Purpose, str] = {purpose: name for name, record in records.items() for purpose in uses(record)}
     for entry in entries(store):
-        if store.relative(entry.path) in damaged and entry.purpose in user and not entry.whole:
+        if entry.file.name in damaged and entry.purpose in user and not entry.whole:
             yield user[entry.purpose]

@@ -18,11 +18,11 @@ from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
 from spin_usd.dataset.store.file_digests import SUMS, sums
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
-from spin_usd.dataset.store.tree import NodeType, files, remove_file, type_of
+from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE, record_of
 from spin_usd.errors import InputError, SpinError
+from spin_usd.files.changes import remove_file
+from spin_usd.files.node import NodeType
 from spin_usd.progress import Note, Progress, unsaid
-from spin_usd.sha256 import sha256_of
 
 OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"
 
@@ -55,9 +55,9 @@ def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairRepo
 
 
 def _is_dataset(store: Store) -> bool:
-    if type_of(store.description) is NodeType.FILE:
+    if store.folder.type_of(DESCRIPTION) is NodeType.FILE:
         return True
-    return all(type_of(store.root / name) is NodeType.FOLDER for name in (STAGE, RECORDS))
+    return all(store.folder.type_of(name) is NodeType.FOLDER for name in (STAGE, RECORDS))
 
 
 class _Repair:
@@ -85,10 +85,10 @@ class _Repair:
     def _description(self) -> Iterator[str]:
         """Write dataset.json again where it is missing or damaged: all that it says is in the stage and the records."""
         try:
-            read_json(self.store.description, "dataset-1")
+            read_json(self.store.folder, DESCRIPTION, "dataset-1")
         except InputError:
             self._refuse_unsure()
-            remove_file(self.store.root, DESCRIPTION)
+            remove_file(self.store.folder, DESCRIPTION)
             variants = tuple(dict.fromkeys(record["variant"] for record in self.records.values()))
             for request in requests(self._root, self.records, self.records):
                 self._render(replace(request, variants=variants), frozenset())
@@ -97,7 +97,7 @@ class _Repair:
     def _refuse_unsure(self) -> None:
         """Raise InputError where it is not sure that the folder is a dataset's alone."""
         strange = sorted(set(self.store.held()) - {*OWN, LOCK})
-        where = self.store.description
+        where = self.store.root / DESCRIPTION
         if strange:
             raise InputError(f"cannot be written again beside {strange[0]}", where=where, do="move that elsewhere")
         if not self.records:
@@ -131,24 +131,27 @@ class _Repair:
         self.unrepaired.extend(f"{name}: {reason}" for name, reason in failed.items())
         for name in sorted(names - failed.keys()):
             variant, _, frame = name.partition("/")
-            path = self.store.record(variant, frame)
-            if type_of(path) is NodeType.FILE:  # a stray file need not be of a frame that the stage has
-                before, after = _digests(self.records.get(name)), _digests(read_json(path, "record-1"))
+            record = record_of(variant, frame)
+            if (
+                self.store.folder.type_of(record) is NodeType.FILE
+            ):  # a stray file need not be of a frame that the stage has
+                before = _digests(self.records.get(name))
+                after = _digests(read_json(self.store.folder, record, "record-1"))
                 yield name + (OTHER_BYTES if before and before != after else "")
 
     def _sums(self) -> Iterator[str]:
         """List the stage's files again where the list is lost and every one of them is as records say."""
-        stage = self.store.stage
-        if type_of(stage) is not NodeType.FOLDER or type_of(stage / SUMS) is NodeType.FILE:
+        stage, folder = self.store.stage, self.store.folder
+        if folder.type_of(STAGE) is not NodeType.FOLDER or folder.type_of(f"{STAGE}/{SUMS}") is NodeType.FILE:
             return
         known = {layer for record in self.records.values() for layer in _layers(record)}
-        for name in files(self.store.root, STAGE):
-            if (name, sha256_of(self.store.root / name)) not in known:
+        for name in folder.files(STAGE):
+            if (name, folder.sha256(name)) not in known:
                 found = f"cannot be written again: no record says that {name} is as it was"
                 do = "move stage/ elsewhere, and run spin-usd render again with the stage that made the pictures"
                 raise InputError(found, where=stage / SUMS, do=do)
         with self.store.locked() as lease:
-            write_text(stage / SUMS, sums(stage), work=lease.work)
+            write_text(folder, f"{STAGE}/{SUMS}", sums(stage), work=lease.work)
         yield f"{STAGE}/{SUMS}"
 
 

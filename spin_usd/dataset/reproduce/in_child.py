@@ -1,17 +1,18 @@
 """The child's part of `reproduce`: one recorded picture rendered again, without the dataset's cache."""
 
+import json
 from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.tree import NodeType, file_at, type_of
+from spin_usd.dataset.store.names import record_of
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.limits import MAX_RECORD
+from spin_usd.files.node import NodeType
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
-from spin_usd.sha256 import sha256_of
 
 
 def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str, Any]:
@@ -21,7 +22,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
     options = WorkerOptions(
         root=folder,
         work=folder,
-        stage=str(file_at(Path(dataset), provenance["stage"]["root"])),
+        stage=str(Folder(Path(dataset)).path(provenance["stage"]["root"])),
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
         settings=RenderSettings(
             renderer=render["renderer"], effort=Effort(**render["effort"]), seed=provenance["seed"]["dataset"]
@@ -34,23 +35,23 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
             f"the stage no longer holds picture {record['frame']!r} at place {record['index']}", where=dataset
         )
     worker.picture(variant=record["variant"], index=record["index"], kinds=kinds, keep_render=False)
-    again = read_json(worker.store.record(record["variant"], record["frame"]), "record-1")
+    # Not held against the schema: it names a stage that lies elsewhere.
+    again = json.loads(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
     recorded, now = provenance["versions"], worker.versions
     return {
-        "files": [_compared(Store(root=Path(dataset)), kind, record, again) for kind in kinds],
+        "files": [_compared(Folder(Path(dataset)), kind, record, again) for kind in kinds],
         "versions": {
             k: [recorded.get(k, ""), now.get(k, "")] for k in sorted({*recorded, *now}) if recorded.get(k) != now.get(k)
         },
     }
 
 
-def _compared(store: Store, kind: str, record: dict[str, Any], again: dict[str, Any]) -> dict[str, Any]:
+def _compared(folder: Folder, kind: str, record: dict[str, Any], again: dict[str, Any]) -> dict[str, Any]:
     entry = record["files"][kind]
-    path = store.root / entry["path"]
     return {
         "kind": kind,
         "path": entry["path"],
         "recorded": entry["sha256"],
-        "found": sha256_of(path) if type_of(path) is NodeType.FILE else None,
+        "found": folder.sha256(entry["path"]) if folder.type_of(entry["path"]) is NodeType.FILE else None,
         "again": again["files"][kind]["sha256"],
     }

@@ -12,6 +12,7 @@ from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.dataset.store.names import record_of
 from spin_usd.scene.model import NOMINAL
 
 
@@ -53,7 +54,7 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduct
     store = Store(root=dataset.absolute())
     store.refuse_strange()
     Dataset(dataset).require(frame, variant)
-    record = read_json(store.record(variant, frame), "record-1")
+    record = read_json(store.folder, record_of(variant, frame), "record-1")
     require_renderer(record["provenance"]["render"]["renderer"])
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         answer = ask_child(

@@ -16,6 +16,7 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_DOCUMENT
 
 AGREED = "agreed"  # in the work folder of a shard that is being made: it has agreed
 WORDS = {
@@ -57,13 +58,13 @@ def agree(store: Store, agreement: Agreement, *, work: Path) -> None:
 
 def keep_agreement(store: Store, agreement: Agreement, *, work: Path) -> None:
     """Write the agreement. Raises OutputError."""
-    write_json(store.cache / SHARDS, asdict(agreement), work=work)
+    write_json(store.folder, SHARDS, asdict(agreement), work=work)
 
 
 def read_agreement(store: Store) -> Agreement | None:
     """Read the agreement; None where there is none, or it is damaged."""
-    with suppress(OSError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        value = json.loads((store.cache / SHARDS).read_text(encoding="utf-8"))
+    with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        value = json.loads(store.folder.read(SHARDS, MAX_DOCUMENT))
         shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
         settings = dict(value["settings"])
         return Agreement(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)

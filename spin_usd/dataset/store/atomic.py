@@ -8,27 +8,29 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from spin_usd.errors import OutputError, SpinError
+from spin_usd.files.changes import link, put
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.sha256 import sha256_of
 
 
 def write_atomically(
-    path: Path, write: Callable[[Path], None], *, work: Path, place: Callable[[str], Path] | None = None
+    folder: Folder, name: str, write: Callable[[Path], None], *, work: Path, place: Callable[[str], str] | None = None
 ) -> str:
-    """Let `write` fill a file in `work`, force it to disk, make it `path`, and return its sha256 (hex).
+    """Let `write` fill a file in `work`, force it to disk, put it into the folder, and return its sha256 (hex).
 
-    It becomes `path`, or what `place` says of its sha256. There is never half a file. Raises OutputError, or the
-    SpinError that `write` raises, leaving nothing.
+    It becomes the file `name` there, or the one that `place` says of its sha256. There is never half a file. Raises
+    OutputError, or the SpinError that `write` raises, leaving nothing.
     """
-    temporary = _temporary(work, path)
+    temporary, path = _temporary(work, name), folder.root / name
     try:
         work.mkdir(parents=True, exist_ok=True)
         write(temporary)
         digest = _synced(temporary)
-        _put(temporary, place(digest) if place else path)
+        put(folder, temporary, place(digest) if place else name)
     except SpinError as e:
         temporary.unlink(missing_ok=True)
         raise type(e)(e.found, where=path, do=e.do) from e
@@ -38,50 +40,37 @@ def write_atomically(
     return digest
 
 
-def link_atomically(path: Path, source: Path, *, work: Path, copy: bool = False) -> None:
-    """Make `path` another name of the file `source`, or a copy of it where that is asked for, or the file system has no
-    links (or no more of that file). To replace either later leaves the other as it is. Raises OutputError, leaving
-    nothing."""
-    temporary = _temporary(work, path)
+def link_atomically(folder: Folder, name: str, source: FileIn, *, work: Path, copy: bool = False) -> None:
+    """Make the file `name` of the folder another name of the `source`, or a copy of it where that is asked for, or the
+    file system has no links (or no more of that file). To replace either later leaves the other as it is. Raises
+    OutputError, leaving nothing, and InputError where the source is no file."""
+    temporary = _temporary(work, name)
     try:
         work.mkdir(parents=True, exist_ok=True)
-        if copy or not _linked(temporary, source):
-            shutil.copyfile(source, temporary)
+        if copy or not link(source, temporary):
+            with source.open() as original, temporary.open("xb") as made:
+                shutil.copyfileobj(original, made)
             _synced(temporary)
-        _put(temporary, path)
+        put(folder, temporary, name)
     except OSError as e:
-        raise _unwritten(path, e) from e
+        raise _unwritten(folder.root / name, e) from e
     finally:
         temporary.unlink(missing_ok=True)  # to rename a file to another name of itself does nothing, by POSIX
 
 
-def write_json(path: Path, value: Mapping[str, Any], *, work: Path) -> str:
-    """Write `value` as JSON at `path`, atomically, and return its sha256."""
+def write_json(folder: Folder, name: str, value: Mapping[str, Any], *, work: Path) -> str:
+    """Write `value` as JSON into the file `name` of the folder, atomically, and return its sha256."""
     text = json.dumps(value, indent=1, allow_nan=False) + "\n"
-    return write_text(path, text, work=work)
+    return write_text(folder, name, text, work=work)
 
 
-def write_text(path: Path, text: str, *, work: Path) -> str:
-    """Write `text` as UTF-8 at `path`, atomically, and return its sha256."""
-    return write_atomically(path, lambda temporary: _write_text(temporary, text), work=work)
+def write_text(folder: Folder, name: str, text: str, *, work: Path) -> str:
+    """Write `text` as UTF-8 into the file `name` of the folder, atomically, and return its sha256."""
+    return write_atomically(folder, name, lambda temporary: _write_text(temporary, text), work=work)
 
 
-def _temporary(work: Path, path: Path) -> Path:
-    return work / f"{secrets.token_hex(8)}{path.suffix}"
-
-
-def _linked(path: Path, source: Path) -> bool:
-    """Make `path` a hard link of `source`, and return whether that could be done."""
-    try:
-        path.hardlink_to(source)
-    except OSError:
-        return False
-    return True
-
-
-def _put(temporary: Path, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary.replace(path)
+def _temporary(work: Path, name: str) -> Path:
+    return work / f"{secrets.token_hex(8)}{PurePosixPath(name).suffix}"
 
 
 def _synced(path: Path) -> str:

@@ -21,14 +21,17 @@ from spin_usd.arrays import digest
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.tree import NodeType, files, remove_emptied, remove_file, type_of
+from spin_usd.dataset.store.names import CACHE
+from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_emptied, remove_file
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
-from spin_usd.sha256 import sha256_of
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
-MEASURED = "measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
-SHARDS = "shards.json"  # and which picture is of which shard (dataset.shards.agreement)
+MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
+SHARDS = f"{CACHE}/shards.json"  # and which picture is of which shard (dataset.shards.agreement)
 VERSION_DIGITS = 8
 
 
@@ -47,41 +50,41 @@ class CacheEntry:
 
     purpose: Purpose
     sha256: str
-    path: Path
+    file: FileIn
 
     @property
     def whole(self) -> bool:
         """Return whether the file is the one that was written."""
-        try:
-            return sha256_of(self.path) == self.sha256
-        except OSError:
-            return False
+        with suppress(OSError, InputError):
+            return self.file.folder.sha256(self.file.name) == self.sha256
+        return False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cache:
-    """The cache in the folder `root`, for results of the software with these `versions`, names and numbers;
-    `work` is for temporary files."""
+    """The cache in a dataset's `folder`, for results of the software with these `versions`, names and numbers; `work`
+    is for temporary files."""
 
-    root: Path
+    folder: Folder
     versions: Mapping[str, str]
     work: Path
 
     def find(self, kind: str, key: str) -> CacheEntry | None:
         """Find the file of that kind and key, every byte verified."""
         wanted = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
-        found = _entries(self.root, f"{kind}/{key[:2]}")
+        found = _entries(self.folder, f"{CACHE}/{kind}/{key[:2]}")
         return next((entry for entry in found if entry.purpose == wanted and entry.whole), None)
 
     def keep(self, kind: str, key: str, suffix: str, write: Callable[[Path], None]) -> CacheEntry:
         """Keep the file that `write` fills. Raises as write_atomically does."""
         purpose = Purpose(kind=kind, key=key, versions=made_by(self.versions, kind))
 
-        def place(sha256: str) -> Path:
-            return self.root / kind / key[:2] / f"{key}.{purpose.versions}.{sha256}{suffix}"
+        def place(sha256: str) -> str:
+            return f"{CACHE}/{kind}/{key[:2]}/{key}.{purpose.versions}.{sha256}{suffix}"
 
-        sha256 = write_atomically(self.root / kind / f"{key}{suffix}", write, work=self.work, place=place)
-        return CacheEntry(purpose=purpose, sha256=sha256, path=place(sha256))
+        named = f"{CACHE}/{kind}/{key}{suffix}"
+        sha256 = write_atomically(self.folder, named, write, work=self.work, place=place)
+        return CacheEntry(purpose=purpose, sha256=sha256, file=FileIn(self.folder, place(sha256)))
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
@@ -93,9 +96,8 @@ def made_by(versions: Mapping[str, str], kind: str) -> str:
 
 def entries(store: Store) -> Iterator[CacheEntry]:
     """Yield all files of the dataset's cache, unverified."""
-    if type_of(store.cache) is NodeType.FOLDER:
-        for kind in CACHED:
-            yield from _entries(store.cache, kind)
+    for kind in CACHED:
+        yield from _entries(store.folder, f"{CACHE}/{kind}")
 
 
 def held_keys(store: Store) -> dict[str, set[str]]:
@@ -119,9 +121,9 @@ def used(store: Store) -> set[Purpose]:
     """Return the purposes that all pictures of the dataset use. Records are not validated; a damaged one uses
     nothing."""
     found: set[Purpose] = set()
-    for path in store.records():
-        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-            found |= uses(json.loads(path.read_text(encoding="utf-8")))
+    for name in store.records():
+        with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            found |= uses(json.loads(store.folder.read(name, MAX_RECORD)))
     return found
 
 
@@ -130,19 +132,19 @@ def remove_entries(store: Store, *, but: set[Purpose]) -> None:
     file whose bytes its name does not hold was not written under that name, and stays."""
     for entry in list(entries(store)):
         if entry.purpose not in but and entry.whole:
-            remove_file(store.root, store.relative(entry.path))
-            remove_emptied(store.root, store.relative(entry.path))
+            remove_file(store.folder, entry.file.name)
+            remove_emptied(store.folder, entry.file.name)
 
 
-def _entries(cache: Path, folder: str) -> Iterator[CacheEntry]:
-    """Yield the files in that folder of the cache."""
-    for name in files(cache, folder):
+def _entries(folder: Folder, within: str) -> Iterator[CacheEntry]:
+    """Yield the files of the cache in its folder `within`."""
+    for name in folder.files(within):
         match name.split("/"):
-            case [kind, start, file] if file.startswith(start):
-                yield from _entry(cache / name, kind, file)
+            case [_, kind, start, file] if file.startswith(start):
+                yield from _entry(FileIn(folder, name), kind, file)
 
 
-def _entry(path: Path, kind: str, name: str) -> Iterator[CacheEntry]:
+def _entry(file: FileIn, kind: str, name: str) -> Iterator[CacheEntry]:
     match name.split("."):
         case [key, versions, sha256, _]:
-            yield CacheEntry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, path=path)
+            yield CacheEntry(purpose=Purpose(kind=kind, key=key, versions=versions), sha256=sha256, file=file)

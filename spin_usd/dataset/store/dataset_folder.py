@@ -13,7 +13,6 @@ These are a dataset's own; all else in the folder is its user's, and left alone.
 
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -23,9 +22,11 @@ from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.store.hold import held
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.lock import take_lock, token_in
-from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE
-from spin_usd.dataset.store.tree import NodeType, files, strange, type_of
+from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, is_record
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import remove_tree
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import NodeType
 from spin_usd.stop_signals import postponed
 
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
@@ -50,17 +51,12 @@ class Store:
     root: Path
 
     @property
-    def description(self) -> Path:
-        return self.root / DESCRIPTION
+    def folder(self) -> Folder:
+        return Folder(self.root)
 
     @property
     def stage(self) -> Path:
         return self.root / STAGE
-
-    @property
-    def cache(self) -> Path:
-        """Results by content, which no reader of the dataset needs."""
-        return self.root / CACHE
 
     @property
     def lock(self) -> Path:
@@ -69,24 +65,15 @@ class Store:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of file that pictures have, or had."""
-        return tuple(kind for kind in KINDS if type_of(self.root / kind) is NodeType.FOLDER)
+        return tuple(kind for kind in KINDS if self.folder.type_of(kind) is NodeType.FOLDER)
 
     def work(self, token: str) -> Path:
         """Temporary files of the run whose lock has that token; gone when none is running."""
         return self.root / f".work-{token}"
 
-    def record(self, variant: str, frame: str) -> Path:
-        return self.root / RECORDS / variant / f"{frame}.json"
-
-    def file(self, kind: str, variant: str, frame: str, suffix: str) -> Path:
-        return self.root / kind / variant / f"{frame}{suffix}"
-
-    def relative(self, path: Path) -> str:
-        return path.relative_to(self.root).as_posix()
-
-    def records(self) -> Iterator[Path]:
-        """All records, ordered by variant and frame."""
-        return (self.root / name for name in files(self.root, RECORDS) if _is_record(name))
+    def records(self) -> Iterator[str]:
+        """The names of all records, ordered by variant and frame."""
+        return filter(is_record, self.folder.files(RECORDS))
 
     def prepare(self) -> None:
         """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
@@ -103,10 +90,10 @@ class Store:
     def _refuse_other_description(self) -> None:
         """Raise InputError where dataset.json is damaged or not a dataset's."""
         try:
-            read_json(self.description, "dataset-1")
+            read_json(self.folder, DESCRIPTION, "dataset-1")
         except InputError as e:
             do = "if it is a dataset's, remove it and run spin-usd render again; if not, choose another folder"
-            raise InputError(e.found, where=self.description, do=do) from e
+            raise InputError(e.found, where=self.root / DESCRIPTION, do=do) from e
 
     def held(self) -> list[str]:
         """Return the names in the folder, but those of a run that goes on or was killed. Raises OutputError where there
@@ -128,10 +115,10 @@ class Store:
     def refuse_strange(self) -> None:
         """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
         leads to is not the dataset's, and is neither read nor written nor removed."""
-        refuse_strange(self.root, OWN)
+        refuse_strange(self.folder, OWN)
         for name in OWN:
             wanted = NodeType.FILE if name == DESCRIPTION else NodeType.FOLDER
-            if type_of(self.root / name) not in (None, wanted):
+            if self.folder.type_of(name) not in (None, wanted):
                 raise InputError(f"is no {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 
     @contextmanager
@@ -154,7 +141,7 @@ class Store:
                 else:
                     self._sweep_shards()
                 work = self.work(locks[-1].token)
-                stack.callback(_remove_whole, work)
+                stack.callback(self._remove_whole, work)
                 self._sweep(work)
                 yield Lease(descriptors=tuple(lock.descriptor for lock in locks), work=work)
         finally:
@@ -182,7 +169,7 @@ class Store:
         """Remove what shards left, now that none is at work: locks, and temporary files of those that were killed."""
         for lock in filter(_is_lock, os.listdir(self.root)):
             if lock != LOCK and (ours := self._under(lock)):
-                shutil.rmtree(self.root / ours[1], ignore_errors=True)
+                remove_tree(self.folder, ours[1])
                 (self.root / lock).unlink(missing_ok=True)
 
     def _make_root(self) -> bool:
@@ -199,32 +186,27 @@ class Store:
     def _sweep(self, work: Path) -> None:
         """Make the work folder anew, without what a run that was killed left in it."""
         try:
-            if type_of(work) is NodeType.FOLDER:
-                shutil.rmtree(work)
+            if self.folder.type_of(work.name) is NodeType.FOLDER:
+                remove_tree(self.folder, work.name)
             work.mkdir()
         except OSError as e:
             raise self._unwritable(e) from e
+
+    def _remove_whole(self, work: Path) -> None:
+        """Remove a work folder; a signal waits, for nobody would remove what is left of it."""
+        with postponed():
+            remove_tree(self.folder, work.name)
 
     def _unwritable(self, e: OSError) -> OutputError:
         return OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder")
 
 
-def _remove_whole(work: Path) -> None:
-    """Remove a work folder; a signal waits, for nobody would remove what is left of it."""
-    with postponed():
-        shutil.rmtree(work, ignore_errors=True)
-
-
-def refuse_strange(root: Path, names: tuple[str, ...]) -> None:
-    """Raise InputError where one of these in `root`, or something below it, is neither file nor folder."""
-    for node in strange(root, names):
+def refuse_strange(folder: Folder, names: tuple[str, ...]) -> None:
+    """Raise InputError where one of these in the folder, or something below it, is neither file nor folder."""
+    for node in folder.strange(names):
         do = "put what it stands for in its place, or remove it"
-        raise InputError(f"is a {node.type}, and those are not followed", where=root / node.name, do=do)
+        raise InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
 
 
 def _is_lock(name: str) -> bool:
     return name in (LOCK, TURN) or LOCK_OF_SHARD.fullmatch(name) is not None
-
-
-def _is_record(name: str) -> bool:
-    return name.count("/") == 2 and name.endswith(".json")

@@ -2,33 +2,34 @@
 is ours. The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
 """
 
-import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from spin_usd.dataset.store.tree import files
 from spin_usd.errors import InputError
-from spin_usd.sha256 import sha256_of
+from spin_usd.files.changes import write_bytes
+from spin_usd.files.folder import Folder
+from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.node import NodeType
 
 SUMS = "SHA256SUMS"
 CHANGED = "is not as spin-usd wrote it, and would be replaced"
 
 
-def write_sums(folder: Path, *, beside: Iterable[Path] = ()) -> None:
-    """List the files of the folder, and those `beside` it. Raises OSError."""
-    (folder / SUMS).write_text(sums(folder, beside=beside), encoding="utf-8", errors="surrogateescape")
+def write_sums(folder: Path, *, beside: Iterable[str] = ()) -> None:
+    """List the files of the folder, and those of these names `beside` it. Raises OSError."""
+    write_bytes(Folder(folder), SUMS, sums(folder, beside=beside).encode("utf-8", "surrogateescape"))
 
 
-def sums(folder: Path, *, beside: Iterable[Path] = ()) -> str:
-    """Return the list of the files as they are now. Raises OSError."""
-    return "".join(f"{_line(folder, file)}\n" for file in _files(folder, beside))
+def sums(folder: Path, *, beside: Iterable[str] = ()) -> str:
+    """Return the list of the files as they are now. Raises InputError."""
+    return "".join(f"{line}\n" for _, line in _lines(folder, beside))
 
 
 def same_files(folder: Path, other: Path) -> bool:
     """Return whether both folders list the same files with the same bytes."""
-    with suppress(OSError):
-        return (folder / SUMS).read_bytes() == (other / SUMS).read_bytes()
+    with suppress(InputError):
+        return Folder(folder).read(SUMS, MAX_DOCUMENT) == Folder(other).read(SUMS, MAX_DOCUMENT)
     return False
 
 
@@ -38,25 +39,26 @@ def refuse_changed(folder: Path) -> None:
         raise InputError(CHANGED, where=file, do=f"move {folder.name}/ elsewhere")
 
 
-def changed(folder: Path, *, beside: Iterable[Path] = ()) -> Iterator[Path]:
-    """Return the files in the folder, and those `beside` it that are there, which its list does not name, or not with
-    these bytes."""
-    try:
-        text = (folder / SUMS).read_text(encoding="utf-8", errors="surrogateescape")
-    except OSError:
-        text = ""
+def changed(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
+    """Return the files in the folder, and those of these names `beside` it that are there, which its list does not
+    name, or not with these bytes."""
+    text = ""
+    with suppress(InputError):
+        text = Folder(folder).read(SUMS, MAX_DOCUMENT).decode("utf-8", "surrogateescape")
     listed = set(text.split("\n"))
-    return (file for file in _files(folder, beside) if _line(folder, file) not in listed)
+    return (file for file, line in _lines(folder, beside) if line not in listed)
 
 
-def _files(folder: Path, beside: Iterable[Path]) -> Iterator[Path]:
-    yield from (folder / name for name in files(folder) if name != SUMS)
-    yield from (file for file in beside if file.is_file())
+def _lines(folder: Path, beside: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Yield each file, and its line of the list, by its name relative to the folder."""
+    inside, outside = Folder(folder), Folder(folder.parent)
+    yield from ((folder / name, _line(name, inside.sha256(name))) for name in inside.files() if name != SUMS)
+    for name in beside:
+        if outside.type_of(name) is NodeType.FILE:
+            yield folder.parent / name, _line(f"../{name}", outside.sha256(name))
 
 
-def _line(folder: Path, file: Path) -> str:
-    """Return the file's line of the list, by its name relative to the folder."""
-    name = Path(os.path.relpath(file, folder)).as_posix()
+def _line(name: str, sha256: str) -> str:
     escaped = name.replace("\\", "\\\\").replace("\n", "\\n")
     mark = "\\" if escaped != name else ""
-    return f"{mark}{sha256_of(file)}  {escaped}"
+    return f"{mark}{sha256}  {escaped}"

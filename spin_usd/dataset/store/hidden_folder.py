@@ -2,15 +2,16 @@
 
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from spin_usd.dataset.store.lock import create_lock, new_token, take_lock
-from spin_usd.dataset.store.tree import NodeType, type_of
-from spin_usd.errors import OutputError
+from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import remove_file, remove_tree
+from spin_usd.files.folder import Folder
+from spin_usd.files.node import NodeType
 
 LOCK = ".lock"
 
@@ -58,7 +59,7 @@ def sweep(parent: Path, name: str, *, beside: str = "none") -> None:
 
 
 def _sweep_one(left: HiddenFolder, token: str) -> None:
-    if type_of(left.folder) is not NodeType.FOLDER:
+    if Folder(left.folder.parent).type_of(left.folder.name) is not NodeType.FOLDER:
         return
     with suppress(OSError):  # another user's
         if lock := take_lock(left.folder / LOCK):
@@ -73,6 +74,7 @@ def _hidden(parent: Path, name: str, beside: str, token: str) -> HiddenFolder:
 
 
 def _remove(hidden: HiddenFolder) -> None:
-    if type_of(hidden.beside) is NodeType.FILE:
-        hidden.beside.unlink(missing_ok=True)
-    shutil.rmtree(hidden.folder, ignore_errors=True)
+    parent = Folder(hidden.folder.parent)
+    with suppress(InputError, OutputError):  # it is not ours, then
+        remove_file(parent, hidden.beside.name)
+    remove_tree(parent, hidden.folder.name)

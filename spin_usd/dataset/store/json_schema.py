@@ -12,25 +12,31 @@ from jsonschema.validators import extend
 
 from spin_usd import resources
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
+from spin_usd.files.limits import MAX_DOCUMENT
 from spin_usd.nesting import parsed_json
 
 REMEDY = "restore it, or make it again"
 
 
-def read_json(path: Path, schema: str) -> dict[str, Any]:
-    """Read the JSON object in `path`, valid by the schema named (such as "record-1"), its numbers finite; InputError
-    says what is wrong."""
+def read_json(folder: Folder, name: str, schema: str) -> dict[str, Any]:
+    """Read the JSON object in the file `name` of the folder, valid by the schema named (such as "record-1"), its
+    numbers finite; InputError says what is wrong."""
+    return valid(folder.read(name, MAX_DOCUMENT), schema, folder.root / name)
+
+
+def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
+    """Return the JSON object in the `data` of a file, valid by the schema named, its numbers finite; InputError says
+    what is wrong."""
     try:
-        value = _parsed(path.read_text(encoding="utf-8"))
+        value = _parsed(data.decode("utf-8"))
         error = best_match(_validator(schema).iter_errors(value))
-    except OSError as e:
-        raise InputError(f"cannot be read ({e.strerror})", where=path, do=REMEDY) from e
     except ValueError as e:
-        raise InputError(f"is not JSON ({e})", where=path, do=REMEDY) from e
+        raise InputError(f"is not JSON ({e})", where=where, do=REMEDY) from e
     except RecursionError:
-        raise InputError("is nested too deeply", where=path, do=REMEDY) from None
+        raise InputError("is nested too deeply", where=where, do=REMEDY) from None
     if error is not None:
-        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=path, do=REMEDY)
+        raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=where, do=REMEDY)
     result: dict[str, Any] = value
     return result
 

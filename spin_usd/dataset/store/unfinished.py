@@ -11,9 +11,11 @@ from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANC
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.names import record_of
+from spin_usd.errors import InputError
+from spin_usd.files.limits import MAX_RECORD
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.scene.derived.content_keys import KEYS
-from spin_usd.sha256 import sha256_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +55,8 @@ def kinds_left(
     provenance = record["provenance"]
     if (record["index"], provenance["time_code"], provenance["stage"]) != (picture.index, picture.time_code, stage):
         provenance |= {"stage": stage, "time_code": picture.time_code, "keys": picture.keys}
-        write_json(store.record(picture.variant, picture.frame), _renamed(record, picture, names), work=work)
+        name = record_of(picture.variant, picture.frame)
+        write_json(store.folder, name, _renamed(record, picture, names), work=work)
     return ()
 
 
@@ -101,8 +104,8 @@ def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[
 def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
     """Read the picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
     try:
-        record = json.loads(store.record(picture.variant, picture.frame).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        record = json.loads(store.folder.read(record_of(picture.variant, picture.frame), MAX_RECORD))
+    except (InputError, ValueError, RecursionError):
         return {}
     return record if isinstance(record, dict) else {}
 
@@ -142,4 +145,4 @@ def _complete(store: Store, picture: PlannedPicture, had: Mapping[str, str], wan
 def _as_recorded(store: Store, record: Mapping[str, Any]) -> bool:
     """Return whether all files that the record lists hold the bytes that it says."""
     entries = record["files"].values()
-    return all(sha256_of(store.root / entry["path"]) == entry.get("sha256") for entry in entries)
+    return all(store.folder.sha256(entry["path"]) == entry.get("sha256") for entry in entries)

@@ -5,8 +5,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from spin_usd.formats.arrays.point_cloud_file import SUFFIXES, read_point_cloud, write_point_cloud
-from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.files.folder import FileIn
+from spin_usd.files.limits import MAX_ARRAY
+from spin_usd.formats.arrays.point_cloud_file import SUFFIXES, decoded_point_cloud, write_point_cloud
+from spin_usd.formats.image_file import decoded_image, write_image
 from spin_usd.scene.source.channels import Channels
 
 
@@ -19,9 +21,11 @@ def write_array(path: Path, array: NDArray[Any], *, kind: str, channels: Channel
         write_image(path, array, channels=channels.names, header=channels.header(kind))
 
 
-def read_array(path: Path) -> NDArray[Any]:
+def read_array(source: FileIn) -> NDArray[Any]:
     """Read the numbers in a file that `write_array` wrote. Raises InputError."""
-    return read_point_cloud(path) if path.suffix in SUFFIXES else read_image(path)[0]
+    with source.folder.open(source.name, MAX_ARRAY) as file:
+        path = source.path
+        return decoded_point_cloud(file, path) if path.suffix in SUFFIXES else decoded_image(file, path)[0]
 
 
 def described_type(array: NDArray[Any]) -> str | dict[str, str]:

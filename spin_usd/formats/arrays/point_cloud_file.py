@@ -7,6 +7,7 @@ NEP 1 on npy; G. Turk, "The PLY polygon file format" (1994).
 
 import zipfile
 from collections.abc import Callable, Mapping
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
-from spin_usd.files.given_file import open_file, read_bytes
+from spin_usd.files.given_file import open_file
 from spin_usd.files.limits import MAX_ARRAY
 
 Cloud = NDArray[np.void]
@@ -45,8 +46,14 @@ def write_point_cloud(path: Path, cloud: Cloud, *, header: Mapping[str, str]) ->
 
 def read_point_cloud(path: Path) -> Cloud:
     """Read the cloud (N,) in the .npz or .ply that `write_point_cloud` wrote. Raises InputError."""
+    with open_file(path, MAX_ARRAY) as file:
+        return decoded_point_cloud(file, path)
+
+
+def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
+    """Return the cloud in a `file` that is open already and lies at `path`. Raises InputError."""
     try:
-        return _READERS[path.suffix](path)
+        return _READERS[path.suffix](file)
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as e:
@@ -62,8 +69,8 @@ def _write_npz(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
                 np.lib.format.write_array(file, np.ascontiguousarray(cloud[name]), version=(1, 0))
 
 
-def _read_npz(path: Path) -> Cloud:
-    with open_file(path, MAX_ARRAY) as file, np.load(file, allow_pickle=False) as archive:
+def _read_npz(file: BufferedReader) -> Cloud:
+    with np.load(file, allow_pickle=False) as archive:
         columns = {name: archive[name] for name in archive.files}
     return _cloud(columns)
 
@@ -78,8 +85,8 @@ def _write_ply(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
     path.write_bytes("".join(f"{line}\n" for line in lines).encode() + END + cloud.tobytes())
 
 
-def _read_ply(path: Path) -> Cloud:
-    head, _, body = read_bytes(path, MAX_ARRAY).partition(END)
+def _read_ply(file: BufferedReader) -> Cloud:
+    head, _, body = file.read().partition(END)
     words = [line.split() for line in head.decode().splitlines()]
     if words[:2] != [["ply"], ["format", "binary_little_endian", "1.0"]]:
         raise ValueError("its head is not that of a binary PLY")
@@ -104,6 +111,6 @@ def _cloud(columns: Mapping[str, NDArray[Any]]) -> Cloud:
 
 
 _WRITERS: Mapping[str, Callable[[Path, Cloud, Mapping[str, str]], None]] = {".npz": _write_npz, ".ply": _write_ply}
-_READERS: Mapping[str, Callable[[Path], Cloud]] = {".npz": _read_npz, ".ply": _read_ply}
+_READERS: Mapping[str, Callable[[BufferedReader], Cloud]] = {".npz": _read_npz, ".ply": _read_ply}
 SUFFIXES = tuple(_WRITERS)
 """Of the files that are point clouds."""

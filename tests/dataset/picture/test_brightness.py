@@ -6,8 +6,7 @@ import re
 import pytest
 
 from spin_usd.dataset.picture.brightness import BLACK, EXPOSURE_END, WHITE, tone_findings
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
+from tests.cases.records import records_of
 
 # A cube face to face with camera and Sun: as it should be, in the dark and in the glare, then the last two with an
 # auto-exposure of one stop either way.
@@ -72,7 +71,7 @@ def render(spin_usd, stage, out, *more):
 
 
 def test_what_the_records_say(dataset) -> None:
-    tones = [read_json(path, "record-1")["tones"] for path in Store(root=dataset).records()]
+    tones = [record["tones"] for record in records_of(dataset)]
     assert len({each["pixels"] for each in tones}) == 1
     assert [(each["dark"], each["saturated"], each.get("exposure_end")) for each in tones] == [
         (0, 0, None),

@@ -5,13 +5,13 @@ import shutil
 import numpy as np
 import pytest
 
-from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.geometry.transform import Transform
+from tests.cases.records import record_at
 
 
 def render(spin_usd, stage, out, *more):
     spin_usd("render", stage, "--out", out, "--renderer", "raycast", "--frames", "0:1", *more)
-    return read_json(out / "records" / "nominal" / "img000001.json", "record-1")
+    return record_at(out / "records" / "nominal" / "img000001.json")
 
 
 def test_it_names_the_source_the_target_and_the_sun(small_stage, tmp_path, spin_usd) -> None:

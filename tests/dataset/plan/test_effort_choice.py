@@ -11,13 +11,12 @@ from spin_usd.accuracy.choice import choose
 from spin_usd.accuracy.front import Criterion
 from spin_usd.api.effort import setting_of
 from spin_usd.dataset.plan.effort_choice import doubts
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.measurement_file import FILE, folder_of, read_measurement
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import QUALITIES, Effort
 from spin_usd.sha256 import sha256_of
 from tests.cases.measurements import figures, measurement, setting, usual
+from tests.cases.records import record_at, record_files
 
 WAYS = ("samples", "effort", "quality", "error", "renderer", "measured")
 
@@ -222,8 +221,8 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
     file = written(folder_of(stage), usual())
     common = ("render", stage, "--out", out, "--frames", "0:1", "--labels", "none", "--json")
     assert json.loads(spin_usd(*common, "--renderer", "raycast", "--error", "0.9").stdout)["made"] == 1
-    (path,) = Store(root=out).records()
-    render = read_json(path, "record-1")["provenance"]["render"]
+    (path,) = record_files(out)
+    render = record_at(path)["provenance"]["render"]
     assert (render["renderer"], render["chosen"]["by"], render["chosen"]["asked"]) == ("raycast", "error", "0.9")
     assert render["chosen"]["measurement"] == sha256_of(file)
     again = json.loads(spin_usd(*common, "--renderer", "raycast", "--samples", "1").stdout)

@@ -10,6 +10,7 @@ from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, r
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.variant_table import MANY, VariantRow, in_lines, variant_table
 from spin_usd.dataset.plan.work import RunOptions, Task
+from spin_usd.files.folder import Folder
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
@@ -170,10 +171,10 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
     of_run = Timings()
     for _ in range(100):
         of_run.add(expected, {kind: 3 * seconds for kind, seconds in expected.items()})
-    file = tmp_path / "measured.json"
+    place = (Folder(tmp_path), "measured.json")
     for _ in range(2):
-        write_measured(file, of_run, work=tmp_path)
-    scaled = read_measured(file).scaled(expected)
+        write_measured(*place, of_run, work=tmp_path)
+    scaled = read_measured(*place).scaled(expected)
     for kind in PASSES:
         assert scaled[kind] == pytest.approx(3 * expected[kind])
     assert expected_bytes(task, OPTIONS) > 0
@@ -182,7 +183,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"expected": 3}', '{"expected": {"stage": NaN}, "taken": {}}'])
 def test_damaged_measurements_are_none(tmp_path, text) -> None:
     (tmp_path / "measured.json").write_text(text)
-    assert read_measured(tmp_path / "measured.json") == Timings()
+    assert read_measured(Folder(tmp_path), "measured.json") == Timings()
 
 
 def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path) -> None:

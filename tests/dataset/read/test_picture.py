@@ -202,5 +202,5 @@ def test_files_outside_the_dataset_are_not_read(copy, tmp_path) -> None:
     shutil.copy(copy.root / copy[0].files["depth"].path, tmp_path / "outside.exr")
     files = {"depth": {"path": "../outside.exr", "dtype": "float32", "channels": {"Y": "z"}}}
     change(copy, files=files)
-    with pytest.raises(InputError, match="lies outside the folder; run spin-usd check"):
+    with pytest.raises(InputError, match="lies outside the folder, or names no file; run spin-usd check"):
         copy[0].depth  # noqa: B018

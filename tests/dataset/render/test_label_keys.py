@@ -7,9 +7,8 @@ from pxr import Gf, Sdf
 
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.scene.effort import Effort
+from tests.cases.records import records_of
 
 LABELS = ("depth", "classes", "lit", "flow")
 POSES = 8
@@ -27,7 +26,7 @@ def make(stage, out, **request):
 
 def digests(dataset):
     """sha256 by kind and frame."""
-    records = [read_json(path, "record-1") for path in Store(root=dataset).records()]
+    records = records_of(dataset)
     return {(kind, each["frame"]): file["sha256"] for each in records for kind, file in each["files"].items()}
 
 
@@ -102,7 +101,7 @@ def test_flow_is_kept_up_to_date_where_it_is_not_asked_for(stage, dataset) -> No
 
 
 def test_records_name_the_next_frame_but_the_last(rendered) -> None:
-    records = [read_json(path, "record-1") for path in Store(root=rendered).records()]
+    records = records_of(rendered)
     assert [record.get("next", {}).get("frame") for record in records] == ["img000007", "img000008", None]
     for record in records:
         keys = record["provenance"]["keys"]

@@ -21,11 +21,12 @@ from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.cache import MEASURED
-from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.errors import InputError, RenderError
+from spin_usd.files.folder import Folder
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
+from tests.cases.records import record_at, record_files, records_of
 from tests.conftest import REPOSITORY
 
 SAMPLES = 2
@@ -38,7 +39,7 @@ def quiet(*_) -> None:
 
 def digests(dataset):
     """sha256 of every file by path, from the records."""
-    records = [read_json(path, "record-1") for path in Store(root=dataset).records()]
+    records = records_of(dataset)
     return {entry["path"]: entry["sha256"] for record in records for entry in record["files"].values()}
 
 
@@ -69,8 +70,8 @@ def dataset(rendered, tmp_path):
 
 
 def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None:
-    read_json(blender_dataset / "dataset.json", "dataset-1")
-    records = [read_json(path, "record-1") for path in Store(root=blender_dataset).records()]
+    read_json(Folder(blender_dataset), "dataset.json", "dataset-1")
+    records = records_of(blender_dataset)
     assert [record["index"] for record in records] == list(range(8))
     kinds = {"image", "radiance", "depth", "segmentation", "dense_pose"}
     assert all(set(record["files"]) == kinds for record in records)
@@ -80,7 +81,7 @@ def test_every_picture_has_its_files_and_a_valid_record(blender_dataset) -> None
 def test_what_a_run_took_is_kept_as_seconds_of_one_core(small_stage, tmp_path, workers) -> None:
     report = make(small_stage, tmp_path, frames="0:2", workers=workers)
     alone = one_core(report.work, workers=workers, cores=len(usable_cpus()))
-    assert read_measured(tmp_path / "cache" / MEASURED).taken == pytest.approx(alone)
+    assert read_measured(Folder(tmp_path), MEASURED).taken == pytest.approx(alone)
 
 
 @pytest.mark.slow
@@ -149,7 +150,7 @@ def test_what_is_lost_or_of_another_version_is_made_again(small_stage, dataset) 
     path.write_text(json.dumps(record))
     report = make(small_stage, dataset, frames="0:4")
     assert (report.made, report.reused) == (3, 1)
-    assert read_json(path, "record-1")["files"]["depth"]["channels"] == {"Y": "z"}
+    assert record_at(path)["files"]["depth"]["channels"] == {"Y": "z"}
     assert digests(dataset) == before
 
 
@@ -187,7 +188,7 @@ def test_check_finds_each_flipped_byte(dataset, spin_usd) -> None:
 
 def test_check_finds_labels_that_lie(dataset, spin_usd) -> None:
     """A pose that is off by a millimetre, with every digest right: of the picture alone, and of its target too."""
-    path = next(Store(root=dataset).records())
+    path = record_files(dataset)[0]
     record = json.loads(path.read_text())
     record["pose"]["t_cam_body"][0] += 1e-3
     path.write_text(json.dumps(record))
@@ -233,7 +234,7 @@ def workers_of(process):
         return []
 
 
-def records_of(out):
+def count_of(out):
     return len(list((out / "records").glob("*/*.json")))
 
 
@@ -252,7 +253,7 @@ def kill(stage, out, renderer, *, after, wait_s, supervisor) -> None:
     A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
     """
     process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
-    while records_of(out) < after:
+    while count_of(out) < after:
         assert process.poll() is None
         time.sleep(0.002)
     time.sleep(wait_s)
@@ -260,7 +261,7 @@ def kill(stage, out, renderer, *, after, wait_s, supervisor) -> None:
         assert process.poll() is None
     code = process.wait(timeout=120)
     if not supervisor:
-        assert (code, records_of(out)) == (0, 8)
+        assert (code, count_of(out)) == (0, 8)
         return
     assert code == -signal.SIGKILL
     report = make(stage, out, renderer=renderer, workers=2)

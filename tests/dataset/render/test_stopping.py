@@ -9,9 +9,8 @@ from contextlib import suppress
 
 import psutil
 
-from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.sha256 import sha256_of
+from tests.cases.records import records_of
 
 STARTS_WITHIN_S = 200.0
 SLOW, QUICK = "samples=200", "samples=2"
@@ -59,7 +58,7 @@ def assert_left_well(out, children) -> int:
     assert {path.name for path in out.iterdir()} <= {
         "dataset.json", "stage", "records", "image", "depth", "segmentation", "dense_pose", "cache"
     }  # fmt: skip
-    records = [read_json(path, "record-1") for path in Store(root=out).records()]
+    records = records_of(out)
     entries = [entry for record in records for entry in record["files"].values()]
     assert all(sha256_of(out / entry["path"]) == entry["sha256"] for entry in entries)
     return len(records)

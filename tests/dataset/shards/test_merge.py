@@ -12,6 +12,7 @@ from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
+from spin_usd.files.folder import Folder
 from tests.dataset.shards.folder import content
 
 NAME = "records/nominal/img000001.json"
@@ -65,8 +66,8 @@ def test_merged_shards_are_the_bytes_of_one_run(whole, made, tmp_path, copy) -> 
     assert (report.pictures, report.added, report.kept, report.missing) == (12, 12, 0, {})
     assert content(out) == whole
     assert [content(shard) for shard in made] == before
-    measured = [read_measured(shard / "cache" / MEASURED).taken["stage"] for shard in made]
-    assert read_measured(out / "cache" / MEASURED).taken["stage"] == pytest.approx(sum(measured))
+    measured = [read_measured(Folder(shard), MEASURED).taken["stage"] for shard in made]
+    assert read_measured(Folder(out), MEASURED).taken["stage"] == pytest.approx(sum(measured))
     linked = (out / NAME).samefile(next(shard / NAME for shard in made if (shard / NAME).exists()))
     assert linked is not copy
 

@@ -109,5 +109,5 @@ def test_a_shard_of_another_cut_is_refused_while_one_is_made_and_not_after(tmp_p
 @pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"count": "x"}', '{"count": 1, "shards": []}'])
 def test_a_damaged_agreement_is_none(tmp_path, text) -> None:
     (tmp_path / "cache").mkdir()
-    (tmp_path / "cache" / SHARDS).write_text(text)
+    (tmp_path / SHARDS).write_text(text)
     assert read_agreement(Store(root=tmp_path)) is None

@@ -16,10 +16,11 @@ from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.cache import Cache, entries
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.json_schema import read_json
+from spin_usd.files.folder import Folder
 from spin_usd.formats.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.effort import Effort
+from tests.cases.records import record_at, record_files
 from tests.cases.root_layers import over_stage
 
 VARIANTS = ("nominal", "dim", "starry", "matt", "wide", "noisy")
@@ -113,7 +114,7 @@ def passes(report):
 
 def records(dataset):
     """The records by their path."""
-    return {path.relative_to(dataset): read_json(path, "record-1") for path in Store(root=dataset).records()}
+    return {path.relative_to(dataset): record_at(path) for path in record_files(dataset)}
 
 
 def digests(dataset):
@@ -124,7 +125,7 @@ def digests(dataset):
 
 
 def cached(dataset, kind="renders"):
-    return [entry.path for entry in entries(Store(root=dataset)) if entry.purpose.kind == kind]
+    return [entry.file.path for entry in entries(Store(root=dataset)) if entry.purpose.kind == kind]
 
 
 def assert_without_cache(dataset) -> None:
@@ -294,7 +295,7 @@ def test_a_file_of_other_software_is_not_served(whole, tmp_path) -> None:
     entry = next(entries(Store(root=whole)))
     purpose = entry.purpose
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
-    of_versions = partial(Cache, root=whole / "cache", work=tmp_path)
+    of_versions = partial(Cache, folder=Folder(whole), work=tmp_path)
     own, other = (of_versions(versions=found) for found in (versions, versions | {"spin_usd": "0"}))
     assert own.find(purpose.kind, purpose.key) == entry
     assert other.find(purpose.kind, purpose.key) is None
@@ -303,7 +304,7 @@ def test_a_file_of_other_software_is_not_served(whole, tmp_path) -> None:
 def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch) -> None:
     entry = next(entry for entry in entries(Store(root=whole)) if entry.purpose.kind == "depth")
     versions = next(iter(records(whole).values()))["provenance"]["versions"]
-    cache = Cache(root=whole / "cache", versions=versions, work=tmp_path)
+    cache = Cache(folder=Folder(whole), versions=versions, work=tmp_path)
     assert cache.find("depth", entry.purpose.key) == entry
     depth = LABELS["depth"]
     monkeypatch.setitem(LABELS, "depth", replace(depth, channels=replace(depth.channels, holds={"Z": "z"})))

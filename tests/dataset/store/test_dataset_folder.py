@@ -1,9 +1,9 @@
 import errno
 import json
+import os
 import resource
 import subprocess
 import sys
-from pathlib import Path
 from typing import Never
 
 import pytest
@@ -11,6 +11,7 @@ import pytest
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError, OutputError, UnsupportedError
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.sha256 import sha256_of
 
 
@@ -20,15 +21,15 @@ def files(folder):
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_temporary(tmp_path) -> None:
-    path = tmp_path / "a.json"
-    write_json(path, {"kept": 1}, work=tmp_path / "work")
+    folder, path = Folder(tmp_path), tmp_path / "a.json"
+    write_json(folder, "a.json", {"kept": 1}, work=tmp_path / "work")
 
     def fails(temporary) -> Never:
         temporary.write_text("half")
         raise OSError(28, "No space left on device")
 
     with pytest.raises(OutputError, match="No space left"):
-        write_atomically(path, fails, work=tmp_path / "work")
+        write_atomically(folder, "a.json", fails, work=tmp_path / "work")
     assert path.read_text() == '{\n "kept": 1\n}\n'
     assert files(tmp_path) == {"a.json"}
 
@@ -39,12 +40,12 @@ def test_a_refused_write_names_the_file_itself_and_leaves_no_temporary(tmp_path)
         raise UnsupportedError("cannot hold this", where=temporary)
 
     with pytest.raises(UnsupportedError, match="^" + str(tmp_path / "a.jpg") + ": cannot hold this$"):
-        write_atomically(tmp_path / "a.jpg", refuses, work=tmp_path / "work")
+        write_atomically(Folder(tmp_path), "a.jpg", refuses, work=tmp_path / "work")
     assert not files(tmp_path)
 
 
 def test_the_digest_is_that_of_the_file(tmp_path) -> None:
-    digest = write_atomically(tmp_path / "x", lambda temporary: temporary.write_bytes(b"abc"), work=tmp_path)
+    digest = write_atomically(Folder(tmp_path), "x", lambda temporary: temporary.write_bytes(b"abc"), work=tmp_path)
     # FIPS 180-2, appendix B.1
     assert digest == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert sha256_of(tmp_path / "x") == digest
@@ -54,10 +55,11 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
     """The kernel's own refusal, as on a full disk, from a process that may write files of 4 kB at most."""
     code = (
         "import signal, sys; from pathlib import Path; from spin_usd.dataset.store.atomic import write_atomically\n"
-        "from spin_usd.errors import OutputError\n"
+        "from spin_usd.errors import OutputError; from spin_usd.files.folder import Folder\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "path = Path(sys.argv[1])\n"
-        "try: write_atomically(path, lambda t: t.write_bytes(b'x' * 100_000), work=path.parent)\n"
+        "folder, write = Folder(path.parent), lambda t: t.write_bytes(b'x' * 100_000)\n"
+        "try: write_atomically(folder, path.name, write, work=path.parent)\n"
         "except OutputError as e: print(e); sys.exit(7)"
     )
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))  # noqa: E731
@@ -149,7 +151,7 @@ def test_an_output_path_that_is_a_file_is_refused(tmp_path) -> None:
         Store(root=tmp_path / "file").prepare()
 
 
-def refuse_links(*_) -> Never:
+def refuse_links(*_, **__) -> Never:
     raise OSError(errno.EPERM, "no links here")
 
 
@@ -157,29 +159,29 @@ def refuse_links(*_) -> Never:
 def test_a_link_replaces_its_own_name_alone(tmp_path, monkeypatch, links) -> None:
     """Where there are no links, a copy does."""
     if not links:
-        monkeypatch.setattr(Path, "hardlink_to", refuse_links)
-    source, path, other = (tmp_path / "a" / name for name in ("source", "path", "other"))
-    work = tmp_path / "work"
-    write_json(source, {"n": 1}, work=work)
+        monkeypatch.setattr(os, "link", refuse_links)
+    folder, work = Folder(tmp_path / "a"), tmp_path / "work"
+    folder.root.mkdir()
+    write_json(folder, "source", {"n": 1}, work=work)
     for _ in range(2):  # again over itself: to rename a file to another of its names does nothing
-        link_atomically(path, source, work=work)
-        link_atomically(other, source, work=work)
-    assert path.samefile(source) == links
-    write_json(path, {"n": 2}, work=work)
-    assert json.loads(other.read_text()) == json.loads(source.read_text()) == {"n": 1}
+        link_atomically(folder, "path", FileIn(folder, "source"), work=work)
+        link_atomically(folder, "other", FileIn(folder, "source"), work=work)
+    assert (folder.inode("path") == folder.inode("source")) == links
+    write_json(folder, "path", {"n": 2}, work=work)
+    assert json.loads(folder.read("other", 100)) == json.loads(folder.read("source", 100)) == {"n": 1}
     assert files(tmp_path) == {"a/other", "a/path", "a/source"}
 
 
-def test_a_link_to_nothing_is_an_output_error(tmp_path) -> None:
-    with pytest.raises(OutputError, match="path"):
-        link_atomically(tmp_path / "path", tmp_path / "none", work=tmp_path / "work")
+def test_a_link_to_nothing_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match="none: is missing"):
+        link_atomically(Folder(tmp_path), "path", FileIn(Folder(tmp_path), "none"), work=tmp_path / "work")
     assert not files(tmp_path)
 
 
 def test_a_file_can_be_placed_by_its_digest(tmp_path) -> None:
     def place(sha256):
-        return tmp_path / "in" / sha256
+        return f"in/{sha256}"
 
-    digest = write_atomically(tmp_path / "new", lambda path: path.write_text("n"), work=tmp_path, place=place)
+    digest = write_atomically(Folder(tmp_path), "new", lambda path: path.write_text("n"), work=tmp_path, place=place)
     assert files(tmp_path) == {f"in/{digest}"}
     assert sha256_of(tmp_path / "in" / digest) == digest

@@ -13,10 +13,10 @@ from spin_usd.dataset.check.in_child.checked_picture import CheckedPicture
 from spin_usd.dataset.check.in_child.picture_rules import PICTURE_RULES
 from spin_usd.dataset.store.cache import uses
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.names import DESCRIPTION
-from spin_usd.dataset.store.tree import file_at
+from spin_usd.dataset.store.names import DESCRIPTION, picture_of
 from spin_usd.errors import SpinError
 from spin_usd.faults import reading
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.arrays.array_file import read_array
 from spin_usd.scene.finding import Finding
 
@@ -27,7 +27,7 @@ def picture_findings(*, dataset: str, record: str) -> dict[str, Any]:
     root = Path(dataset)
     try:
         with reading(record):
-            content = read_json(file_at(root, record), "record-1")
+            content = read_json(Folder(root), record, "record-1")
     except SpinError as e:
         return {"findings": [asdict(_finding("record", record, e))], "listed": None}
     found = dict.fromkeys(_findings(root, record, content))  # numbers that one rule cannot take, others cannot either
@@ -39,7 +39,7 @@ def read_arrays(root: Path, record: Mapping[str, Any]) -> Iterator[tuple[str, ND
     for kind, entry in record["files"].items():
         try:
             with reading(entry["path"]):
-                yield kind, read_array(file_at(root, entry["path"]))
+                yield kind, read_array(FileIn(Folder(root), entry["path"]))
         except SpinError as e:
             yield kind, _finding("unreadable", entry["path"], e)
 
@@ -54,8 +54,7 @@ def _listed(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _findings(root: Path, where: str, record: Mapping[str, Any]) -> Iterator[Finding]:
-    path = Path(where)
-    if (record["variant"], record["frame"]) != (path.parent.name, path.stem):
+    if (record["frame"], record["variant"]) != picture_of(where):
         message = f"its frame and variant differ from its own path; {MAKE_AGAIN}"
         yield Finding(code="record", where=where, message=message)
     entries = record["files"].values()
@@ -79,4 +78,4 @@ def _finding(code: str, where: str, error: SpinError) -> Finding:
 
 @cache
 def _description(root: str) -> Mapping[str, Any]:
-    return read_json(file_at(Path(root), DESCRIPTION), "dataset-1")
+    return read_json(Folder(Path(root)), DESCRIPTION, "dataset-1")

@@ -14,8 +14,8 @@ from spin_usd.dataset.export.layout.exported_picture import ExportedPicture
 from spin_usd.dataset.export.layout.index_file import IndexFile, json_lists
 from spin_usd.dataset.export.layout.layout import ExportFormat, FormatOption, Layout
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
-from spin_usd.dataset.store.names import RECORDS
-from spin_usd.dataset.store.tree import file_at
+from spin_usd.dataset.store.names import record_of
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.tar_file import Member, write_tar
 
 SHARDS = "shardlist"
@@ -76,9 +76,9 @@ def _members(picture: ExportedPicture) -> Iterator[Member]:
     key = key_of(picture.name)
     for kind in sorted(picture.picture.files):
         source = picture.file(kind)
-        yield Member(name=f"{key}.{kind}{source.suffix}", source=source)
-    record = file_at(picture.picture.root, f"{RECORDS}/{picture.variant}/{picture.picture.frame}.json")
-    yield Member(name=f"{key}.json", source=record)
+        yield Member(name=f"{key}.{kind}{source.path.suffix}", source=source)
+    record = record_of(picture.variant, picture.picture.frame)
+    yield Member(name=f"{key}.json", source=FileIn(Folder(picture.picture.root), record))
 
 
 def _layout(options: Mapping[str, Any]) -> Layout:

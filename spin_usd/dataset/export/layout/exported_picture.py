@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spin_usd.dataset.read.description import DescribedPart
 from spin_usd.dataset.read.picture import Picture
 from spin_usd.dataset.read.pictured_target import PicturedTarget
-from spin_usd.dataset.store.tree import file_at
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.geometry.camera import Camera
 
 AMODAL = "mask_amodal"
@@ -78,9 +78,9 @@ class ExportedPicture:
         """The kinds of file that the picture has, with the endings of their names, such as "image.png"."""
         return tuple(f"{kind}{Path(file.path).suffix}" for kind, file in sorted(self.picture.files.items()))
 
-    def file(self, kind: str) -> Path:
-        """Return the dataset's file of that kind. Raises InputError where it is missing, or reached over a link."""
-        return file_at(self.picture.root, self.picture.files[kind].path)
+    def file(self, kind: str) -> FileIn:
+        """Return the dataset's file of that kind."""
+        return FileIn(Folder(self.picture.root), self.picture.files[kind].path)
 
     def linkable(self, kind: str, suffix: str) -> bool:
         """Return whether the dataset's file of that kind is one with the ending `suffix`."""

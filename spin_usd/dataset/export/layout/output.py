@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from spin_usd.files.folder import FileIn
+
 
 @dataclass(frozen=True, kw_only=True)
 class LinkedFile:
     """A file of the dataset that goes into the export as it is: a hard link of `source`, or a copy where asked for."""
 
     path: str
-    source: Path
+    source: FileIn
 
 
 @dataclass(frozen=True, kw_only=True)

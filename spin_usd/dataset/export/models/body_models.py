@@ -10,7 +10,7 @@ import numpy as np
 from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.models.model import Model
 from spin_usd.dataset.process.ask_child import ask_child
-from spin_usd.dataset.store.tree import file_at
+from spin_usd.files.folder import Folder
 
 
 @lru_cache(maxsize=1)
@@ -21,7 +21,7 @@ def body_models(dataset: ExportedDataset) -> dict[int, Model]:
     for entry in dataset.entries:
         frames[entry.variant].append(entry.frame)
     stage = dataset.picture(0).picture.record["provenance"]["stage"]["root"]
-    root = file_at(dataset.dataset.root, stage)
+    root = Folder(dataset.dataset.root).path(stage)
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         ids = ask_child("save_models", reads=root, stage=str(root), folder=folder, frames=frames)
         return {number: _loaded(Path(folder, f"{number}.npz")) for number in ids}

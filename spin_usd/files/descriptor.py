@@ -1,0 +1,46 @@
+"""Open files before anything is read of them: regular ones alone, none larger than its kind can be."""
+
+import os
+import stat
+
+from spin_usd.errors import InputError
+
+NO_FILES = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+# A pipe that nobody writes to would be waited for at opening; no child process inherits the file.
+FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+
+
+def checked(descriptor: int, max_bytes: int, where: object) -> int:
+    """Return the open `descriptor`, which is closed where it is of no regular file, or of more than `max_bytes`. Raises
+    InputError then."""
+    try:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            kind = NO_FILES.get(stat.S_IFMT(status.st_mode), "no regular file")
+            raise InputError(f"cannot be read: it is {kind}", where=where, do="put a file there")
+        if status.st_size > max_bytes:
+            raise InputError(f"has more than {max_bytes} bytes", where=where, do="make it smaller")
+    except BaseException:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def read_all(descriptor: int, where: object) -> bytes:
+    """Read all of a file that does not grow meanwhile. Raises InputError."""
+    size = os.fstat(descriptor).st_size
+    try:
+        data = os.read(descriptor, size + 1)
+        while 0 < len(data) < size and (more := os.read(descriptor, size + 1 - len(data))):  # what one call has not
+            data += more
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})", where=where, do="check the disk") from None
+    if len(data) > size:
+        raise InputError("grows while it is read", where=where, do="wait until it is whole")
+    return data

@@ -1,0 +1,172 @@
+"""What lies below a folder, reached from that folder's descriptor, part by part, over no link.
+
+The folder's own path is a user's and may be a link. The names below it come from data, or from the disk.
+"""
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from io import BufferedReader
+from operator import itemgetter
+from pathlib import Path
+from typing import NamedTuple
+
+from spin_usd.errors import InputError
+from spin_usd.files.descriptor import FLAGS, checked, read_all
+from spin_usd.files.limits import UNBOUNDED
+from spin_usd.files.name import parts_of
+from spin_usd.files.node import STRANGE, Node, NodeType, type_of_entry, type_of_mode
+
+MAX_DEPTH = 100  # of folders in one another: a list of more is of no use, and takes a descriptor for each
+FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+
+
+@dataclass(frozen=True)
+class Folder:
+    """The folder `root` and all below it. Names are relative to it, with slashes. What cannot be opened as a file, is
+    larger than said, or is reached over a link, is an InputError with its place."""
+
+    root: Path
+
+    def type_of(self, name: str) -> NodeType | None:
+        """Return the type of what has that name; None where nothing has, or no folder leads there."""
+        *folders, last = parts_of(name, self.root)
+        try:
+            holder = descend(self.root, folders)
+            try:
+                return type_of_mode(os.stat(last, dir_fd=holder, follow_symlinks=False).st_mode)
+            finally:
+                os.close(holder)
+        except OSError:
+            return None
+
+    def open(self, name: str, max_bytes: int) -> BufferedReader:
+        """Open the file `name`, of at most `max_bytes`, to read it."""
+        return os.fdopen(self._opened(name, max_bytes), "rb")
+
+    def read(self, name: str, max_bytes: int) -> bytes:
+        """Read all of the file `name`, of at most `max_bytes`."""
+        descriptor = self._opened(name, max_bytes)
+        try:
+            return read_all(descriptor, self.root / name)
+        finally:
+            os.close(descriptor)
+
+    def sha256(self, name: str) -> str:
+        """Return the sha256 (hex) of the bytes in the file `name`."""
+        with self.open(name, UNBOUNDED) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+    def inode(self, name: str) -> tuple[int, int]:
+        """Return (device, number) of the file `name`, which are the same for each of its names."""
+        status = self._status(name)
+        return status.st_dev, status.st_ino
+
+    def has_other_names(self, name: str) -> bool:
+        """Return whether the file `name` has other names too: hard links."""
+        return self._status(name).st_nlink > 1
+
+    def _status(self, name: str) -> os.stat_result:
+        with self.open(name, UNBOUNDED) as file:
+            return os.fstat(file.fileno())
+
+    def path(self, name: str) -> Path:
+        """Return the path of the file `name`, for programs that open files by their paths; it is one now."""
+        os.close(self._opened(name, UNBOUNDED))
+        return self.root / name
+
+    def walk(self, within: str = "") -> Iterator[Node]:
+        """Yield all that lies below the folder `within`, ordered by name; nothing where there is no such folder."""
+        folders = parts_of(within, self.root) if within else []
+        try:
+            descriptor = descend(self.root, folders)
+        except OSError:
+            return
+        yield from self._walk(descriptor, within, len(folders))
+
+    def files(self, within: str = "") -> Iterator[str]:
+        """Yield the names of the files among them."""
+        return (node.name for node in self.walk(within) if node.type is NodeType.FILE)
+
+    def strange(self, names: Iterable[str]) -> Iterator[Node]:
+        """Yield what is neither file nor folder, of what has these names and of all below."""
+        for name in names:
+            own = self.type_of(name)
+            nodes = [Node(name, own)] if own else []
+            yield from (node for node in (*nodes, *self.walk(name)) if node.type in STRANGE)
+
+    def _opened(self, name: str, max_bytes: int) -> int:
+        *folders, last = parts_of(name, self.root)
+        try:
+            holder = descend(self.root, folders)
+            try:
+                descriptor = os.open(last, FLAGS | NO_LINK, dir_fd=holder)
+            finally:
+                os.close(holder)
+        except FileNotFoundError:
+            do = "restore it, or run spin-usd render again with --verify"
+            raise InputError("is missing", where=self.root / name, do=do) from None
+        except OSError as error:
+            found = f"is not a file, or is reached over a link ({error.strerror})"
+            raise InputError(found, where=self.root / name, do="put the file itself there") from None
+        return checked(descriptor, max_bytes, self.root / name)
+
+    def _walk(self, descriptor: int, within: str, depth: int) -> Iterator[Node]:
+        """Yield what lies below the open folder, which is closed in the end."""
+        before = f"{within}/" if within else ""
+        try:
+            for last, type in self._entries(descriptor, within):
+                name = before + last
+                yield Node(name, type)
+                if type is NodeType.FOLDER:
+                    yield from self._walk(self._inner(descriptor, last, name, depth), name, depth + 1)
+        finally:
+            os.close(descriptor)
+
+    def _entries(self, descriptor: int, within: str) -> list[tuple[str, NodeType]]:
+        try:
+            with os.scandir(descriptor) as found:
+                return sorted(((entry.name, type_of_entry(entry)) for entry in found), key=itemgetter(0))
+        except OSError as error:
+            raise self._unreadable(within, error.strerror) from None
+
+    def _inner(self, descriptor: int, last: str, name: str, depth: int) -> int:
+        if depth >= MAX_DEPTH:
+            raise self._unreadable(name, f"more than {MAX_DEPTH} folders in one another")
+        try:
+            return os.open(last, FOLDER_FLAGS | NO_LINK, dir_fd=descriptor)
+        except OSError as error:
+            raise self._unreadable(name, error.strerror) from None
+
+    def _unreadable(self, name: str, reason: str | None) -> InputError:
+        return InputError(f"cannot be read ({reason})", where=self.root / name, do="look what it is")
+
+
+class FileIn(NamedTuple):
+    """A file by its name in a folder."""
+
+    folder: Folder
+    name: str
+
+    @property
+    def path(self) -> Path:
+        """Where it lies, for messages."""
+        return self.folder.root / self.name
+
+    def open(self) -> BufferedReader:
+        """Open the file to read it piece by piece."""
+        return self.folder.open(self.name, UNBOUNDED)
+
+
+def descend(root: Path, folders: Sequence[str]) -> int:
+    """Open the folder to which `folders` lead from `root`, over no link. Raises OSError."""
+    descriptor = os.open(root, FOLDER_FLAGS)
+    for folder in folders:
+        try:
+            inner = os.open(folder, FOLDER_FLAGS | NO_LINK, dir_fd=descriptor)
+        finally:
+            os.close(descriptor)
+        descriptor = inner
+    return descriptor
