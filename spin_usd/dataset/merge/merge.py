@@ -20,6 +20,7 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import put
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.progress import Progress
 
@@ -75,7 +76,7 @@ def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None
         for name in stage.files():
             link_atomically(Folder(copied), name, FileIn(stage, name), work=lease.work, copy=True)
         try:
-            copied.rename(store.stage)
+            put(store.folder, copied, STAGE)
         except OSError as e:
             raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e
 

@@ -7,7 +7,7 @@ resumes asks only whether they are there.
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.publish.dataset_url import DatasetUrl, below
@@ -15,6 +15,7 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
 from spin_usd.errors import OutputError
+from spin_usd.files.changes import make_folder, write_bytes
 
 Snapshot = dict[str, tuple[int, int]]
 """The size and the time of change of files, by name."""
@@ -53,9 +54,8 @@ class Mirror:
         self._published = now
 
     def _stand_in(self, name: str) -> None:
-        place = self.store.root / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.touch()
+        make_folder(self.store.folder, PurePosixPath(name).parent.as_posix())
+        write_bytes(self.store.folder, name, b"")
 
     def _snapshot(self) -> Snapshot:
         root = self.store.root

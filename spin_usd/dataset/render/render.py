@@ -36,6 +36,8 @@ from spin_usd.dataset.store.file_digests import refuse_changed, same_files, writ
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.changes import put
+from spin_usd.files.folder import Folder
 from spin_usd.progress import Note, Progress, unsaid
 from spin_usd.stop_signals import postponed
 
@@ -257,7 +259,7 @@ def _adopt_stage(store: Store, work: Path) -> None:
         if same_files(work / STAGE, store.stage):
             return
         with suppress(FileNotFoundError):
-            store.stage.rename(work / "old")
-        (work / STAGE).rename(store.stage)
+            put(Folder(work), store.stage, "old")
+        put(store.folder, work / STAGE, STAGE)
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e

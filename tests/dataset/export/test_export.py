@@ -273,13 +273,13 @@ def test_a_full_disk_leaves_no_half_file(two_variants, tmp_path, monkeypatch) ->
     out = tmp_path / "out"
     calls = []
 
-    def fail(*args):
+    def fail(*args, **_):
         calls.append(args)
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "link", fail)
-        patch.setattr("shutil.copyfile", fail)
+        patch.setattr("shutil.copyfileobj", fail)
         with pytest.raises(OutputError, match="No space left on device"):
             write_export(two_variants, "croissant", out)
     assert calls

@@ -13,6 +13,7 @@ from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
+from tests.cases.records import record_files
 from tests.dataset.shards.folder import content
 
 NAME = "records/nominal/img000001.json"
@@ -55,7 +56,7 @@ def _copied(shard, to):
 
 
 def some_record(shard):
-    return next(Store(root=shard).records())
+    return record_files(shard)[0]
 
 
 @pytest.mark.parametrize("copy", [False, True])
