@@ -1,0 +1,196 @@
+"""What a run on many machines would take: `tools/simulate_cluster STAGE`.
+
+Plans the stage's pictures, cuts them into shards as `render --shard` does, and simulates machines that each make one
+shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects of it
+times chance: pictures and machines differ. With --every K only each Kth frame is planned and stands for K;
+docs/clusters.md has the figures of --every 30.
+"""
+
+import argparse
+import heapq
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.plan.cost import expected_bytes, expected_work
+from spin_usd.dataset.plan.make_plan import sharing
+from spin_usd.dataset.plan.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
+from spin_usd.dataset.plan.work import RunOptions, Task
+from spin_usd.dataset.render.request import RenderRequest, plan, run_options
+from spin_usd.dataset.shards.cut import cut
+from spin_usd.dataset.store.stage_path import existing_stage
+
+CACHE_FOLDERS = 256  # of each kind in the cache: the first two digits of a key
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("stage", type=lambda text: existing_stage(Path(text)))
+    parser.add_argument("--variants", default="all")
+    parser.add_argument("--renderer", default="blender")
+    parser.add_argument("--every", type=int, default=1, metavar="K")
+    parser.add_argument("--shards", type=int, nargs="+", default=[100, 400], metavar="N")
+    parser.add_argument("--machines", type=int, default=100, metavar="N")
+    parser.add_argument("--workers", type=int, default=8, help="of each machine, with a core each")
+    parser.add_argument(
+        "--spread",
+        type=float,
+        nargs=2,
+        default=(0.25, 0.1),
+        metavar=("PICTURES", "MACHINES"),
+        help="how much they differ from what is expected: standard deviations of logarithms",
+    )
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    options = parser.parse_args()
+    figures = simulated(options)
+    sys.stdout.write(f"{json.dumps(figures) if options.json else table(figures)}\n")
+
+
+def simulated(options: argparse.Namespace) -> dict[str, Any]:
+    """The figures of the run."""
+    request = RenderRequest(
+        stage=options.stage,
+        variants=tuple(options.variants.split(",")),
+        renderer=options.renderer,
+        frames=f"::{options.every}",
+    )
+    planned = plan(request, progress=lambda *_: None)
+    chosen = run_options(request, planned)
+    pictures = [twin for picture in planned.pictures for twin in twins(picture, options.every)]
+    tasks = tasks_of(pictures, chosen)
+    costs = np.array([sum(expected_work(task, chosen).values()) for task in tasks])
+    rng, (of_pictures, of_machines) = np.random.default_rng(options.seed), options.spread
+    seconds = costs * rng.lognormal(-(of_pictures**2) / 2, of_pictures, len(costs))
+    slowness = rng.lognormal(-(of_machines**2) / 2, of_machines, options.machines)
+    planning_s = PLANNING_S + PLANNED_S * len(pictures) / sharing(len(pictures), options.workers)
+    start_s = planning_s + START_S + OPEN_S * len(planned.variants)
+    queue_s = start_s + in_a_queue(seconds, slowness, options.workers)
+    size = sum(expected_bytes(task, chosen) for task in tasks)
+    cuts = [Run(pictures, chosen, seconds, slowness, options.workers, start_s).of(each) for each in options.shards]
+    return {
+        "pictures": len(pictures),
+        "renders": len({picture.radiance for picture in pictures}),
+        "core_hours": float(seconds.sum()) / 3600,
+        "machines": options.machines,
+        "workers": options.workers,
+        "ideal_s": float(seconds.sum()) / options.machines / options.workers,
+        "planning_s": planning_s,
+        "queue_s": queue_s,
+        "cuts": cuts,
+        "pictures_per_s": len(pictures) / queue_s,
+        "bytes_per_s": size / queue_s,
+        "files_per_folder": max(Counter(picture.variant for picture in pictures).values()),
+        "files_per_cache_folder": len({picture.geometry for picture in pictures}) / CACHE_FOLDERS,
+        "supervisor_bytes": psutil.Process().memory_info().rss,
+    }
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run in shards. seconds: what each picture takes · slowness: of each machine · start_s: what each shard takes
+    before its first picture."""
+
+    pictures: Sequence[PlannedPicture]
+    options: RunOptions
+    seconds: Any
+    slowness: Any
+    workers: int
+    start_s: float
+
+    def of(self, count: int) -> dict[str, Any]:
+        """The figures of a cut into so many shards, each taken by the next machine that is free."""
+        before = time.process_time()
+        found = cut(self.pictures, self.options, count)
+        cutting_s = time.process_time() - before
+        shards, alike = np.array(found.shards), np.ones(1)
+        took = [in_a_queue(self.seconds[shards == number], alike, self.workers) for number in range(count)]
+        start_s = self.start_s + cutting_s
+        return {
+            "shards": count,
+            "cutting_s": cutting_s,
+            "unequal": max(found.seconds) / (sum(found.seconds) / count) - 1,
+            "renders_again": renders_again(self.pictures, found.shards),
+            "alike_s": in_a_queue([start_s + each for each in took], np.ones(len(self.slowness)), 1),
+            "seconds": in_a_queue([start_s + each for each in took], self.slowness, 1),
+        }
+
+
+def twins(picture: PlannedPicture, count: int) -> list[PlannedPicture]:
+    """The picture so many times, as if of other frames: its keys differ from one to the next."""
+    return [picture] + [
+        replace(
+            picture,
+            frame=f"{picture.frame}-{i}",
+            geometry=f"{picture.geometry}-{i}",
+            radiance=f"{picture.radiance}-{i}",
+            exposure=f"{picture.exposure}-{i}",
+            label_keys={name: f"{key}-{i}" for name, key in picture.label_keys.items()},
+        )
+        for i in range(1, count)
+    ]
+
+
+def tasks_of(pictures: Sequence[PlannedPicture], options: RunOptions) -> list[Task]:
+    """The work of each picture, in their order: passes are made by the first that needs them."""
+    made: set[str] = set()
+    tasks = []
+    for picture in pictures:
+        keys = {picture.label_key(kind) for kind in options.labels}
+        tasks.append(Task(picture=picture, label_pass=not keys <= made, render=picture.radiance not in made))
+        made |= keys | {picture.radiance}
+    return tasks
+
+
+def in_a_queue(seconds: Any, slowness: Any, workers: int) -> float:
+    """The end of the last picture, when every worker of every machine takes the next one."""
+    ends = [(0.0, machine) for machine in range(len(slowness)) for _ in range(workers)]
+    for each in seconds:
+        end, machine = ends[0]
+        heapq.heapreplace(ends, (end + slowness[machine] * each, machine))
+    return max(end for end, _ in ends)
+
+
+def renders_again(pictures: Sequence[PlannedPicture], shards: Sequence[int]) -> int:
+    """How many renders are made in another shard too."""
+    made = {(picture.radiance, number) for picture, number in zip(pictures, shards, strict=True)}
+    return len(made) - len({radiance for radiance, _ in made})
+
+
+def table(figures: dict[str, Any]) -> str:
+    """The figures as Markdown."""
+    f = figures
+    rows = [
+        ("pictures; renders that they share", f"{f['pictures']:,}; {f['renders']:,}"),
+        ("work, core hours", f"{f['core_hours']:.1f}"),
+        ("machines; workers of each", f"{f['machines']}; {f['workers']}"),
+        ("ideal, minutes", f"{f['ideal_s'] / 60:.1f}"),
+        ("one queue for all, minutes", minutes(f["queue_s"], f)),
+        *((f"{each['shards']} shards, minutes", minutes(each["seconds"], f)) for each in f["cuts"]),
+        *((f"{each['shards']} shards, machines alike, minutes", minutes(each["alike_s"], f)) for each in f["cuts"]),
+        *((f"longest of {each['shards']} shards by the plan", f"{each['unequal']:+.3%}") for each in f["cuts"]),
+        *((f"renders made again in {each['shards']} shards", f"{each['renders_again']}") for each in f["cuts"]),
+        ("of that to plan, minutes in each shard", f"{f['planning_s'] / 60:.1f}"),
+        ("to cut, processor seconds in each shard", f"{f['cuts'][0]['cutting_s']:.1f}"),
+        ("memory of a supervisor with all pictures planned, MB", f"{f['supervisor_bytes'] / 1e6:.0f}"),
+        ("pictures a second; MB a second", f"{f['pictures_per_s']:.0f}; {f['bytes_per_s'] / 1e6:.0f}"),
+        ("files in a folder; in one of the cache", f"{f['files_per_folder']:,}; {f['files_per_cache_folder']:.0f}"),
+    ]
+    return "\n".join(["| what | figure |", "| --- | --- |", *(f"| {name} | {value} |" for name, value in rows)])
+
+
+def minutes(seconds: float, figures: dict[str, Any]) -> str:
+    return f"{seconds / 60:.1f} ({seconds / figures['ideal_s'] - 1:+.1%})"
+
+
+if __name__ == "__main__":
+    main()
