@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd.dataset.picture.make_picture import KINDS
-from spin_usd.dataset.store.hold import held
+from spin_usd.dataset.store.hold import await_token, held
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.lock import take_lock, token_in
 from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, is_record
@@ -79,6 +79,10 @@ class Store:
         """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
         dataset, or a dataset that `refuse_strange` refuses, OutputError where it is not a folder, or cannot be read."""
         held = self.held()
+        if held and DESCRIPTION not in held:  # another shard may be starting or ending just now
+            for lock in filter(_is_lock, held):
+                await_token(self.root / lock)
+            held = [name for name in self.held() if name in {*held, DESCRIPTION}]
         if not held:
             return
         if DESCRIPTION not in held and not {STAGE, RECORDS} < set(held) <= {*OWN, LOCK}:

@@ -48,6 +48,14 @@ def held(
         os.close(lock.descriptor)
 
 
+def await_token(path: Path) -> None:
+    """Wait at most PATIENCE_S seconds for an empty lock to be written: it was made an instant ago."""
+    give_up = time.monotonic() + PATIENCE_S
+    with suppress(OSError):
+        while path.lstat().st_size == 0 and time.monotonic() < give_up:
+            time.sleep(FIRST_LOOK_S)
+
+
 def _acquired(path: Path, busy: str | None, shared: bool) -> Lock:
     began, pause = time.monotonic(), FIRST_LOOK_S
     while True:

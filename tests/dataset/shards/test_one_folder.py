@@ -5,6 +5,7 @@ import subprocess
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
+from threading import Timer
 
 import pytest
 
@@ -12,6 +13,7 @@ from spin_usd.dataset.shards.agreement import Agreement, agree, read_agreement
 from spin_usd.dataset.store import hold
 from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.lock import TEXT
 from spin_usd.errors import InputError
 from tests.dataset.shards.folder import content
 
@@ -111,3 +113,12 @@ def test_a_damaged_agreement_is_none(tmp_path, text) -> None:
     (tmp_path / "cache").mkdir()
     (tmp_path / SHARDS).write_text(text)
     assert read_agreement(Store(root=tmp_path)) is None
+
+
+def test_a_lock_that_is_just_being_written_is_waited_for(tmp_path) -> None:
+    """Another shard made it an instant ago; its name is there before its token."""
+    lock = tmp_path / ".lock"
+    lock.touch()
+    Timer(0.3, lock.write_text, [TEXT.format("0" * 32)]).start()
+    Store(root=tmp_path).prepare()
+    assert lock.stat().st_size
