@@ -23,10 +23,16 @@ def faults(dataset: Path, whole: dict[str, str], *, pictures: int) -> Iterator[s
     yield from (f"{dataset.name}: {name} is left" for name in sorted(found.keys() - whole.keys()))
     yield from (f"{dataset.name}: {n} has other bytes" for n in sorted(whole.keys() & found) if whole[n] != found[n])
     yield from (f"{dataset.name}: {path.name} is left" for path in dataset.iterdir() if path.name.startswith("."))
-    listed = [json.loads(path.read_text()) for path in (dataset / "records").glob("*/*.json")]
-    if len(listed) != pictures:
-        yield f"{dataset.name}: {len(listed)} of {pictures} pictures"
-    for record in listed:
-        for entry in record["files"].values():
-            if found.get(entry["path"]) != entry["sha256"]:
+    yield from torn(dataset)
+    made = sum(1 for _ in (dataset / "records").glob("*/*.json"))
+    if made != pictures:
+        yield f"{dataset.name}: {made} of {pictures} pictures"
+
+
+def torn(dataset: Path) -> Iterator[str]:
+    """Yield which files are not as the records say that there are."""
+    for path in (dataset / "records").glob("*/*.json"):
+        for entry in json.loads(path.read_text())["files"].values():
+            file = dataset / entry["path"]
+            if not file.is_file() or sha256_of(file) != entry["sha256"]:
                 yield f"{dataset.name}: {entry['path']} is not as its record says"

@@ -1,6 +1,8 @@
 """Runs that are asked to stop: the first signal lets running pictures be finished, the second ends them."""
 
 import json
+import os
+import pty
 import signal
 import subprocess
 import sys
@@ -103,3 +105,17 @@ def test_a_signal_stops_the_planning_and_leaves_nothing(small_stage, tmp_path) -
     assert process.returncode == 128 + signal.SIGTERM
     assert not (tmp_path / "out").exists()
     assert not psutil.wait_procs(children, timeout=10)[1]
+
+
+def test_a_closed_terminal_neither_hangs_nor_loses_anything(small_stage, tmp_path) -> None:
+    """The terminal goes for good: what the run still says there cannot be written."""
+    ours, theirs = pty.openpty()
+    terminal = {"stdin": theirs, "stdout": theirs, "stderr": theirs, "start_new_session": True}
+    process = started(small_stage, tmp_path, "--effort", SLOW, **terminal)
+    os.close(theirs)
+    wait_until(lambda: begun(tmp_path), process)
+    children = children_of(process)
+    os.close(ours)
+    process.send_signal(signal.SIGHUP)
+    assert process.wait(timeout=STARTS_WITHIN_S) == 128 + signal.SIGHUP
+    assert 1 <= assert_left_well(tmp_path, children) < 8

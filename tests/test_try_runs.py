@@ -1,4 +1,4 @@
-"""tools/try_kills: a short trial, of which all holds, and a fault is told."""
+"""tools/try_kills and tools/try_limits: short trials, of which all holds, and a fault is told."""
 
 import shutil
 import subprocess
@@ -27,3 +27,13 @@ def test_a_short_trial_of_kills(tmp_path) -> None:
     (other / ".work-x").mkdir()
     next((other / "records" / "nominal").iterdir()).unlink()
     assert len(list(faults(other, before, pictures=10))) >= 4
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_a_short_trial_of_limits(tmp_path) -> None:
+    command = [sys.executable, REPOSITORY / "tools" / "try_limits.py", "--out", tmp_path / "out", "--full-disks", "2"]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "| did not hold | 0 |" in done.stdout
+    assert "| the second of two: exit code" in done.stdout
