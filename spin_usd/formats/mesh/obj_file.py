@@ -17,7 +17,7 @@ from spin_usd.files.limits import MAX_MODEL
 from spin_usd.formats.mesh.obj_materials import read_materials
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import read_any_text
-from spin_usd.scene.source.asset import MeshAsset, MeshPart, ModelMaterial
+from spin_usd.scene.source.asset import MAX_PARTS, MeshAsset, MeshPart, ModelMaterial
 
 ST = "st"
 NO_NAMES = {"", "default", "off"}  # group names that exporters write for "no group"
@@ -53,6 +53,9 @@ def read_obj(path: Path) -> MeshAsset:
             coordinates.append(_coordinates(rest, where))
         elif key == "f":
             faces = parts.setdefault(group, _ObjFaces(_part_name(group, path)))
+            if len(parts) > MAX_PARTS:
+                many = f"has more than {MAX_PARTS} objects and groups"
+                raise InputError(many, where=path, do="join those that are one part")
             counts = len(points), len(coordinates), len(normals)
             corners = [_corner(text, counts, where) for text in rest.split()]
             if len(corners) < 3:

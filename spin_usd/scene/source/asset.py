@@ -12,6 +12,7 @@ from spin_usd.scene.material import Material
 from spin_usd.scene.texture import OUTPUTS, RGBA, WRAPS
 
 SRGB, RAW = "sRGB", "raw"
+MAX_PARTS = 8192  # of a model: each becomes a prim with labels of its own, at some milliseconds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +121,8 @@ class MeshAsset:
     def __post_init__(self) -> None:
         if not self.parts:
             raise GeometryError("the model has no faces")
+        if len(self.parts) > MAX_PARTS:
+            raise GeometryError(f"the model has {len(self.parts)} parts, more than {MAX_PARTS}; join some")
 
     @property
     def faces(self) -> int:

@@ -10,6 +10,7 @@ import re
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -126,13 +127,27 @@ def _named_by(file: Path) -> list[str]:
         if suffix == ".usdz":
             _check_package(file)
             return []
-        _check_layer(file)
-        layer = Sdf.Layer.FindOrOpen(str(file))
-        if layer.timeCodesPerSecond <= 0:  # USD would list time samples endlessly
-            found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
-            raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
-        names = named_assets(str(file))
+        opened, status = Sdf.Layer.Find(str(file)), file.stat()
+        version = status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+        changed = opened is not None and opened.dirty  # in memory alone
+        names = _named_in(file) if changed else _named_once(file, version)
         return names if all((file.parent / name).is_file() for name in names) else opened_assets(str(file), names)
+
+
+@lru_cache(maxsize=1024)
+def _named_once(file: Path, version: tuple[int, ...]) -> list[str]:
+    """Return what `_named_in` lists of that version of a file: the stage of each variant is made of the same files."""
+    return _named_in(file)
+
+
+def _named_in(file: Path) -> list[str]:
+    """List every asset path that a checked layer names."""
+    _check_layer(file)
+    layer = Sdf.Layer.FindOrOpen(str(file))
+    if layer.timeCodesPerSecond <= 0:  # USD would list time samples endlessly
+        found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
+        raise StageError(found, where=file, do="set it to a positive number, 24 for instance")
+    return named_assets(str(file))
 
 
 def _check_layer(file: Path) -> None:

@@ -103,6 +103,26 @@ def test_packages_are_looked_into_before_they_are_opened(tmp_path) -> None:
             open_as_it_is(tmp_path / f"{name}.usdz")
 
 
+def test_folders_have_any_names(tmp_path) -> None:
+    """Brackets mean a package in an asset path only where they end it."""
+    folder = tmp_path / "run[1] ä'b"
+    folder.mkdir()
+    layer(folder / "sub[2].usda", f'def Xform "A" {{\n{CUBE}}}\n')
+    root = layer(folder / "root.usda", 'def Xform "A" (\nreferences = @./sub[2].usda@\n) {\n}\n')
+    assert open_stage(root).GetPrimAtPath("/A/Box")
+    with pytest.raises(StageError, match="not UTF-8"):
+        files_of(os.fsdecode(bytes(tmp_path) + b"/x\xff.usda"))
+
+
+def test_a_layer_is_looked_into_again_when_it_has_changed(tmp_path) -> None:
+    """What was found in a file is kept for that version of it."""
+    root = layer(tmp_path / "root.usda", f'def Xform "A" {{\n{CUBE}}}\n')
+    assert files_of(root).missing == ()
+    layer(root, 'def Xform "A" (\nreferences = @../outside.usda@\n) {\n}\n')
+    with pytest.raises(StageError, match="outside the stage's folder"):
+        files_of(root)
+
+
 def test_a_layer_of_text_is_bounded(tmp_path) -> None:
     """A sparse file costs nothing to send."""
     for head in (b"#usda 1.0\n", b""):

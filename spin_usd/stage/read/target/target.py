@@ -153,6 +153,9 @@ class TargetReader:
                 continue
             inside = replace(self._entered(prototype, state), matrix=np.eye(4))
             pieces = list(self._below(prototype, inside))
+            if len(pieces) * len(matrices) > MAX_PRIMS:
+                found = f"places {len(pieces) * len(matrices)} gprims, more than {MAX_PRIMS}"
+                raise StageError(found, where=prim.GetPath(), do="make them fewer, or one mesh")
             for matrix in matrices:
                 for piece in pieces:
                     yield self._placed(piece, piece.matrix @ matrix @ state.matrix, prim)
