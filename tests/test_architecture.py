@@ -65,6 +65,12 @@ FILE_METHODS = {
     "glob", "rglob", "exists", "is_file", "is_dir", "stat", "resolve", "symlink_to", "tofile",
 }
 # fmt: on
+PARSED_FROM_US = {
+    "formats/spec_file.py",
+    "dataset/store/json_schema.py",
+    "dataset/child_main.py",
+    "dataset/process/child.py",
+}
 # All files are opened, listed, written, renamed and removed in `files`. These do it themselves, and why they may.
 OWN = "reads what travels with the package"
 MADE = "fills the file or folder that it is given, which is new and nobody else's"
@@ -316,6 +322,18 @@ def test_files_are_opened_by_one_door() -> None:
     """Nothing is opened by its path outside `files` but in the named exceptions, each of which still needs its own."""
     assert not [found for m in MODULES if not is_below(m, ["files", *MAY_OPEN]) for found in opening(m)]
     assert not [place for place in MAY_OPEN if not any(opening(m) for m in MODULES if is_below(m, [place]))]
+
+
+def test_json_and_toml_are_parsed_where_their_nesting_is_bounded() -> None:
+    """But for what travels with the package, and for what our own processes say to one another."""
+    found = {
+        module.as_posix()
+        for module in MODULES
+        for node in ast.walk(tree(module))
+        if isinstance(node, ast.Call)
+        and dotted(node.func) in ("json.load", "json.loads", "tomllib.load", "tomllib.loads")
+    }
+    assert found == {"nesting.py", *PARSED_FROM_US}
 
 
 def test_formulas_read_no_clock_no_chance_no_environment() -> None:

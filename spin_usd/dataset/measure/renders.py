@@ -6,7 +6,6 @@ runs/<2>/<key>.json   its cost; or a result, such as a picture's figures
 <2> is the key's start. The JSON is written last, so that where it is all is.
 """
 
-import json
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -22,6 +21,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
+from spin_usd.nesting import parsed_json
 from spin_usd.scene.passes import Radiance
 
 SUBJECT = "subject"  # the key of what they are of
@@ -111,7 +111,7 @@ class RenderStore:
                 remove_emptied(self._folder, name)
 
     def _value(self, key: str) -> dict[str, Any]:
-        value: dict[str, Any] = json.loads(self._folder.read(render_file(key), MAX_DOCUMENT))
+        value: dict[str, Any] = parsed_json(self._folder.read(render_file(key), MAX_DOCUMENT))
         return value
 
     @property

@@ -1,6 +1,5 @@
 """The pictures of all datasets that are merged, none of which may contradict another."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from spin_usd.dataset.store.names import picture_of, record_of
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.files.limits import MAX_RECORD
+from spin_usd.nesting import parsed_json
 
 AGAIN = "render that picture again, or leave that dataset out"
 
@@ -41,7 +41,7 @@ class MergedPicture:
     def record(self) -> dict[str, Any]:
         """Read the record. Raises InputError where it is damaged, or not of this picture."""
         try:
-            record = json.loads(self.data)
+            record = parsed_json(self.data)
         except (InputError, ValueError, RecursionError):
             record = None
         if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):

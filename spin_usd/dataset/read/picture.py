@@ -1,6 +1,5 @@
 """One picture of a dataset, as those who train and test with it read it."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -21,6 +20,7 @@ from spin_usd.files.limits import MAX_RECORD
 from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
+from spin_usd.nesting import parsed_json
 from spin_usd.scene.source.keypoints import Keypoints
 
 SCHEMA = "record-1"
@@ -232,7 +232,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
     """
     path = root / name
     try:
-        record = json.loads(Folder(root).read(name, MAX_RECORD))
+        record = parsed_json(Folder(root).read(name, MAX_RECORD))
         if record["schema"] != SCHEMA:
             found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
             raise InputError(found, where=path, do="read it with the spin_usd that made it")

@@ -1,6 +1,5 @@
 """The child's part of `reproduce`: one recorded picture rendered again, without the dataset's cache."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.limits import MAX_RECORD
 from spin_usd.files.node import NodeType
+from spin_usd.nesting import parsed_json
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 
@@ -36,7 +36,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
         )
     worker.picture(variant=record["variant"], index=record["index"], kinds=kinds, keep_render=False)
     # Not held against the schema: it names a stage that lies elsewhere.
-    again = json.loads(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
+    again = parsed_json(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
     recorded, now = provenance["versions"], worker.versions
     return {
         "files": [_compared(Folder(Path(dataset)), kind, record, again) for kind in kinds],

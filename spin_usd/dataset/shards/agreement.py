@@ -4,7 +4,6 @@ It lies in the dataset's cache. Shards that write one folder at the same time mu
 learns from it which pictures are still to come, and of which shard.
 """
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -17,6 +16,7 @@ from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
 from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.nesting import parsed_json
 
 AGREED = "agreed"  # in the work folder of a shard that is being made: it has agreed
 WORDS = {
@@ -64,7 +64,7 @@ def keep_agreement(store: Store, agreement: Agreement, *, work: Path) -> None:
 def read_agreement(store: Store) -> Agreement | None:
     """Read the agreement; None where there is none, or it is damaged."""
     with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        value = json.loads(store.folder.read(SHARDS, MAX_DOCUMENT))
+        value = parsed_json(store.folder.read(SHARDS, MAX_DOCUMENT))
         shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
         settings = dict(value["settings"])
         return Agreement(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)

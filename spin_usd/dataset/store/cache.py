@@ -10,7 +10,6 @@ made again under the same name. A picture's bytes are the same with any cache an
 deleted when no run is on.
 """
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,6 +26,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
+from spin_usd.nesting import parsed_json
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
@@ -123,7 +123,7 @@ def used(store: Store) -> set[Purpose]:
     found: set[Purpose] = set()
     for name in store.records():
         with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            found |= uses(json.loads(store.folder.read(name, MAX_RECORD)))
+            found |= uses(parsed_json(store.folder.read(name, MAX_RECORD)))
     return found
 
 
