@@ -3,6 +3,7 @@
 import logging
 import os
 import signal
+import socket
 import threading
 import time
 from collections import defaultdict
@@ -17,6 +18,7 @@ from spin_usd.dataset.cluster.worker_host import WorkerOpening
 from spin_usd.errors import InputError, RenderError
 
 LOOK_S = 2.0  # between two looks at which nodes there are
+KNOCK_S = 10.0  # for the cluster's head to answer
 CLOSING_S = 10.0  # for workers to leave their nodes at the end
 MEMORY_PER_WORKER = 1 << 30  # bytes of its node that Ray keeps for each worker
 START = "start one with `ray start --head`, or give its address"
@@ -115,12 +117,20 @@ def _connect(address: str) -> bool:
         return False
     ray._private.worker._worker_logs_enabled = False  # it prints of nodes that died, on standard output
     try:
+        _knock(address if address != "auto" else str(ray._private.services.canonicalize_bootstrap_address(address)))
         with _own_signals():
             ray.init(address=address, log_to_driver=False, logging_level=logging.CRITICAL)
     except Exception as error:  # of many kinds: no cluster, another version of Ray or Python, a malformed address
         found = f"no cluster of Ray's answers ({type(error).__name__}: {error})"
         raise InputError(found, where=f"--cluster {address}", do=START) from error
     return True
+
+
+def _knock(address: str) -> None:
+    """Raise OSError where nobody listens at HOST:PORT, of which Ray itself makes sure for two minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():
+        socket.create_connection((host.strip("[]"), int(port)), timeout=KNOCK_S).close()
 
 
 @contextmanager

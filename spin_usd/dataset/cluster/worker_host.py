@@ -6,6 +6,7 @@ The worker, which reads what strangers wrote, is a child process with a clean en
 
 import select
 import socket
+import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -105,7 +106,9 @@ class WorkerHost:
 def as_message(error: SpinError) -> Message:
     """Return the error as a worker would say it."""
     where = None if error.where is None else str(error.where)
-    return {"error": {"kind": type(error).__name__, "found": error.found, "where": where, "do": error.do}}
+    trace = "".join(traceback.format_exception(error))
+    kind = type(error).__name__
+    return {"error": {"kind": kind, "found": error.found, "where": where, "do": error.do, "traceback": trace}}
 
 
 def refuse_other_software(expected: Mapping[str, str], node: str) -> None:

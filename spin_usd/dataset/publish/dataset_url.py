@@ -7,7 +7,7 @@ under a temporary name, and then renamed.
 import re
 import secrets
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TypeVar
 
 from spin_usd.errors import InputError, OutputError, SpinError
@@ -111,9 +111,8 @@ class DatasetUrl:
 
 
 def is_below(name: str) -> bool:
-    """Return whether `name` leads from a folder to a file below it, whatever wrote that name."""
-    pure = PurePosixPath(name)
-    return bool(name) and name == pure.as_posix() and not {"/", "..", "."} & set(pure.parts) and "\0" not in name
+    """Return whether `name` leads from a folder to a file below it, whoever wrote that name."""
+    return "\0" not in name and not {"", ".", ".."} & set(name.split("/"))
 
 
 def below(names: Iterable[str], folder: str) -> list[str]:

@@ -1,7 +1,7 @@
 """A Ray cluster on this machine: a head without processors, and nodes of one processor each.
 
-It reads lines and answers each with one: "add" starts a node and says its number, "kill N" ends that node at once, as a
-machine does that loses power. It ends, and all that it started, with the end of its input.
+It reads lines and answers each with one: "add CPU" starts a node that has that processor and says its number, "kill N"
+ends that node at once, as a machine does that loses power. It ends, and all that it started, with the end of its input.
 """
 
 import os
@@ -24,16 +24,20 @@ def main() -> None:
     nodes = []
     for line in sys.stdin:
         match line.split():
-            case ["add"]:
+            case ["add", cpu]:
                 with redirect_stdout(sys.stderr):
+                    os.sched_setaffinity(0, [int(cpu)])  # the node inherits it
                     nodes.append(cluster.add_node(num_cpus=1, object_store_memory=STORE))
                 print(len(nodes) - 1, flush=True)
             case ["kill", number]:
                 (raylet,) = nodes[int(number)].all_processes["raylet"]
                 os.kill(raylet.process.pid, signal.SIGKILL)
                 print(number, flush=True)
-    with redirect_stdout(sys.stderr):
-        cluster.shutdown()
+    for node in (*nodes, cluster.head_node):
+        for processes in node.all_processes.values():
+            for each in processes:
+                each.process.kill()
+    os._exit(0)  # without Ray's own way out, which may wait for nodes that were killed
 
 
 if __name__ == "__main__":
