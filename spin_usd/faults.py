@@ -21,6 +21,13 @@ PARSERS: Mapping[str, str] = {
     "numpy.linalg.LinAlgError": "holds numbers that cannot be calculated with",
     "cv2.error": "holds numbers that cannot be calculated with",
     "pxr.Tf.ErrorException": "is damaged",
+    "tokenize.TokenError": "is damaged",
+    "builtins.SyntaxError": "is damaged",
+    "zipfile.BadZipFile": "is damaged",
+    "zlib.error": "is damaged",
+    "_lzma.LZMAError": "is damaged",
+    "struct.error": "is damaged",
+    "builtins.EOFError": "is cut short",
 }
 """Classes of what parsers raise, as text: whoever imports this must not import pxr. What they say of the input."""
 

@@ -1,6 +1,12 @@
 import errno
+import gzip
+import io
 import json
+import lzma
+import struct
 import tomllib
+import zipfile
+import zlib
 
 import cv2
 import numpy as np
@@ -27,6 +33,12 @@ PARSERS = {
     "opencv": lambda: cv2.Rodrigues(np.zeros(5)),
     "usd": lambda: Usd.Stage.Open("/no/such/stage.usda"),
     "memory": lambda: bytes(1 << 62),
+    "head of an array": lambda: np.lib.format.read_array(io.BytesIO(b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f4, \n")),
+    "zip file": lambda: zipfile.ZipFile(io.BytesIO(b"PK")),
+    "packed by zlib": lambda: zlib.decompress(b"x"),
+    "packed by lzma": lambda: lzma.decompress(b"\xfd7zXZ\x00" + bytes(20)),
+    "cut short": lambda: gzip.decompress(b"\x1f\x8b\x08" + bytes(8)),
+    "numbers of a record": lambda: struct.unpack("<q", b"1234"),
 }
 
 

@@ -33,6 +33,8 @@ def write_atomically(
         put(folder, temporary, place(digest) if place else name)
     except SpinError as e:
         temporary.unlink(missing_ok=True)
+        if e.where is not None and str(e.where) != str(temporary):
+            raise  # over what it was made of
         raise type(e)(e.found, where=path, do=e.do) from e
     except OSError as e:
         temporary.unlink(missing_ok=True)

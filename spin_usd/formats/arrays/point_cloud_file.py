@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.faults import reading
 from spin_usd.files.given_file import open_file
 from spin_usd.files.limits import MAX_ARRAY
 
@@ -53,10 +54,13 @@ def read_point_cloud(path: Path) -> Cloud:
 def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
     """Return the cloud in a `file` that is open already and lies at `path`. Raises InputError."""
     try:
-        return _READERS[path.suffix](file)
+        with reading(path):
+            return _READERS[path.suffix](file)
+    except InputError:
+        raise
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as e:
+    except (ValueError, TypeError, KeyError, EOFError) as e:
         raise InputError(f"is not a point cloud, or damaged ({e})", where=path, do="make it again") from e
 
 

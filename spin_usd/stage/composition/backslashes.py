@@ -7,6 +7,7 @@ from pathlib import Path
 from pxr import Sdf, UsdUtils
 
 from spin_usd.stage.composition.files import LAYERS, files_of
+from spin_usd.stage.usd.layer_file import layer_at
 
 
 @contextmanager
@@ -26,7 +27,7 @@ def slashes(source: Path) -> Iterator[None]:
 
 def _layers(source: Path) -> list[Sdf.Layer]:
     files = (file for file in files_of(source).found if file.suffix.lower() in LAYERS)
-    return [Sdf.Layer.FindOrOpen(str(file)) for file in files]
+    return [layer_at(file) for file in files]
 
 
 def _fix(layer: Sdf.Layer) -> bool:

@@ -21,6 +21,7 @@ from spin_usd.files.given_file import open_file, read_bytes
 from spin_usd.resources import stages
 from spin_usd.stage.composition.named_assets import named_assets, opened_assets
 from spin_usd.stage.usd.image_tiles import UDIM
+from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults
 
 LAYERS = (".usd", ".usda", ".usdc")
@@ -143,7 +144,7 @@ def _named_once(file: Path, version: tuple[int, ...]) -> list[str]:
 def _named_in(file: Path) -> list[str]:
     """List every asset path that a checked layer names."""
     _check_layer(file)
-    layer = Sdf.Layer.FindOrOpen(str(file))
+    layer = layer_at(file)
     if layer.timeCodesPerSecond <= 0:  # USD would list time samples endlessly
         found = f"timeCodesPerSecond is {layer.timeCodesPerSecond:g}"
         raise StageError(found, where=file, do="set it to a positive number, 24 for instance")

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 
 from pxr import Sdf, UsdUtils
 
+from spin_usd.stage.usd.layer_file import layer_at
+
 DESCRIPTIONS = ("assetInfo", "customData", "customLayerData")
 
 
@@ -19,7 +21,7 @@ def named_assets(identifier: str) -> list[str]:
 def opened_assets(identifier: str, names: Iterable[str]) -> list[str]:
     """Select those of `names` that the layer names outside descriptions: in arcs, clips and values."""
     bare = Sdf.Layer.CreateAnonymous()
-    bare.TransferContent(Sdf.Layer.FindOrOpen(identifier))
+    bare.TransferContent(layer_at(identifier))
     bare.Traverse(Sdf.Path.absoluteRootPath, lambda path: _strip(bare, path))
     opened: set[str] = set()
 

@@ -7,6 +7,7 @@ from pxr import Sdf, Usd
 from spin_usd.errors import InputError
 from spin_usd.stage.composition.excess import refuse_excess
 from spin_usd.stage.composition.files import files_of
+from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults
 
 
@@ -16,8 +17,7 @@ def open_layer(path: str | Path) -> Sdf.Layer:
     if not Path(path).is_file():
         raise InputError("is not there, or is not a file", where=path)
     files = files_of(path, also_bundled=True)
-    with parser_faults(path):
-        return Sdf.Layer.FindOrOpen(str(files.root))
+    return layer_at(files.root)
 
 
 def stage_on(root: Sdf.Layer, session: Sdf.Layer | None = None, *, only: Sdf.Path | None = None) -> Usd.Stage:

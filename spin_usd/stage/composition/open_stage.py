@@ -14,6 +14,7 @@ from spin_usd.stage.composition.files import Files, files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.open_layer import default_prim_on, stage_on
 from spin_usd.stage.composition.stage_hash import AUGMENTATION
+from spin_usd.stage.usd.layer_file import layer_at
 from spin_usd.stage.usd.parser_faults import parser_faults
 
 VARIANT_NAME = re.compile("[a-z0-9_]+")  # it names folders; the records' schema asks for the same
@@ -31,7 +32,7 @@ def open_stage(
     """
     files = files_of(path)
     with silenced(), parser_faults(path):
-        root, session = Sdf.Layer.FindOrOpen(str(files.root)), Sdf.Layer.CreateAnonymous("session.usda")
+        root, session = layer_at(files.root), Sdf.Layer.CreateAnonymous("session.usda")
         alone = default_prim_on(root, session)  # what its variants hold is counted before it is composed
         _select(alone, variant, path)
         for name, chosen in selections.items():
@@ -47,7 +48,7 @@ def open_as_it_is(path: str | Path) -> Usd.Stage:
     refused."""
     files = files_of(path)
     with parser_faults(path):
-        stage = stage_on(Sdf.Layer.FindOrOpen(str(files.root)))
+        stage = stage_on(layer_at(files.root))
     _refuse_strangers(stage, files, path)
     return stage
 

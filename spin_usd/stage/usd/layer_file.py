@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 from pxr import Sdf, Tf, UsdGeom
 
-from spin_usd.errors import OutputError
-from spin_usd.stage.usd.parser_faults import reason
+from spin_usd.errors import OutputError, StageError
+from spin_usd.stage.usd.parser_faults import parser_faults, reason
 
 Layer: TypeAlias = Sdf.Layer
 """A layer's type, for callers outside this package, which do not import pxr."""
@@ -16,6 +16,16 @@ Layer: TypeAlias = Sdf.Layer
 TIME_CODES_PER_SECOND = 24.0
 UP_AXIS = UsdGeom.Tokens.z
 METERS_PER_UNIT = 1.0
+
+
+def layer_at(file: str | Path) -> Sdf.Layer:
+    """Return the layer in a file that was found fit to be opened. Raises StageError for one that USD cannot read, which
+    it does not always say by an error."""
+    with parser_faults(file):
+        layer = Sdf.Layer.FindOrOpen(str(file))
+    if layer is None:
+        raise StageError("USD cannot read it", where=file, do="fix the layer, or write it again")
+    return layer
 
 
 def author_metadata(layer: Sdf.Layer, *, default_prim: str, documentation: str = "", frames: int = 1) -> None:

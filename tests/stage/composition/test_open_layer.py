@@ -17,7 +17,7 @@ from spin_usd.stage.composition.open_stage import open_as_it_is, open_stage
 STAGE = Path(spin_usd.__file__).parent / "stage"
 OPENERS = {"Open", "OpenMasked", "OpenAsAnonymous", "FindOrOpen", "FindOrOpenRelativeToLayer", "LocalizeAsset"}
 # What the guard has looked at may be localized; Sdf.ZipFile.Open opens no layer.
-OPENS = {"composition", "author/target/from_usd.py"}
+OPENS = {"composition", "usd/layer_file.py", "author/target/from_usd.py"}
 CUBE = 'def Cube "Box" {\n}\n'
 
 
@@ -121,6 +121,15 @@ def test_a_layer_is_looked_into_again_when_it_has_changed(tmp_path) -> None:
     layer(root, 'def Xform "A" (\nreferences = @../outside.usda@\n) {\n}\n')
     with pytest.raises(StageError, match="outside the stage's folder"):
         files_of(root)
+
+
+def test_a_package_whose_first_layer_cannot_be_read_is_told(tmp_path) -> None:
+    """USD gives no layer then, and no error."""
+    with zipfile.ZipFile(tmp_path / "a.usdz", "w") as package:
+        package.writestr("a.txt", "no layer")
+    for opened in (open_as_it_is, open_stage):
+        with pytest.raises(StageError, match=r"a\.usdz"):
+            opened(tmp_path / "a.usdz")
 
 
 def test_a_layer_of_text_is_bounded(tmp_path) -> None:
