@@ -7,10 +7,11 @@ ends that node at once, as a machine does that loses power. It ends, and all tha
 import os
 import signal
 import sys
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 
 os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
 
+import psutil
 from ray.cluster_utils import Cluster
 
 STORE = 80 << 20  # bytes, the least that Ray takes
@@ -21,7 +22,7 @@ def main() -> None:
         head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
         cluster = Cluster(initialize_head=True, head_node_args=head)
     print(cluster.address, flush=True)
-    nodes = []
+    nodes, started = [], set[psutil.Process]()
     for line in sys.stdin:
         match line.split():
             case ["add", cpu]:
@@ -30,13 +31,13 @@ def main() -> None:
                     nodes.append(cluster.add_node(num_cpus=1, object_store_memory=STORE))
                 print(len(nodes) - 1, flush=True)
             case ["kill", number]:
+                started |= set(psutil.Process().children(recursive=True))  # its agents are nobody's from now on
                 (raylet,) = nodes[int(number)].all_processes["raylet"]
                 os.kill(raylet.process.pid, signal.SIGKILL)
                 print(number, flush=True)
-    for node in (*nodes, cluster.head_node):
-        for processes in node.all_processes.values():
-            for each in processes:
-                each.process.kill()
+    for each in started | set(psutil.Process().children(recursive=True)):
+        with suppress(psutil.NoSuchProcess):
+            each.kill()
     os._exit(0)  # without Ray's own way out, which may wait for nodes that were killed
 
 
