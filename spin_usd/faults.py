@@ -26,6 +26,7 @@ PARSERS: Mapping[str, str] = {
     "zipfile.BadZipFile": "is damaged",
     "zlib.error": "is damaged",
     "_lzma.LZMAError": "is damaged",
+    "_csv.Error": "is not CSV",
     "struct.error": "is damaged",
     "builtins.EOFError": "is cut short",
 }

@@ -1,3 +1,4 @@
+import csv
 import errno
 import gzip
 import io
@@ -32,6 +33,7 @@ PARSERS = {
     "a number": lambda: float(10**400),
     "opencv": lambda: cv2.Rodrigues(np.zeros(5)),
     "usd": lambda: Usd.Stage.Open("/no/such/stage.usda"),
+    "a table": lambda: list(csv.reader(["a" * 200_000])),
     "memory": lambda: bytes(1 << 62),
     "head of an array": lambda: np.lib.format.read_array(io.BytesIO(b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f4, \n")),
     "zip file": lambda: zipfile.ZipFile(io.BytesIO(b"PK")),

@@ -128,7 +128,6 @@ def test_a_record_of_impossible_numbers_is_a_finding(place, spin_usd, change) ->
 
 
 @pytest.mark.parametrize("name", [RECORD, slow("cache/measured.json")])
-@pytest.mark.xfail
 def test_brackets_without_end_are_no_defect(place, spin_usd, name) -> None:
     (place.dataset / name).write_text("[" * 200_000)
     done = spin_usd(*place.render(), cwd=place.folder)
