@@ -77,7 +77,7 @@ TESTS = {
 }
 ROW = re.compile(r"^\| (?!---|a hostile file could)(.+?) \|", re.MULTILINE)
 SENTENCE = re.compile(r"^(Your own paths|No Python code).*", re.MULTILINE)
-RUNS_CODE = re.compile(r"eval|exec|compile|__import__|pickle\.\w+|.*\.(open_mainfile|libraries\.load|RegisterPlugins)")
+RUNS_CODE = re.compile(r"eval|exec|compile|__import__|pickle\.\w+|.*\.(open_mainfile|libraries\.load)")
 CONNECTS = {"socket", "http.client", "urllib.request", "requests", "ftplib", "smtplib"}
 
 

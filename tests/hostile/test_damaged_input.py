@@ -127,6 +127,21 @@ def test_a_record_of_impossible_numbers_is_a_finding(place, spin_usd, change) ->
     assert spin_usd("check", "ds", cwd=place.folder, code=1).stdout
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda record: record.update(targets=[]),
+        slow(lambda record: record["targets"][0]["box"].update(visible=[float("nan")] * 4)),
+        slow(lambda record: record["targets"][0]["box"].update(visible=[1, 2, 3])),
+    ],
+    ids=["no target", "NaN", "three numbers"],
+)
+def test_an_export_names_the_record_that_breaks_its_schema(place, spin_usd, change) -> None:
+    place.change(RECORD, change)
+    refused = spin_usd("export", "ds", "--to", "coco", "--out", "out", cwd=place.folder, code=2)
+    assert f"{RECORD}: " in refused.stderr
+
+
 @pytest.mark.parametrize("name", [RECORD, slow("cache/measured.json")])
 def test_brackets_without_end_are_no_defect(place, spin_usd, name) -> None:
     (place.dataset / name).write_text("[" * 200_000)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from spin_usd.dataset.export.card import card_files
 from spin_usd.dataset.export.export_folder import describe, refuse_dataset, refuse_other
+from spin_usd.dataset.export.faulty_records import blaming_records
 from spin_usd.dataset.export.layout.exported_dataset import Entry
 from spin_usd.dataset.export.layout.index_file import csv_table
 from spin_usd.dataset.export.layout.output import IndexRow
@@ -28,12 +29,8 @@ def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
     """
     began = time.monotonic()
     refuse_dataset(request.out, request.dataset)
-    plan = plan_export(request, progress=progress)
-    refuse_other(request.out, plan.described)
-    with Store(root=request.out).locked() as lease:
-        describe(request.out, plan.described, complete=False, work=lease.work)
-        counts = _write(plan, request, lease.work, progress)
-        describe(request.out, plan.described, complete=True, work=lease.work)
+    with blaming_records(request.dataset):
+        plan, counts = _planned_and_written(request, progress)
     held = Counter(entry.split for entry in plan.exported.entries)
     return ExportReport(
         out=str(request.out),
@@ -46,6 +43,17 @@ def export(request: ExportRequest, *, progress: Progress) -> ExportReport:
         kept=counts.kept,
         seconds=time.monotonic() - began,
     )
+
+
+def _planned_and_written(request: ExportRequest, progress: Progress) -> tuple[ExportPlan, Counts]:
+    """Plan the export and write it; return how many files there are of each kind."""
+    plan = plan_export(request, progress=progress)
+    refuse_other(request.out, plan.described)
+    with Store(root=request.out).locked() as lease:
+        describe(request.out, plan.described, complete=False, work=lease.work)
+        counts = _write(plan, request, lease.work, progress)
+        describe(request.out, plan.described, complete=True, work=lease.work)
+    return plan, counts
 
 
 def _write(plan: ExportPlan, request: ExportRequest, work: Path, progress: Progress) -> Counts:
