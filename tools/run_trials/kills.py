@@ -14,7 +14,11 @@ import psutil
 from run_trials.comparison import digests, faults
 from run_trials.supervised_run import SupervisedRun, records
 
+from spin_usd.dataset.process.child import DeathCause
+from spin_usd.dataset.process.deaths import TRIES
+
 LOOK_S = 0.02
+GIVEN_UP = f"SIGKILL (perhaps the system was out of memory), {TRIES[DeathCause.KILLED]} times"
 
 
 @dataclass(kw_only=True)
@@ -42,14 +46,21 @@ class KillTrial:
         self.seconds["a run undisturbed"] = [time.monotonic() - began]
 
     def kill_children(self, kills: int) -> None:
-        """Kill so many children at least, of as many runs as that takes."""
+        """Kill so many children at least, of as many runs as that takes. A run gives up, and is run again, where the
+        same work was killed as often as runs forgive."""
         while self._killed("planning", "rendering") < kills:
             dataset = self._fresh("children")
-            run = self._start(dataset)
-            while self._wait(run):
-                if (children := run.children()) and run.goes_on:
-                    self._kill(self.chance.choice(children), "rendering" if records(dataset) else "planning")
+            while self._killed_at(run := self._start(dataset), dataset):
+                self.counts["runs that gave up"] += 1
+                self.faults += [f"{dataset.name}: process {pid} is left" for pid in run.left()]
             self._end(run, dataset)
+
+    def _killed_at(self, run: SupervisedRun, dataset: Path) -> bool:
+        """Kill children of the run until it has ended; return whether it gave up for that."""
+        while self._wait(run):
+            if (children := run.children()) and run.goes_on:
+                self._kill(self.chance.choice(children), "rendering" if records(dataset) else "planning")
+        return run.wait() == 1 and GIVEN_UP in run.said()
 
     def kill_supervisors(self, kills: int) -> None:
         """Kill so many supervisors; each dataset is taken up by the next until it is whole."""
@@ -120,6 +131,8 @@ class KillTrial:
     def _faults_of(self, run: SupervisedRun, dataset: Path) -> Iterator[str]:
         if run.wait():
             yield f"{dataset.name}: exit code {run.wait()}: {run.said().strip()}"
+        if not dataset.is_dir():
+            return
         yield from (f"{dataset.name}: process {pid} is left" for pid in run.left())
         if self.whole:
             yield from faults(dataset, self.whole, pictures=self.pictures)
