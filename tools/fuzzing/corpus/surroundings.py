@@ -13,13 +13,9 @@ from fuzzing.trial import Trial
 MEMORY = (100, 500, 1000, 2000, 4000, 8000)  # MB of address space
 FILES = (3, 6, 9, 12, 16, 24, 64)
 FILE_SIZES = (0, 1, 1000, 10_000, 100_000)
+SIGNALLED = 128  # and the signal's number: the exit code of what a signal ended
 MOMENTS_S = (0.05, 0.3, 0.8, 1.5, 3.0)
-ENDED_BY: dict[signal.Signals, int] = {
-    signal.SIGINT: 130,
-    signal.SIGTERM: 130,
-    signal.SIGHUP: 130,
-    signal.SIGPIPE: -signal.SIGPIPE,
-}
+ENDED_BY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)
 Unusual = dict[str, Any]  # fields of a Command
 UNUSUAL: dict[str, Unusual] = {
     "no HOME": {"environment": {"HOME": None}},
@@ -69,15 +65,15 @@ def limits() -> Iterator[Trial]:
 
 def signals() -> Iterator[Trial]:
     """A signal at each moment of `author` and `render`, and two at once."""
-    for number, code in ENDED_BY.items():
+    for number in ENDED_BY:
         for after_s in MOMENTS_S:
             for command in ("author", "render"):
                 name = f"{number.name} after {after_s} s of {command}"
                 sent = ((after_s, int(number)),)
-                yield trial("signals", name, partial(_signalled, command, sent, code), alone=True, own=("out",))
+                yield trial("signals", name, partial(_signalled, command, sent), alone=True, own=("out",))
     for after_s in MOMENTS_S:
         twice = ((after_s, int(signal.SIGINT)), (after_s + 0.2, int(signal.SIGINT)))
-        yield trial("signals", f"SIGINT twice after {after_s} s", partial(_signalled, "render", twice, 130), alone=True)
+        yield trial("signals", f"SIGINT twice after {after_s} s", partial(_signalled, "render", twice), alone=True)
 
 
 def _command(name: str, **unusual: Any) -> Command:
@@ -100,10 +96,10 @@ def _read_only(name: str, sandbox: Sandbox) -> list[Command]:
     return [author("--out", "/proc/out") if name == "author" else render("st", "/proc/out")]
 
 
-def _signalled(name: str, sent: tuple[tuple[float, int], ...], code: int, sandbox: Sandbox) -> list[Command]:
+def _signalled(name: str, sent: tuple[tuple[float, int], ...], sandbox: Sandbox) -> list[Command]:
     """The command, which may end early, and once more: it takes up where it stopped, or begins anew."""
     inputs(sandbox)
     dataset(sandbox)
-    codes = frozenset({0, 1, code, -sent[0][1]})
+    codes = frozenset({0, 1, SIGNALLED + sent[0][1], -sent[0][1]})
     first = _command(name, signals=sent, allowed=codes)
     return [first, render("st", "out") if name == "render" else call("check", "ds")]
