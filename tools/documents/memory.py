@@ -21,8 +21,9 @@ def memory(folder: Path) -> str:
     ]
     intro = (
         "Memory as pictures are made: MB more for 1,000 pictures more, by a line through what one worker and its "
-        "supervisor held (resident set) over all but the first quarter of small pictures, each with its own light. A "
-        "worker that holds more than its share of the machine's memory is replaced after its picture."
+        "supervisor held (resident set) over all but the first quarter of small pictures, each with its own light. "
+        "Blender's worker keeps about 18 kB of each picture whose pose is another; one that holds more than its share "
+        "of the machine's memory is replaced after its picture."
     )
     headings = ("renderer", "pictures", "variants", "supervisor", "worker")
     return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n![Memory by pictures finished](images/memory.png)"

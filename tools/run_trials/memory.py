@@ -33,7 +33,8 @@ def sampled(run: SupervisedRun, dataset: Path) -> list[MemorySample]:
             with suppress(psutil.Error):
                 supervisor = psutil.Process(run.process.pid)
                 held = {"supervisor": _held(supervisor), "worker": _held(children[0])}
-                found.append(MemorySample(pictures=pictures, **held))
+                if all(held.values()):  # a process that has ended holds nothing
+                    found.append(MemorySample(pictures=pictures, **held))
         time.sleep(LOOK_S)
     return found
 
