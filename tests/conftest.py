@@ -24,7 +24,11 @@ SHARED = REPOSITORY.parent / "shared"
 
 
 def pytest_configure(config) -> None:
-    """Give each of several test processes its share of the processors, so that what they start does not compete."""
+    """Give each of several test processes its share of the processors, so that what they start does not compete; and
+    let signals do what they do in a terminal: whatever a script starts in the background ignores some."""
+    for number in STOP_SIGNALS:
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     ours = getattr(config, "workerinput", None)  # of pytest-xdist
     if ours is not None:
         hold_to(share_of(int(ours["workerid"].removeprefix("gw")), ours["workercount"]))

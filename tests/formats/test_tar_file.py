@@ -3,6 +3,7 @@
 import os
 import tarfile
 
+from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.tar_file import Member, write_tar
 
 
@@ -10,7 +11,7 @@ def test_it_holds_its_members_in_order(tmp_path) -> None:
     names = ["b.png", "a.json", "n" * 150 + ".exr"]  # the last is too long for the oldest header
     for number, name in enumerate(names):
         (tmp_path / name).write_bytes(bytes([number]) * 600 * number)
-    write_tar(tmp_path / "t.tar", [Member(name=name, source=tmp_path / name) for name in names])
+    write_tar(tmp_path / "t.tar", [Member(name=name, source=FileIn(Folder(tmp_path), name)) for name in names])
     with tarfile.open(tmp_path / "t.tar") as tar:
         assert tar.getnames() == names
         assert [tar.extractfile(name).read() for name in names] == [(tmp_path / name).read_bytes() for name in names]
@@ -18,10 +19,10 @@ def test_it_holds_its_members_in_order(tmp_path) -> None:
 
 def test_its_bytes_say_nothing_of_when_and_who(tmp_path) -> None:
     (tmp_path / "a").write_bytes(b"same")
-    write_tar(tmp_path / "one.tar", [Member(name="a", source=tmp_path / "a")])
+    write_tar(tmp_path / "one.tar", [Member(name="a", source=FileIn(Folder(tmp_path), "a"))])
     os.utime(tmp_path / "a", (1, 1))
     (tmp_path / "a").chmod(0o600)
-    write_tar(tmp_path / "two.tar", [Member(name="a", source=tmp_path / "a")])
+    write_tar(tmp_path / "two.tar", [Member(name="a", source=FileIn(Folder(tmp_path), "a"))])
     assert (tmp_path / "one.tar").read_bytes() == (tmp_path / "two.tar").read_bytes()
     with tarfile.open(tmp_path / "one.tar") as tar:
         (found,) = tar.getmembers()

@@ -56,8 +56,8 @@ def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
     try:
         with reading(path):
             return _READERS[path.suffix](file)
-    except InputError:
-        raise
+    except InputError as e:
+        raise InputError(e.found, where=path, do="make it again") from e
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
     except (ValueError, TypeError, KeyError, EOFError) as e:

@@ -17,7 +17,7 @@ from pxr import Usd, UsdGeom, UsdMedia, UsdRender, UsdUtils
 from spin_usd.dataset.author.author import author_stage
 from spin_usd.dataset.author.reports import AuthorReport
 from spin_usd.dataset.store.hidden_folder import hidden_folder
-from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.errors import InputError, OutputError, SpinError, StageError
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -138,16 +138,17 @@ def test_a_usd_target_is_copied_and_scaled_by_its_own_unit(inputs: dict[str, Any
 
 
 def test_a_usd_targets_dependencies_come_along(inputs: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "shared").mkdir()
-    usd_target(tmp_path, name="geometry.usda").rename(tmp_path / "shared" / "geometry.usda")
     top = tmp_path / "models" / "top.usda"
+    geometry = usd_target(tmp_path, name="geometry.usda")
+    for folder in ("shared", "middle"):
+        (top.parent / folder).mkdir()
+    geometry.rename(top.parent / "shared" / "geometry.usda")
     head = '#usda 1.0\n(\n defaultPrim = "Top"\n metersPerUnit = 0.01\n upAxis = "Y"\n)\n'
-    middle = tmp_path / "middle.usda"
-    middle.write_text(head + 'def "Top" (\n prepend payload = @./shared/geometry.usda@\n)\n{\n}\n')
-    top.write_text(head + 'def "Top" (\n prepend references = @../middle.usda@\n)\n{\n}\n')
+    middle = top.parent / "middle" / "middle.usda"
+    middle.write_text(head + 'def "Top" (\n prepend payload = @../shared/geometry.usda@\n)\n{\n}\n')
+    top.write_text(head + 'def "Top" (\n prepend references = @./middle/middle.usda@\n)\n{\n}\n')
     (top.parent / "geometry.usda").write_text("#usda 1.0\n")  # not the one that is meant
     report = author_stage(**inputs | {"target": top, "units_per_metre": 100})
-    shutil.rmtree(tmp_path / "shared")
     shutil.rmtree(tmp_path / "models")
     assert span(report) == pytest.approx([1, 0.5, 0], abs=FLOAT32_METRES)
     assert not [finding for finding in check_stage(report.root) if finding.code.startswith("path")]
@@ -232,10 +233,10 @@ def test_a_usd_target_with_a_target_inside_is_refused(inputs: dict[str, Any], tm
 def test_a_damaged_layer_below_a_usd_target_is_refused(inputs: dict[str, Any], tmp_path: Path, data: bytes) -> None:
     target = usd_target(tmp_path, body=' def "A" (\n references = @./part.usd@\n) {}\n')
     (target.parent / "part.usd").write_bytes(data)
-    with pytest.raises(InputError, match=r"craft\.usda"):
+    with pytest.raises(StageError, match=r"part\.usd"):
         author_stage(**inputs | {"target": target, "units_per_metre": None})
     target.write_bytes(data)
-    with pytest.raises(InputError, match=r"craft\.usda"):
+    with pytest.raises(StageError, match=r"craft\.usda"):
         author_stage(**inputs | {"target": target, "units_per_metre": None})
     assert not inputs["out"].exists()
 

@@ -15,9 +15,8 @@ from spin_usd.stage.composition.backslashes import slashes
 from spin_usd.stage.composition.files import files_of
 from spin_usd.stage.composition.materialx import composition_errors
 from spin_usd.stage.composition.missing_images import dispensable_images
-from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
-from spin_usd.stage.usd.layer_file import writing
+from spin_usd.stage.usd.layer_file import layer_at, writing
 from spin_usd.stage.usd.parser_faults import parser_faults
 
 LAYER_SUFFIXES = {".usd", ".usda", ".usdc"}
@@ -90,6 +89,6 @@ def _anchor(folder: Path) -> None:
 
     for layer_file in sorted(folder.rglob("*")):
         if layer_file.is_file() and layer_file.suffix in LAYER_SUFFIXES:
-            layer = open_layer(layer_file)
+            layer = layer_at(layer_file)  # of a copy whose source was looked into
             UsdUtils.ModifyAssetPaths(layer, partial(anchored, beside=layer_file.parent))
             layer.Save()

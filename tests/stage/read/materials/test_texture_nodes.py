@@ -366,6 +366,8 @@ def test_tiles_travel_with_a_model_and_in_a_package(tiled, tmp_path) -> None:
     model.GetPrimAtPath("/World/Target").RemoveAppliedSchema("SpinTargetAPI")
     model.RemovePrim("/World/Camera")
     model.Export(str(tmp_path / "model.usda"))
+    exported = (tmp_path / "model.usda").read_text()
+    (tmp_path / "model.usda").write_text(exported.replace(f"@{tmp_path}/", "@./"))  # flattened paths are absolute
     assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "model.usda")), str(tmp_path / "model.usdz"))
     colors = []
     for number, suffix in enumerate(("usda", "usdz")):
