@@ -1,6 +1,6 @@
 """`spin-usd check --repair`: makes again what is missing or damaged in a dataset, from its own stage."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -120,9 +120,25 @@ class _Repair:
         if names and not self.records:
             do = "run spin-usd render again with the stage that made them"
             self.unrepaired.append(f"{', '.join(sorted(names))}: no record says how pictures were made; {do}")
+        elif names and (altered := self._altered_layer()):
+            do = "restore it, or run spin-usd render again with the stage that made them"
+            self.unrepaired.append(f"{', '.join(sorted(names))}: {altered} is not the layer that made them; {do}")
         elif names:
             for request, group in requests(self._root, sorted(names), self.records).items():
                 self._try(", ".join(sorted(group)), partial(self._made, request, group))
+
+    def _altered_layer(self) -> str | None:
+        """Return the name of a layer that no record knows as it is; None where there is none. Pictures made of it would
+        be others, and their new records would vouch for it."""
+        known = defaultdict[str, set[str]](set)
+        for record in self.records.values():
+            for name, sha256 in _layers(record):
+                known[name].add(sha256)
+        folder = self.store.folder
+        there = {name for name in known if folder.type_of(name) is NodeType.FILE}
+        return next(
+            (name for name in sorted(known) if name not in there or folder.sha256(name) not in known[name]), None
+        )
 
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
         """Make the pictures of these names; yield those that are there then."""
@@ -132,9 +148,8 @@ class _Repair:
         for name in sorted(names - failed.keys()):
             variant, _, frame = name.partition("/")
             record = record_of(variant, frame)
-            if (
-                self.store.folder.type_of(record) is NodeType.FILE
-            ):  # a stray file need not be of a frame that the stage has
+            # A stray file need not be of a frame that the stage has.
+            if self.store.folder.type_of(record) is NodeType.FILE:
                 before = _digests(self.records.get(name))
                 after = _digests(read_json(self.store.folder, record, "record-1"))
                 yield name + (OTHER_BYTES if before and before != after else "")

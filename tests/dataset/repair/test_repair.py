@@ -103,6 +103,22 @@ def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(da
     assert "dataset.usda" in sums.read_text()
 
 
+def test_nothing_is_made_again_of_an_altered_stage(dataset) -> None:
+    """Its pictures would be others, and their records would say that all is well."""
+    layer = next(iter(sorted((dataset / "stage" / "layers").rglob("*light*.usda"))))
+    layer.write_text(layer.read_text() + "# altered\n")
+    images = sorted((dataset / "image").rglob("*.png"))
+    for image in images:
+        flip(image)
+    before = contents(dataset)
+    report = repair(dataset, progress=ignore)
+    assert report.repaired == []
+    (said,) = report.unrepaired
+    assert f"{layer.relative_to(dataset)} is not the layer that made them" in said
+    assert contents(dataset) == before
+    assert {finding.where for finding in report.findings} >= {str(image.relative_to(dataset)) for image in images}
+
+
 def test_what_is_no_dataset_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="is no dataset"):
         repair(tmp_path, progress=ignore)
