@@ -43,11 +43,12 @@ class WorkerLimits:
 
 @dataclass(kw_only=True, eq=False)
 class WorkerSlot:
-    """The place of a worker: whether that has started, and what it is at."""
+    """The place of a worker: whether that has started, what it is at, and the variant that it has open."""
 
     number: int
     started: bool = False
     task: RenderTask | None = None
+    variant: str | None = None
 
 
 def supervise(
@@ -119,7 +120,11 @@ class _Supervisor:
                 "keep_render": task.keep_render,
                 "keep_labels": task.keep_labels,
             }
-            self._pool.send(slot, "picture", within_s=PATIENCE_S, **asked)
+            within_s = self._time(task) if slot.variant == picture.variant else PATIENCE_S
+            self._pool.send(slot, "picture", within_s=within_s, **asked)
+
+    def _time(self, task: RenderTask) -> float:
+        return self._limits.time.of(task.picture, task.kinds)
 
     def stop(self) -> None:
         """Begin no more pictures, and end the workers that have none."""
@@ -137,7 +142,8 @@ class _Supervisor:
         slot = event.key
         match event:
             case Reported() if slot.task:  # its stage is open
-                self._pool.give(slot, self._limits.time.of(slot.task.picture, slot.task.kinds))
+                slot.variant = slot.task.picture.variant
+                self._pool.give(slot, self._time(slot.task))
             case Answered(result=result):
                 self._answered(slot, result)
             case Failed(reason=ChildDiedError() as died):
