@@ -78,9 +78,9 @@ def test_a_binary_layer_that_is_damaged_where_it_is_read_late_is_told(child, pla
 
 
 @pytest.mark.parametrize("k1", [1e300, slow(1e-320), slow(float("inf"))])
-def test_a_lens_of_extreme_numbers_is_refused_or_taken(place, spin_usd, k1) -> None:
+def test_a_lens_of_extreme_numbers_is_refused(place, spin_usd, k1) -> None:
     (place.folder / "camera.json").write_text(json.dumps({**CAMERA, "distCoeffs": [k1, 0, 0, 0, 0]}))
-    done = spin_usd(*place.author(), cwd=place.folder, code=0 if k1 < 1 else 2)
+    done = spin_usd(*place.author(), cwd=place.folder, code=2)
     assert "internal" not in done.stderr
 
 
@@ -161,7 +161,7 @@ def test_a_file_or_link_where_a_folder_of_ours_belongs_blocks_no_later_run(place
     if name == "stage":
         shutil.rmtree(place.dataset / name)
     (place.dataset / name).symlink_to(place.users)
-    code = 0 if name == "x.tmp-y" else 2
+    code = 2 if name == "stage" else 0
     for _ in range(2):
         done = spin_usd(*place.render(), cwd=place.folder, code=code)
         assert "internal" not in done.stderr
@@ -172,7 +172,7 @@ def test_a_file_or_link_where_a_folder_of_ours_belongs_blocks_no_later_run(place
     assert {p.name for p in place.dataset.iterdir()} == {p.name for p in kept.iterdir()}
 
 
-@pytest.mark.parametrize(("name", "code"), [(RECORD, 1), slow("image", 2), slow("cache", 2), slow(".work", 2)])
+@pytest.mark.parametrize(("name", "code"), [(RECORD, 1), slow("image", 2), slow("cache", 2), slow(".work", 0)])
 def test_a_folder_for_a_file_and_a_file_for_a_folder_are_told(place, spin_usd, name, code) -> None:
     path = place.dataset / name
     if path.is_dir():
