@@ -7,7 +7,7 @@ from spin_usd.files.given_file import open_file
 from spin_usd.files.limits import UNBOUNDED
 
 
-def sha256_of(file: Path) -> str:
-    """Return the sha256 (hex) of the bytes in `file`. Raises InputError where that is none."""
-    with open_file(file, UNBOUNDED) as stream:
+def sha256_of(file: Path, *, most: int = UNBOUNDED) -> str:
+    """Return the sha256 (hex) of the bytes in `file`. Raises InputError where that is none, or has more than `most`."""
+    with open_file(file, most) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -85,6 +85,12 @@ def doubling():
     return HEAD + 'def "A" (references = </D0>)\n{\n}\n' + "".join(prims) + 'def Cube "D30"\n{\n}\n'
 
 
+def test_a_model_of_8_gib_is_refused_before_it_is_read(place, spin_usd) -> None:
+    (place.folder / "a.glb").write_bytes(b"glTF")
+    os.truncate(place.folder / "a.glb", 1 << 33)
+    assert "a.glb" in spin_usd(*place.author("--target", "a.glb"), cwd=place.folder, code=2).stderr
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_doubling_references_in_a_target_end_and_leave_nothing(place, spin_usd) -> None:

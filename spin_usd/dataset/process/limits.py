@@ -5,13 +5,14 @@ never use.
 """
 
 import resource
+import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
 import psutil
 
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, OutputError
 
 PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be made never to open
 START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
@@ -39,7 +40,13 @@ def machine_memory() -> int:
 
 
 def refuse_tight_limits() -> None:
-    """Raise InputError where a limit of this shell leaves no room for any command."""
+    """Raise InputError where a limit of this shell leaves no room for any command, OutputError without a folder for
+    temporary files."""
+    try:
+        tempfile.gettempdir()
+    except FileNotFoundError:
+        do = "set TMPDIR to one, free some space, or raise the limit of a file's size (ulimit -f)"
+        raise OutputError("no folder for temporary files can be written", do=do) from None
     for limit, least, word in (
         (resource.RLIMIT_AS, LEAST_MEMORY, "of address space (ulimit -v) is {0:.3g} GiB, and {1:.3g} GiB are needed"),
         (resource.RLIMIT_NOFILE, LEAST_FILES, "of open files (ulimit -n) is {2}, and {3} are needed"),

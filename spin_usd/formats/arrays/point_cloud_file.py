@@ -60,7 +60,7 @@ def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
         raise InputError(e.found, where=path, do="make it again") from e
     except OSError as e:
         raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
-    except (ValueError, TypeError, KeyError, EOFError) as e:
+    except (ValueError, TypeError, LookupError, EOFError) as e:
         raise InputError(f"is not a point cloud, or damaged ({e})", where=path, do="make it again") from e
 
 
