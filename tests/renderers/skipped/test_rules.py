@@ -47,7 +47,9 @@ def cycles():
 
 
 def surfaces():
-    return [slot for shown in bpy.data.objects if shown.name.startswith("target") for slot in shown.data.materials]
+    """The materials of the targets that are rendered; bodies of the scene before are still there, hidden."""
+    targets = [each for each in bpy.data.objects if each.name.startswith("target") and not each.hide_render]
+    return [slot for shown in targets for slot in shown.data.materials]
 
 
 def node_kinds():
