@@ -34,6 +34,7 @@ TESTS = {
     ],
     "multiply by references": [
         "stage/composition/test_open_layer.py::test_a_stage_is_counted_before_it_is_composed",
+        "test_bad_inputs.py::test_a_stage_that_multiplies_without_end_is_refused",
         "hostile/test_waiting.py::test_doubling_references_in_a_target_end_and_leave_nothing",
     ],
     "be huge": [
@@ -45,7 +46,6 @@ TESTS = {
     ],
     "never finish opening": [
         "dataset/process/test_child.py::test_a_child_that_says_nothing_is_ended",
-        "test_bad_inputs.py::test_a_stage_that_multiplies_without_end_is_given_up",
     ],
     "take all memory": [
         "dataset/process/test_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",
