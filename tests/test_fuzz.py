@@ -82,6 +82,25 @@ def test_the_corpus_has_its_classes_and_each_input_its_own_name(fuzzing) -> None
     }
 
 
+def test_a_campaign_goes_on_where_its_log_ends(fuzzing, tmp_path) -> None:
+    """And tries again what failed; a part of a line, which a kill leaves, is no line."""
+    from fuzzing.log import Log
+    from fuzzing.trial import Outcome, Trial, Verdict
+
+    file = tmp_path / "log"
+    log = Log(file, seed=3)
+    for name, verdict in (("1", Verdict.REFUSED), ("2", Verdict.HANG), ("3", Verdict.HANG), ("3", Verdict.FINE)):
+        trial = Trial(kind="usda", name=name, prepare=lambda sandbox: [])
+        log.add(trial, Outcome(verdict=verdict, commands=(), why="", seconds=1))
+    whole = file.read_text()
+    file.write_text(whole + whole[:40])
+    results = Log(file, seed=3).results()
+    assert [results.held(f"usda/{name}") for name in range(1, 5)] == [True, False, True, False]
+    assert results.by_kind == {"usda": {Verdict.REFUSED: 1, Verdict.HANG: 1, Verdict.FINE: 1}}
+    with pytest.raises(SystemExit, match="seed 3"):
+        Log(file, seed=4)
+
+
 @pytest.mark.slow
 def test_every_good_file_is_accepted_before_it_is_mutated(fuzzing, tmp_path, monkeypatch) -> None:
     """Else its mutants would be refused for another reason than what was done to them."""

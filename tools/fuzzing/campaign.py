@@ -7,17 +7,19 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import Queue
 
 from fuzzing.attempt import attempt
 from fuzzing.corpus.corpus import corpus
+from fuzzing.log import Log
 from fuzzing.mutation.mutants import mutants
+from fuzzing.results import Judged, Results
 from fuzzing.running.warm import WarmRunner
 from fuzzing.sandbox import remove
 from fuzzing.seeds import make_seeds
-from fuzzing.trial import Outcome, Trial, Verdict
+from fuzzing.trial import Outcome, Trial
 
 CORPUS_SHARE = 0.5
 MINUTE_S = 60.0
@@ -31,25 +33,12 @@ class Place:
     warm: WarmRunner
 
 
-@dataclass(kw_only=True)
-class Results:
-    """Verdicts by kind of input, and how many were judged; `slowest`: seconds, and the input that took them."""
-
-    by_kind: dict[str, dict[Verdict, int]] = field(default_factory=dict)
-    slowest: tuple[float, str] = (0.0, "")
-
-    def add(self, trial: Trial, outcome: Outcome) -> None:
-        """Count one."""
-        counts = self.by_kind.setdefault(trial.kind, {})
-        counts[outcome.verdict] = counts.get(outcome.verdict, 0) + 1
-        self.slowest = max(self.slowest, (outcome.seconds, trial.title))
-
-
 class Campaign:
-    """Inputs tried in `folder`; `workers` at once."""
+    """Inputs tried in `folder`; `workers` at once. What `log` says was tried and kept the promises is not tried
+    again."""
 
-    def __init__(self, folder: Path, *, keep: Path | None, seed: int, workers: int) -> None:
-        self.results, self.failed = Results(), False
+    def __init__(self, folder: Path, *, keep: Path | None, seed: int, workers: int, log: Log | None = None) -> None:
+        self.results, self.failed, self._log = log.results() if log else Results(), False, log
         self._folder, self._keep, self._seed = folder, keep and keep.resolve(), seed
         self._seeds = folder / "seeds" / "work"
         self._places: Queue[Place] = Queue()
@@ -71,7 +60,7 @@ class Campaign:
         """Try them all, some at once."""
         waiting: set[Future[tuple[Trial, Outcome]]] = set()
         with ThreadPoolExecutor(self._count) as pool:
-            for trial in trials:
+            for trial in (each for each in trials if not self.results.held(each.title)):
                 waiting.add(pool.submit(self._tried, trial))
                 if len(waiting) >= self._count:
                     waiting = self._counted(waiting, verbose)
@@ -84,7 +73,10 @@ class Campaign:
     ) -> set[Future[tuple[Trial, Outcome]]]:
         done, still = wait(waiting, return_when=FIRST_COMPLETED)
         for trial, outcome in (each.result() for each in done):
-            self.results.add(trial, outcome)
+            judged = Judged(kind=trial.kind, verdict=outcome.verdict, seconds=outcome.seconds)
+            self.results.add(trial.title, judged)
+            if self._log:
+                self._log.add(trial, outcome)
             if verbose or not outcome.verdict.keeps_the_promise:
                 print(f"{trial.title}: {outcome.verdict}: {outcome.why!r}", file=sys.stderr, flush=True)
             self.failed |= not outcome.verdict.keeps_the_promise

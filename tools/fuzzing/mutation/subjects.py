@@ -14,17 +14,23 @@ CHECK, EXPORT, REPRODUCE = (
     ("reproduce", "ds", "img000001"),
 )
 RESUME = ("render", "st", "--renderer", "raycast", "--workers", "1", "--labels", LABELS, "--out", "ds")
+STAGE_COMMANDS = (CHECK_STAGE, PLAN, RENDER)
 INPUTS = ("poses.json", "camera.json", "box.obj", "box.mtl", "texture.png")
+STAGES, MODELS, TEXTURES, POSE_LISTS = "stages and layers", "models", "textures", "pose lists"
+TABLES, DATASETS, LABEL_FILES = "tables, specifications", "documents, stages of datasets", "files of pictures"
+Commands = tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """name: the format · files: below the seeds, one of which is mutated (a pattern) · takes: what else is copied ·
-    commands: one of them is called; {file} is the mutated file · sealed: the dataset's digests are right again."""
+    """name: the format · group: of formats that the table counts together · files: below the seeds, one of which is
+    mutated (a pattern) · takes: what else is copied · commands: one of them is called; {file} is the mutated file ·
+    sealed: the dataset's digests are right again."""
 
     name: str
+    group: str
     files: tuple[str, ...]
-    commands: tuple[tuple[str, ...], ...]
+    commands: Commands
     takes: tuple[str, ...] = ()
     sealed: bool = False
 
@@ -33,48 +39,66 @@ class Subject:
         return sorted(path for pattern in self.files for path in seeds.glob(pattern) if path.is_file())
 
 
+def _one_file(name: str, takes: tuple[str, ...] = ("texture.png",), commands: Commands = STAGE_COMMANDS) -> Subject:
+    """A stage in one file."""
+    return Subject(name=name, group=STAGES, files=(f"stage.{name}",), takes=takes, commands=commands)
+
+
 def _in_stage(name: str, *files: str) -> Subject:
-    return Subject(
-        name=name, files=files, takes=("st",), commands=(("check", "st"), ("plan", "st"), (*RESUME[:-1], "out"))
-    )
+    commands = (("check", "st"), ("plan", "st"), (*RESUME[:-1], "out"))
+    return Subject(name=name, group=STAGES, files=files, takes=("st",), commands=commands)
 
 
 def _model(name: str, *files: str) -> Subject:
-    return Subject(name=name, files=files, takes=INPUTS, commands=(author_arguments("--target", "{file}"),))
+    commands = (author_arguments("--target", "{file}"),)
+    return Subject(name=name, group=MODELS, files=files, takes=INPUTS, commands=commands)
 
 
 def _texture(suffix: str) -> Subject:
-    return Subject(name=f"texture {suffix}", files=(f"texture.{suffix}",), takes=INPUTS, commands=(CHECK_STAGE,))
+    files, name = (f"texture.{suffix}",), f"texture {suffix}"
+    return Subject(name=name, group=TEXTURES, files=files, takes=INPUTS, commands=(CHECK_STAGE,))
 
 
 def _poses(name: str, file: str, folder: str | None = None) -> Subject:
     """A pose list that is one file, or one of those of a folder."""
     commands = (author_arguments("--poses", folder or "{file}"),)
-    return Subject(
-        name=f"poses {name}", files=(file,), takes=(*INPUTS, *([folder] if folder else [])), commands=commands
-    )
+    takes = (*INPUTS, *([folder] if folder else []))
+    return Subject(name=f"poses {name}", group=POSE_LISTS, files=(file,), takes=takes, commands=commands)
 
 
-def _table(name: str, option: str, *files: str) -> Subject:
-    return Subject(name=name, files=files, takes=INPUTS, commands=(author_arguments(option, "{file}"),))
+def _layer(name: str) -> Subject:
+    """A layer that is given to `author` by an option of its name."""
+    commands = (author_arguments(f"--{name}", "{file}"),)
+    files = (f"st/layers/{name}.usda",)
+    return Subject(name=f"{name} layer", group=STAGES, files=files, takes=INPUTS, commands=commands)
 
 
-def _in_dataset(name: str, *files: str, sealed: bool = False) -> Subject:
+def _table(name: str) -> Subject:
+    """A table or specification that is given to `author` by an option of its name."""
+    commands = (author_arguments(f"--{name}", "{file}"),)
+    return Subject(name=name, group=TABLES, files=(f"{name}.*",), takes=INPUTS, commands=commands)
+
+
+def _in_dataset(name: str, *files: str, group: str = DATASETS, sealed: bool = False) -> Subject:
     commands = (CHECK, CHECK, EXPORT, REPRODUCE, RESUME)
-    return Subject(name=name, files=files, takes=("ds", "st"), commands=commands, sealed=sealed)
+    return Subject(name=name, group=group, files=files, takes=("ds", "st"), commands=commands, sealed=sealed)
+
+
+def _label(suffix: str) -> Subject:
+    return _in_dataset(f"label {suffix}", f"ds/*/nominal/*.{suffix}", group=LABEL_FILES, sealed=True)
 
 
 SUBJECTS = (
-    Subject(name="usda", files=("stage.usda",), takes=("texture.png",), commands=(CHECK_STAGE, PLAN, RENDER)),
-    Subject(name="usdc", files=("stage.usdc",), takes=("texture.png",), commands=(CHECK_STAGE, PLAN, RENDER)),
-    Subject(name="usdz", files=("stage.usdz",), commands=(CHECK_STAGE, PLAN)),
+    _one_file("usda"),
+    _one_file("usdc"),
+    _one_file("usdz", takes=(), commands=STAGE_COMMANDS[:2]),
     _in_stage("layers", "st/**/*.usda"),
     _in_stage("crate layers", "st/**/*.usdc"),
     _model("target usda", "target.usda"),
     _model("target usdc", "target.usdc"),
     _model("target usdz", "target.usdz"),
     _model("obj", "box.obj"),
-    Subject(name="mtl", files=("box.mtl",), takes=INPUTS, commands=(author_arguments(),)),
+    Subject(name="mtl", group=MODELS, files=("box.mtl",), takes=INPUTS, commands=(author_arguments(),)),
     _model("ply", "box.ply", "box_ascii.ply"),
     _model("stl", "box.stl", "box_ascii.stl"),
     _model("gltf", "box.gltf"),
@@ -88,22 +112,19 @@ SUBJECTS = (
     _poses("coco", "exports/coco/annotations/*.json"),
     _poses("webdataset", "exports/webdataset/*.tar"),
     _poses("croissant", "exports/croissant/records.csv"),
-    _table("camera", "--camera", "camera.json"),
-    _table("camera layer", "--camera", "st/layers/camera.usda"),
-    _table("lights layer", "--lights", "st/layers/lights.usda"),
-    _table("environment layer", "--environment", "st/layers/environment.usda"),
-    _table("keypoints", "--keypoints", "keypoints.*"),
-    _table("parts", "--parts", "parts.*"),
-    _table("lidar", "--lidar", "lidar.toml"),
-    _table("sample", "--sample", "sample.toml"),
-    Subject(name="spec", files=("spec.toml",), takes=("st",), commands=(("augment", "st", "--spec", "{file}"),)),
+    *map(_layer, ("camera", "lights", "environment")),
+    *map(_table, ("camera", "keypoints", "parts", "lidar", "sample")),
+    Subject(
+        name="spec",
+        group=TABLES,
+        files=("spec.toml",),
+        takes=("st",),
+        commands=(("augment", "st", "--spec", "{file}"),),
+    ),
     _in_dataset("dataset.json", "ds/dataset.json"),
     _in_dataset("records", "ds/records/nominal/*.json"),
     _in_dataset("measured.json", "ds/cache/measured.json"),
     _in_dataset("dataset stage", "ds/stage/**/*.usd*", "ds/stage/SHA256SUMS", sealed=True),
     _in_dataset("cache", "ds/cache/**/*.exr", "ds/cache/**/*.png"),
-    _in_dataset("label exr", "ds/*/nominal/*.exr", sealed=True),
-    _in_dataset("label png", "ds/*/nominal/*.png", sealed=True),
-    _in_dataset("label npz", "ds/*/nominal/*.npz", sealed=True),
-    _in_dataset("label ply", "ds/*/nominal/*.ply", sealed=True),
+    *map(_label, ("exr", "png", "npz", "ply")),
 )
