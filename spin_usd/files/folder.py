@@ -97,6 +97,15 @@ class Folder:
             nodes = [Node(name, own)] if own else []
             yield from (node for node in (*nodes, *self.walk(name)) if node.type in STRANGE)
 
+    def in_the_way(self, name: str) -> Node | None:
+        """Return the link, pipe, socket or device that has that name, or lies on the way there; None without one."""
+        parts = parts_of(name, self.root)
+        for place in ("/".join(parts[:end]) for end in range(1, len(parts) + 1)):
+            type = self.type_of(place)
+            if type in STRANGE:
+                return Node(place, type)
+        return None
+
     def _opened(self, name: str, max_bytes: int) -> int:
         *folders, last = parts_of(name, self.root)
         try:

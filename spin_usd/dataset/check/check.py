@@ -7,11 +7,9 @@ from pathlib import Path
 from spin_usd.dataset.check.dataset import dataset_findings
 from spin_usd.dataset.check.stage import StageAnswer, stage_call
 from spin_usd.dataset.process.shared_calls import results_of
-from spin_usd.dataset.store.names import DESCRIPTION
+from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.errors import InputError
-from spin_usd.files.folder import Folder
-from spin_usd.files.node import NodeType
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
 from spin_usd.scene.finding import Finding
@@ -32,7 +30,7 @@ class CheckReport:
 
 def check(path: Path, *, progress: Progress) -> CheckReport:
     """Check the stage or dataset at `path`. Raises InputError when it is neither."""
-    if Folder(path).type_of(DESCRIPTION) not in (None, NodeType.FOLDER):
+    if Store(root=path).is_dataset():
         return CheckReport(kind="dataset", findings=list(dataset_findings(path.absolute(), progress=progress)))
     root = root_layer(path)
     if os.path.isfile(root) and root.suffix.lower().startswith(".usd"):

@@ -1,51 +1,86 @@
 """Findings on a dataset: links, its stage, its pictures, and stray files."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.check.cache import cache_findings
+from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
 from spin_usd.dataset.check.pictures import answered_findings, picture_call
 from spin_usd.dataset.check.provenance import RENDER_AGAIN
 from spin_usd.dataset.check.stage import StageAnswer, stage_call
-from spin_usd.dataset.picture.make_picture import KINDS
+from spin_usd.dataset.check.strange import strange_finding
+from spin_usd.dataset.check.strays import stray_findings
+from spin_usd.dataset.check.sums import sums_findings
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.shared_calls import results_of
-from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
+from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.folder import Folder
-from spin_usd.files.node import STRANGE, Node, NodeType
+from spin_usd.files.node import STRANGE, NodeType
 from spin_usd.progress import Progress
-from spin_usd.scene.finding import ERROR, WARNING, Finding
+from spin_usd.scene.finding import Finding
 
 PICTURES_PER_CHILD = 4  # starting one takes as long as checking so many
 
 
 def dataset_findings(root: Path, *, progress: Progress) -> Iterator[Finding]:
-    """Find all that is wrong with the dataset in the folder `root`, in the order of its records."""
+    """Find all that is wrong with the dataset in the folder `root`, each once, in the order of its records."""
+    told: set[Finding] = set()
+    for finding in _findings(root, progress):
+        if finding not in told:
+            told.add(finding)
+            yield finding
+
+
+def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
     store, nodes = Store(root=root), list(Folder(root).walk())
-    yield from map(_strange, (node for node in nodes if node.type in STRANGE))
+    yield from (strange_finding(node) for node in nodes if node.type in STRANGE)
     present = frozenset(node.name for node in nodes if node.type is NodeType.FILE)
+    inventory = Inventory(root=root, description=None, present=present)
     try:
-        description = read_json(store.folder, DESCRIPTION, "dataset-1")
+        inventory.description = read_json(store.folder, DESCRIPTION, "dataset-1")
     except InputError as e:
-        yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {e.do}")
-        return
-    inventory = Inventory(root=root, description=description, present=present)
-    own_stage = not any(node.type in STRANGE and node.name.startswith(f"{STAGE}/") for node in nodes)
-    yield from _answered(store, description["stage"]["root"] if own_stage else None, inventory, progress)
+        if not store.folder.in_the_way(DESCRIPTION):
+            yield Finding(code="description", where=DESCRIPTION, message=f"{e.found}; {MAKE_AGAIN}")
+    stage = None
+    if not any(node.type in STRANGE and node.name.partition("/")[0] == STAGE for node in nodes):
+        stage = _root_layer(store, inventory.description)
+        yield from _lost_stage(stage, inventory)
+    yield from _answered(store, stage if stage in present else None, inventory, progress)
+    yield from sums_findings(store, inventory)
     yield from cache_findings(store, inventory)
-    yield from _strays(inventory)
+    yield from stray_findings(inventory)
+
+
+def _root_layer(store: Store, description: Mapping[str, Any] | None) -> str | None:
+    """Return the name of the stage's root layer: as dataset.json says, or else the first record that can be used."""
+    if description:
+        return str(description["stage"]["root"])
+    for record in store.records():
+        with suppress(InputError):
+            return str(read_json(store.folder, record, "record-1")["provenance"]["stage"]["root"])
+    return None
+
+
+def _lost_stage(root: str | None, inventory: Inventory) -> Iterator[Finding]:
+    """Find whether the whole stage, or its `root` layer, is missing."""
+    if not any(name.startswith(f"{STAGE}/") for name in inventory.present):
+        where, message = STAGE, "the stage is missing"
+    elif root and root not in inventory.present:
+        where, message = root, "the stage's root layer is missing"
+    else:
+        return
+    inventory.missing.add(where)
+    yield Finding(code="stage", where=where, message=f"{message}; {RENDER_AGAIN}")
 
 
 def _answered(store: Store, stage: str | None, inventory: Inventory, progress: Progress) -> Iterator[Finding]:
     """Yield what children find on the `stage`, a root layer's name where it is looked at, and on the pictures."""
-    if stage is not None and stage not in inventory.present:
-        yield Finding(code="stage", where=stage, message=f"the stage's root layer is missing; {RENDER_AGAIN}")
-        stage = None
     records = list(store.records())
     stages = [] if stage is None else [stage_call(store.root / stage)]
     pictures = [picture_call(store, record) for record in records]
@@ -67,20 +102,3 @@ def _stage_findings(root: Path, result: Any) -> Iterator[Finding]:
     except SpinError as e:
         message = f"{e.found}; {e.do}" if e.do else e.found
         yield Finding(code="stage", where=str(e.where or root), message=message)
-
-
-def _strange(node: Node) -> Finding:
-    """Return a finding on a node that is neither file nor folder: a render refuses it where the dataset's own should
-    be."""
-    severity = ERROR if node.name.partition("/")[0] in (*OWN, LOCK) else WARNING
-    message = f"is a {node.type}, and those are not followed; put what it stands for in its place, or remove it"
-    code = "link" if node.type is NodeType.LINK else "special"
-    return Finding(code=code, where=node.name, message=message, severity=severity)
-
-
-def _strays(inventory: Inventory) -> Iterator[Finding]:
-    """Find files among the pictures that no record lists. Outside the kinds' own folders all else is the user's."""
-    for name in sorted(inventory.present - inventory.files):
-        if name.partition("/")[0] in KINDS:
-            message = "is not in any record; move it elsewhere, or remove it"
-            yield Finding(code="stray", where=name, message=message, severity=WARNING)

@@ -13,18 +13,21 @@ from spin_usd.files.folder import Folder
 class Inventory:
     """The contents of the dataset in the folder `root`.
 
-    description: its dataset.json · present: names of the files that are there · the others are of the records seen so
-    far: the files that they list, what they use of the cache, the inodes (device, number) of files that were verified,
-    and the layers that were.
+    description: its dataset.json, None where that cannot be used · present: names of the files that are there · the
+    others are of the records seen so far: those that cannot be used, the files that the others list, what they use of
+    the cache, the inodes (device, number) of files that were verified, the layers by name and sha256, with whether they
+    have that, and the names of what is missing of the stage, which has a finding.
     """
 
     root: Path
-    description: Mapping[str, Any]
+    description: Mapping[str, Any] | None
     present: Set[str]
+    unread: set[str] = field(default_factory=set)
     files: set[str] = field(default_factory=set)
     uses: set[Purpose] = field(default_factory=set)
     inodes: set[tuple[int, int]] = field(default_factory=set)
-    layers: set[tuple[str, str]] = field(default_factory=set)
+    layers: dict[tuple[str, str], bool] = field(default_factory=dict)
+    missing: set[str] = field(default_factory=set)
 
     def add(self, files: list[str], uses: list[Mapping[str, str]]) -> None:
         """Take in what a record lists: its `files`, which were verified, and the fields of each Purpose in `uses`."""

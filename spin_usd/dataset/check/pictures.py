@@ -25,6 +25,7 @@ def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator
     """
     where = call.arguments["record"]
     if isinstance(answer, ChildDiedError):
+        inventory.unread.add(where)
         message = f"cannot be checked: {answer.found}; {MAKE_AGAIN}"
         yield Finding(code="unreadable", where=where, message=message)
         return
@@ -34,3 +35,5 @@ def answered_findings(call: Call, answer: Any, inventory: Inventory) -> Iterator
     if listed := answer["listed"]:
         inventory.add(listed["files"], listed["uses"])
         yield from provenance_findings(where, listed["variant"], listed["stage"], inventory)
+    else:
+        inventory.unread.add(where)

@@ -1,11 +1,14 @@
 """Rule: the stage in the dataset is the one that made the picture."""
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 from spin_usd.dataset.check.digests import digest_findings
 from spin_usd.dataset.check.inventory import Inventory
+from spin_usd.dataset.check.strange import LINK, SPECIAL
+from spin_usd.dataset.store.names import STAGE
+from spin_usd.dataset.store.stage_layers import layers_of
 from spin_usd.scene.finding import WARNING, Finding
 
 RENDER_AGAIN = "run spin-usd render again with the stage that did"
@@ -16,14 +19,19 @@ def provenance_findings(where: str, variant: str, stage: Mapping[str, Any], inve
 
     where: the record of a picture · variant, stage: the picture's, and what its provenance says of the stage.
     """
-    if inventory.description["stage"]["hashes"].get(variant) != stage["hash"]:
+    description = inventory.description
+    if description and description["stage"]["hashes"].get(variant) != stage["hash"]:
         message = "was made from another state of the stage; run spin-usd render again"
         yield Finding(code="outdated", where=where, message=message, severity=WARNING)
         return
-    folder = Path(stage["root"]).parent
-    for layer, sha256 in stage["files"].items():
-        if (layer, sha256) not in inventory.layers:
-            inventory.layers.add((layer, sha256))
-            for finding in digest_findings(inventory.root, (folder / layer).as_posix(), sha256):
-                message = f"is not the layer that made the pictures; {RENDER_AGAIN}"
-                yield Finding(code="layer", where=finding.where, message=message)
+    for layer in layers_of(stage):
+        if layer not in inventory.layers and not inventory.missing & {layer[0], STAGE}:
+            found = [_of_layer(finding) for finding in digest_findings(inventory.root, *layer)]
+            inventory.layers[layer] = not found
+            yield from found
+
+
+def _of_layer(finding: Finding) -> Finding:
+    if finding.code in (LINK, SPECIAL):
+        return finding
+    return replace(finding, code="layer", message=f"is not the layer that made the pictures; {RENDER_AGAIN}")

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.store.dataset_folder import Store
-from spin_usd.dataset.store.file_digests import changed, same_files
+from spin_usd.dataset.store.file_digests import same_files
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION
+from spin_usd.dataset.store.stage_layers import refuse_changed_stage
 from spin_usd.errors import InputError
 
 COMMON = {
@@ -37,8 +38,7 @@ def read_dataset(root: Path) -> MergedDataset:
             f"is not a dataset: it has no {DESCRIPTION}", where=root, do="give a folder of spin-usd render"
         )
     store.refuse_strange()
-    for file in changed(store.stage):
-        raise InputError("is not as spin-usd wrote it", where=file, do="restore it, or render that shard again")
+    refuse_changed_stage(store, "is not as spin-usd wrote it", do="restore it, or render that shard again")
     return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
 
 

@@ -32,8 +32,9 @@ from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.store.dataset_folder import Lease, Store
-from spin_usd.dataset.store.file_digests import refuse_changed, same_files, write_sums
+from spin_usd.dataset.store.file_digests import CHANGED, same_files, write_sums
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
+from spin_usd.dataset.store.stage_layers import refuse_changed_stage
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
@@ -90,7 +91,7 @@ def render(
         raise InputError(f"is a URL, where {option} is not possible", where=out, do=do)
     with opened(out, cluster) as destination:
         store = destination.store
-        store.prepare()
+        store.prepare(strange_stays=only is not None)  # a repair leaves it where it is
         with store.locked(shard.name if shard else None) as lease:
             report = _render(destination, lease, request, options, progress, note)
             if not report.failed and shard is None and not destination.mirror:  # others may be using the cache
@@ -137,7 +138,7 @@ def _render(
         )
     with postponed(), store.turn():
         if not own:
-            refuse_changed(store.stage)
+            refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere")
         removed = _remove_unwanted(store, planned, options)
         if agreement:
             agree(store, agreement, work=lease.work)

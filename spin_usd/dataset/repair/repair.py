@@ -12,16 +12,16 @@ from spin_usd.dataset.check.dataset import dataset_findings
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.repair.damage import damaged_pictures, valid_records
+from spin_usd.dataset.repair.damage import damaged_pictures, obstacle, valid_records
 from spin_usd.dataset.repair.recorded_request import requests
-from spin_usd.dataset.store.atomic import write_text
-from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store
-from spin_usd.dataset.store.file_digests import SUMS, sums
+from spin_usd.dataset.repair.removed import removed
+from spin_usd.dataset.repair.stage_files import altered_layer, listed_again
+from spin_usd.dataset.store.dataset_folder import LOCK, OWN, Store, strange_error
 from spin_usd.dataset.store.json_schema import read_json
-from spin_usd.dataset.store.names import DESCRIPTION, RECORDS, STAGE, record_of
+from spin_usd.dataset.store.names import DESCRIPTION, STAGE, record_of
+from spin_usd.dataset.store.stage_layers import STAGE_SUMS
 from spin_usd.errors import InputError, SpinError
-from spin_usd.files.changes import remove_file
-from spin_usd.files.node import NodeType
+from spin_usd.files.node import Node, NodeType
 from spin_usd.progress import Note, Progress, unsaid
 
 OTHER_BYTES = ", with other bytes than it had: the software or the stage is another now"
@@ -39,12 +39,12 @@ def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairRepo
     """Make again what is missing or damaged in the dataset `root`, and check it then.
 
     Renders each damaged picture as its record says, and where that is lost as most others were. What is not the
-    dataset's own stays as it is. Raises InputError where there is no dataset, or another run is writing it.
+    dataset's own stays as it is, and so do links, with the pictures whose files they stand for. Raises InputError where
+    there is no dataset, or another run is writing it.
     """
     store = Store(root=root.absolute())
-    if not _is_dataset(store):
-        raise InputError("is no dataset, and --repair is for those", where=root, do="give a dataset's folder")
-    store.refuse_strange()
+    if not store.is_dataset():
+        raise InputError("is not a dataset, and --repair is for those", where=root, do="give a dataset's folder")
     with store.locked():
         pass  # what a killed run left is gone now
     repairing = _Repair(store, progress, note)
@@ -54,31 +54,28 @@ def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairRepo
     return RepairReport(kind="dataset", findings=findings, repaired=made, unrepaired=failed)
 
 
-def _is_dataset(store: Store) -> bool:
-    if store.folder.type_of(DESCRIPTION) is NodeType.FILE:
-        return True
-    return all(store.folder.type_of(name) is NodeType.FOLDER for name in (STAGE, RECORDS))
-
-
 class _Repair:
-    """The repair of one dataset. records: those that were valid before · repaired, unrepaired: as in the report."""
+    """The repair of one dataset. records: those that were valid before · strange: links and the like in its own places
+    · repaired, unrepaired: as in the report."""
 
     def __init__(self, store: Store, progress: Progress, note: Note) -> None:
         self.store, self.progress, self.note = store, progress, note
         self.records = valid_records(store)
+        self.strange = list(store.folder.strange(OWN))
         self.repaired: list[str] = []
         self.unrepaired: list[str] = []
 
     def run(self) -> None:
-        """Mend what the rest needs first."""
+        """Repair what the rest needs first."""
         self._try(DESCRIPTION, self._description)
         self._pictures()
-        self._try(f"{STAGE}/{SUMS}", self._sums)
+        if not any(node.name.partition("/")[0] == STAGE for node in self.strange):
+            self._try(STAGE_SUMS, partial(listed_again, self.store, self.records))
 
-    def _try(self, what: str, mend: Callable[[], Iterator[str]]) -> None:
-        """Put down what `mend` yields, or why it failed."""
+    def _try(self, what: str, fix: Callable[[], Iterator[str]]) -> None:
+        """Put down what `fix` yields, or why it failed."""
         try:
-            self.repaired.extend(mend())
+            self.repaired.extend(fix())
         except SpinError as e:
             self.unrepaired.append(f"{what}: {e}")
 
@@ -88,14 +85,17 @@ class _Repair:
             read_json(self.store.folder, DESCRIPTION, "dataset-1")
         except InputError:
             self._refuse_unsure()
-            remove_file(self.store.folder, DESCRIPTION)
             variants = tuple(dict.fromkeys(record["variant"] for record in self.records.values()))
-            for request in requests(self._root, self.records, self.records):
-                self._render(replace(request, variants=variants), frozenset())
+            with removed(self.store.folder, DESCRIPTION):
+                for request in requests(self._root, self.records, self.records):
+                    self._render(replace(request, variants=variants), frozenset())
             yield DESCRIPTION
 
     def _refuse_unsure(self) -> None:
-        """Raise InputError where it is not sure that the folder is a dataset's alone."""
+        """Raise InputError where a link is in the way, or it is not sure that the folder is a dataset's alone."""
+        for node in self.strange:
+            if node.name.partition("/")[0] in (DESCRIPTION, STAGE):
+                raise strange_error(self.store.folder, node)
         strange = sorted(set(self.store.held()) - {*OWN, LOCK})
         where = self.store.root / DESCRIPTION
         if strange:
@@ -116,29 +116,26 @@ class _Repair:
     def _pictures(self) -> None:
         """Make damaged and lost pictures again."""
         findings = list(dataset_findings(self.store.root, progress=self.progress))
-        names = damaged_pictures(self.store, findings, self.records)
+        names = self._reached(damaged_pictures(self.store, findings, self.records))
         if names and not self.records:
             do = "run spin-usd render again with the stage that made them"
             self.unrepaired.append(f"{', '.join(sorted(names))}: no record says how pictures were made; {do}")
-        elif names and (altered := self._altered_layer()):
+        elif names and (altered := altered_layer(self.store, self.records)):
             do = "restore it, or run spin-usd render again with the stage that made them"
             self.unrepaired.append(f"{', '.join(sorted(names))}: {altered} is not the layer that made them; {do}")
         elif names:
             for request, group in requests(self._root, sorted(names), self.records).items():
                 self._try(", ".join(sorted(group)), partial(self._made, request, group))
 
-    def _altered_layer(self) -> str | None:
-        """Return the name of a layer that no record knows as it is; None where there is none. Pictures made of it would
-        be others, and their new records would vouch for it."""
-        known = defaultdict[str, set[str]](set)
-        for record in self.records.values():
-            for name, sha256 in _layers(record):
-                known[name].add(sha256)
-        folder = self.store.folder
-        there = {name for name in known if folder.type_of(name) is NodeType.FILE}
-        return next(
-            (name for name in sorted(known) if name not in there or folder.sha256(name) not in known[name]), None
-        )
+    def _reached(self, names: set[str]) -> set[str]:
+        """Return those of the pictures whose files can be replaced, and put down what is in the way of the others."""
+        left = defaultdict[Node, list[str]](list)
+        for name in sorted(names):
+            if node := obstacle(name, self.strange):
+                left[node].append(name)
+        for node, pictures in left.items():
+            self.unrepaired.append(f"{', '.join(pictures)}: {strange_error(self.store.folder, node)}")
+        return names - {name for pictures in left.values() for name in pictures}
 
     def _made(self, request: RenderRequest, names: set[str]) -> Iterator[str]:
         """Make the pictures of these names; yield those that are there then."""
@@ -154,28 +151,6 @@ class _Repair:
                 after = _digests(read_json(self.store.folder, record, "record-1"))
                 yield name + (OTHER_BYTES if before and before != after else "")
 
-    def _sums(self) -> Iterator[str]:
-        """List the stage's files again where the list is lost and every one of them is as records say."""
-        stage, folder = self.store.stage, self.store.folder
-        if folder.type_of(STAGE) is not NodeType.FOLDER or folder.type_of(f"{STAGE}/{SUMS}") is NodeType.FILE:
-            return
-        known = {layer for record in self.records.values() for layer in _layers(record)}
-        for name in folder.files(STAGE):
-            if (name, folder.sha256(name)) not in known:
-                found = f"cannot be written again: no record says that {name} is as it was"
-                do = "move stage/ elsewhere, and run spin-usd render again with the stage that made the pictures"
-                raise InputError(found, where=stage / SUMS, do=do)
-        with self.store.locked() as lease:
-            write_text(folder, f"{STAGE}/{SUMS}", sums(stage), work=lease.work)
-        yield f"{STAGE}/{SUMS}"
-
 
 def _digests(record: Mapping[str, Any] | None) -> dict[str, str]:
     return {kind: entry["sha256"] for kind, entry in record["files"].items()} if record else {}
-
-
-def _layers(record: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield names in the dataset and digests of the layers that made a picture."""
-    stage = record["provenance"]["stage"]
-    folder = Path(stage["root"]).parent
-    return (((folder / layer).as_posix(), sha256) for layer, sha256 in stage["files"].items())

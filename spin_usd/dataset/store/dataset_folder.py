@@ -26,7 +26,7 @@ from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, is_
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
-from spin_usd.files.node import NodeType
+from spin_usd.files.node import Node, NodeType
 from spin_usd.stop_signals import postponed
 
 OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
@@ -75,9 +75,16 @@ class Store:
         """The names of all records, ordered by variant and frame."""
         return filter(is_record, self.folder.files(RECORDS))
 
-    def prepare(self) -> None:
+    def is_dataset(self) -> bool:
+        """Return whether the folder holds a dataset, perhaps one that has lost its dataset.json."""
+        if self.folder.type_of(DESCRIPTION) not in (None, NodeType.FOLDER):
+            return True
+        return all(self.folder.type_of(name) is NodeType.FOLDER for name in (STAGE, RECORDS))
+
+    def prepare(self, *, strange_stays: bool = False) -> None:
         """Look whether a run may write here: writes nothing. Raises InputError where the folder holds anything but a
-        dataset, or a dataset that `refuse_strange` refuses, OutputError where it is not a folder, or cannot be read."""
+        dataset, or, unless `strange_stays`, one that `refuse_strange` refuses; OutputError where it is not a folder, or
+        cannot be read."""
         held = self.held()
         if held and DESCRIPTION not in held:  # another shard may be starting or ending just now
             for lock in filter(_is_lock, held):
@@ -87,7 +94,7 @@ class Store:
             return
         if DESCRIPTION not in held and not {STAGE, RECORDS} < set(held) <= {*OWN, LOCK}:
             raise InputError(f"holds {held[0]} but no {DESCRIPTION}", where=self.root, do="choose an empty folder")
-        self.refuse_strange()
+        self._refuse_other_types() if strange_stays else self.refuse_strange()
         if DESCRIPTION in held:
             self._refuse_other_description()
 
@@ -96,7 +103,7 @@ class Store:
         try:
             read_json(self.folder, DESCRIPTION, "dataset-1")
         except InputError as e:
-            do = "if it is a dataset's, remove it and run spin-usd render again; if not, choose another folder"
+            do = "if it is a dataset's, run spin-usd check --repair; if not, choose another folder"
             raise InputError(e.found, where=self.root / DESCRIPTION, do=do) from e
 
     def held(self) -> list[str]:
@@ -120,10 +127,13 @@ class Store:
         """Raise InputError where what should be the dataset's own is a link, or neither file nor folder: whatever that
         leads to is not the dataset's, and is neither read nor written nor removed."""
         refuse_strange(self.folder, OWN)
+        self._refuse_other_types()
+
+    def _refuse_other_types(self) -> None:
         for name in OWN:
             wanted = NodeType.FILE if name == DESCRIPTION else NodeType.FOLDER
             if self.folder.type_of(name) not in (None, wanted):
-                raise InputError(f"is no {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
+                raise InputError(f"is not a {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 
     @contextmanager
     def locked(self, shard: str | None = None) -> Iterator[Lease]:
@@ -208,8 +218,13 @@ class Store:
 def refuse_strange(folder: Folder, names: tuple[str, ...]) -> None:
     """Raise InputError where one of these in the folder, or something below it, is neither file nor folder."""
     for node in folder.strange(names):
-        do = "put what it stands for in its place, or remove it"
-        raise InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
+        raise strange_error(folder, node)
+
+
+def strange_error(folder: Folder, node: Node) -> InputError:
+    """Return the error over something in the folder that is neither file nor folder."""
+    do = "put what it stands for in its place, or remove it"
+    return InputError(f"is a {node.type}, and those are not followed", where=folder.root / node.name, do=do)
 
 
 def _is_lock(name: str) -> bool:

@@ -2,6 +2,7 @@
 is ours. The list is as the program `sha256sum` writes it, and `sha256sum --check` reads it.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -14,6 +15,7 @@ from spin_usd.files.node import NodeType
 
 SUMS = "SHA256SUMS"
 CHANGED = "is not as spin-usd wrote it, and would be replaced"
+LINE = re.compile(r"\\?[0-9a-f]{64}  .+")
 
 
 def write_sums(folder: Path, *, beside: Iterable[str] = ()) -> None:
@@ -33,20 +35,30 @@ def same_files(folder: Path, other: Path) -> bool:
     return False
 
 
-def refuse_changed(folder: Path) -> None:
-    """Raise InputError where the folder holds a file that it does not list, or not with these bytes."""
-    for file in changed(folder):
-        raise InputError(CHANGED, where=file, do=f"move {folder.name}/ elsewhere")
-
-
 def changed(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
     """Return the files in the folder, and those of these names `beside` it that are there, which its list does not
-    name, or not with these bytes."""
-    text = ""
-    with suppress(InputError):
-        text = Folder(folder).read(SUMS, MAX_DOCUMENT).decode("utf-8", "surrogateescape")
-    listed = set(text.split("\n"))
+    name, or not with these bytes; the list itself where that is there and is none."""
+    if Folder(folder).type_of(SUMS) is NodeType.FILE and not has_list(folder):
+        return iter([folder / SUMS])
+    return unlisted(folder, beside=beside)
+
+
+def unlisted(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
+    """Return those files whose line is not in the list, whatever else is there."""
+    listed = set(_listed(folder))
     return (file for file, line in _lines(folder, beside) if line not in listed)
+
+
+def has_list(folder: Path) -> bool:
+    """Return whether the folder has a list that is whole: each line is one of a list."""
+    lines = _listed(folder)
+    return bool(lines) and all(map(LINE.fullmatch, lines))
+
+
+def _listed(folder: Path) -> list[str]:
+    with suppress(InputError):
+        return Folder(folder).read(SUMS, MAX_DOCUMENT).decode("utf-8", "surrogateescape").removesuffix("\n").split("\n")
+    return []
 
 
 def _lines(folder: Path, beside: Iterable[str]) -> Iterator[tuple[Path, str]]:

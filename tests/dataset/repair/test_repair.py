@@ -7,7 +7,10 @@ import pytest
 
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.dataset.repair.damage import valid_records
 from spin_usd.dataset.repair.repair import repair
+from spin_usd.dataset.repair.stage_files import listed_again
+from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
 from spin_usd.progress import ignore
 from spin_usd.scene.effort import Effort
@@ -119,6 +122,44 @@ def test_nothing_is_made_again_of_an_altered_stage(dataset) -> None:
     assert {finding.where for finding in report.findings} >= {str(image.relative_to(dataset)) for image in images}
 
 
-def test_what_is_no_dataset_is_refused(tmp_path) -> None:
-    with pytest.raises(InputError, match="is no dataset"):
+def test_a_link_keeps_its_own_pictures_alone_from_being_repaired(whole, dataset) -> None:
+    """It stays, and what it leads to; beside it a list that is junk is written again, but for what nobody vouches."""
+    mine = dataset.parent / "mine.png"
+    mine.write_text("mine")
+    linked, other = (dataset / f"image/nominal/img00000{number}.png" for number in (1, 2))
+    linked.unlink()
+    linked.symlink_to(mine)
+    flip(other)
+    (dataset / "stage" / "SHA256SUMS").write_text("junk")
+    report = repair(dataset, progress=ignore)
+    assert report.repaired == ["nominal/img000002"]
+    of_link, of_list = report.unrepaired
+    assert of_link.startswith("nominal/img000001: ")
+    assert "img000001.png: is a link" in of_link
+    assert "plain.usda is as it was" in of_list
+    assert [finding.where for finding in report.findings] == ["image/nominal/img000001.png", "stage/SHA256SUMS"]
+    assert (linked.is_symlink(), mine.read_text()) == (True, "mine")
+    assert other.read_bytes() == (whole / "image/nominal/img000002.png").read_bytes()
+
+
+def test_a_damaged_list_is_written_again_where_its_lines_and_records_vouch_for_all(whole, dataset) -> None:
+    sums = dataset / "stage" / "SHA256SUMS"
+    lines = sums.read_text().splitlines()
+    sums.write_text("\n".join("junk" if line.endswith("dataset.usda") else line for line in lines))
+    store = Store(root=dataset)
+    assert list(listed_again(store, valid_records(store))) == ["stage/SHA256SUMS"]
+    assert contents(dataset) == contents(whole)
+
+
+def test_a_description_that_cannot_be_made_again_stays(dataset) -> None:
+    """Here the stage that it would be read from is gone."""
+    (dataset / "dataset.json").write_text("{")
+    shutil.rmtree(dataset / "stage")
+    (said,) = repair(dataset, progress=ignore).unrepaired
+    assert said.startswith("dataset.json: ")
+    assert (dataset / "dataset.json").read_text() == "{"
+
+
+def test_what_is_not_a_dataset_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match="is not a dataset"):
         repair(tmp_path, progress=ignore)

@@ -1,6 +1,7 @@
 """The child's part of `check` of a dataset: what is wrong with one picture, and what its record lists, as JSON."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ from spin_usd.dataset.check.in_child.picture_rules import PICTURE_RULES
 from spin_usd.dataset.store.cache import uses
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, picture_of
-from spin_usd.errors import SpinError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.formats.arrays.array_file import read_array
@@ -63,8 +64,9 @@ def _findings(root: Path, where: str, record: Mapping[str, Any]) -> Iterator[Fin
     wrong += [each for each in found.values() if isinstance(each, Finding)]
     yield from wrong
     arrays = {} if wrong else {kind: each for kind, each in found.items() if not isinstance(each, Finding)}
-    picture = CheckedPicture(where=where, record=record, description=_description(str(root)), arrays=arrays)
-    for rule in PICTURE_RULES:
+    description = _description(str(root))
+    picture = CheckedPicture(where=where, record=record, description=description or {}, arrays=arrays)
+    for rule in PICTURE_RULES if description else ():  # numbers mean nothing without their targets
         try:
             with reading(where):
                 yield from rule(picture)
@@ -77,5 +79,8 @@ def _finding(code: str, where: str, error: SpinError) -> Finding:
 
 
 @cache
-def _description(root: str) -> Mapping[str, Any]:
-    return read_json(Folder(Path(root)), DESCRIPTION, "dataset-1")
+def _description(root: str) -> Mapping[str, Any] | None:
+    """Return dataset.json; None where that cannot be used, which has a finding of its own."""
+    with suppress(InputError):
+        return read_json(Folder(Path(root)), DESCRIPTION, "dataset-1")
+    return None
