@@ -50,6 +50,8 @@ def _plain(value: object) -> object:
 
 def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
     choices = _choices(hint)
+    if Path in choices and value == "":
+        raise InputError(f"{name} is ''", do="make it a path; the current folder is '.'")
     if not any(_is_of(value, choice) for choice in choices):
         raise InputError(f"{name} is {value!r}", do=f"make it {' or '.join(map(_name, choices))}")
 

@@ -1,9 +1,11 @@
-"""A command that refuses an option given twice, where typer silently takes the last, and shows flags as flags."""
+"""A command that refuses an option given twice, where typer silently takes the last, and an empty path, which it takes
+for the current folder; and shows flags as flags."""
 
-from typing import Any
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
 
 import typer
-from typer.core import TyperCommand, TyperGroup, TyperOption
+from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
 
 def without_types_of_flags(params: list[Any]) -> list[Any]:
@@ -22,15 +24,30 @@ class Group(TyperGroup):
 
 
 class Command(TyperCommand):
-    """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value."""
+    """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value, and
+    for an empty path."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         return without_types_of_flags(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
-        options = [option for option in given if isinstance(option, TyperOption)]
+        values, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        params = [param for param in given if isinstance(param, TyperOption | TyperArgument)]
+        options = [param for param in params if isinstance(param, TyperOption)]
         for option in options:
             if options.count(option) > 1 and not (option.is_flag or option.multiple):
                 raise typer.BadParameter("is given more than once", ctx=ctx, param=option)
+        paths = self._paths()
+        for param in params:
+            if param.name in paths and "" in _each(values[param.name]):
+                raise typer.BadParameter("is empty", ctx=ctx, param=param)
         return super().parse_args(ctx, args)
+
+    def _paths(self) -> set[str]:
+        """Return the names of the parameters that hold one path or several."""
+        hints = get_type_hints(self.callback)
+        return {name for name, hint in hints.items() if Path in (hint, *get_args(hint))}
+
+
+def _each(value: Any) -> tuple[Any, ...]:
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
