@@ -32,7 +32,7 @@ from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import MEASURED, remove_entries, used
 from spin_usd.dataset.store.dataset_folder import Lease, Store
-from spin_usd.dataset.store.file_digests import CHANGED, same_files, write_sums
+from spin_usd.dataset.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.stage_layers import refuse_changed_stage
 from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
@@ -257,7 +257,7 @@ def _adopt_stage(store: Store, work: Path) -> None:
     with the work folder."""
     try:
         write_sums(work / STAGE)
-        if same_files(work / STAGE, store.stage):
+        if same_files(work / STAGE, store.stage) and same_names(work / STAGE, store.stage):
             return
         with suppress(FileNotFoundError):
             put(Folder(work), store.stage, "old")

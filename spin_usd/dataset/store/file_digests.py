@@ -35,6 +35,11 @@ def same_files(folder: Path, other: Path) -> bool:
     return False
 
 
+def same_names(folder: Path, other: Path) -> bool:
+    """Return whether both folders hold files of the same names, whatever their lists say."""
+    return set(Folder(folder).files()) == set(Folder(other).files())
+
+
 def changed(folder: Path, *, beside: Iterable[str] = ()) -> Iterator[Path]:
     """Return the files in the folder, and those of these names `beside` it that are there, which its list does not
     name, or not with these bytes; the list itself where that is there and is none."""

@@ -251,6 +251,13 @@ def test_what_a_user_put_into_the_stages_copy_is_not_replaced(authored, dataset)
     assert make(authored, dataset).reused == 2
 
 
+def test_a_layer_that_the_stages_copy_has_lost_comes_back(authored, dataset) -> None:
+    before = content(dataset)
+    (dataset / "stage" / "layers" / "lights.usda").unlink()
+    assert make(authored, dataset).reused == 2
+    assert content(dataset) == before
+
+
 @pytest.mark.slow
 def test_another_stage_replaces_pictures_only_when_told(authored, dataset, tmp_path, spin_usd) -> None:
     """One that was edited is the same stage still, and so is one over it."""
