@@ -2,11 +2,17 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from shlex import quote
 from typing import NamedTuple
 
 from spin_usd.dataset.store.atomic import link_atomically
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
+
+
+def repair_of(root: Path) -> str:
+    """Say how the dataset in the folder `root` is repaired."""
+    return f"run spin-usd check --repair {quote(str(root))}"
 
 
 class _Placed(NamedTuple):
@@ -31,8 +37,7 @@ class FileTransfer:
         inode = folder.inode(name)
         placed = self._placed.get(inode)
         if (placed.sha256 if placed else folder.sha256(name)) != sha256:
-            do = "run spin-usd render again with --verify there"
-            raise InputError("is not as its record says", where=root / name, do=do)
+            raise InputError("is not as its record says", where=root / name, do=repair_of(root))
         source = placed.file if placed else FileIn(folder, name)
         link_atomically(out, name, source, work=self.work, copy=self.copy and placed is None)
         if placed is None and folder.has_other_names(name):

@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from spin_usd.dataset.merge.file_transfer import FileTransfer
+from spin_usd.dataset.merge.file_transfer import FileTransfer, repair_of
 from spin_usd.dataset.merge.merged_dataset import MergedDataset, merged_description, read_dataset, refuse_different
 from spin_usd.dataset.merge.pictures import MergedPicture, collect
 from spin_usd.dataset.merge.report import MergeReport
@@ -34,10 +34,7 @@ def merge(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Pr
     of one stage and rendered alike, a picture is in two and not the same, or a file is damaged; and OutputError.
     """
     began = time.monotonic()
-    if not shards:
-        raise InputError("there is nothing to merge", do="give the folders of shards")
-    for shard in shards:
-        _refuse_overlap(shard, out)
+    _refuse_folders(shards, out)
     sources, store = [read_dataset(shard) for shard in shards], Store(root=out.absolute())
     store.prepare()
     with store.locked() as lease:
@@ -61,11 +58,20 @@ def merge(shards: Sequence[Path], out: Path, *, copy: bool = False, progress: Pr
     )
 
 
-def _refuse_overlap(shard: Path, out: Path) -> None:
-    a, b = shard.resolve(), out.resolve()
-    if a.is_relative_to(b) or b.is_relative_to(a):
-        found = "is the folder to merge into" if a == b else f"and {out} lie one in the other"
-        raise InputError(found, where=shard, do="choose another folder; what --out holds already stays in it")
+def _refuse_folders(shards: Sequence[Path], out: Path) -> None:
+    """Raise InputError where there is no shard, one is given twice, or one and `out` lie in each other."""
+    if not shards:
+        raise InputError("there is nothing to merge", do="give the folders of shards")
+    given, b = set[Path](), out.resolve()
+    for shard in shards:
+        a, do = shard.resolve(), "choose another folder; what --out holds already stays in it"
+        if a == b:
+            raise InputError("is the folder to merge into", where=shard, do=do)
+        if a.is_relative_to(b) or b.is_relative_to(a):
+            raise InputError("one lies inside the other", where=f"{shard} and {out}", do=do)
+        if a in given:
+            raise InputError("is given twice", where=shard, do="give each shard once")
+        given.add(a)
 
 
 def _begin(store: Store, sources: Sequence[MergedDataset], lease: Lease) -> None:
@@ -85,11 +91,20 @@ def _put_pictures(pictures: Sequence[MergedPicture], transfer: FileTransfer, pro
     """Put all files of each picture, and then its record: whoever stops this leaves whole pictures."""
     for done, picture in enumerate(pictures):
         progress(MERGING, done, len(pictures))
-        store, record = picture.source.store, picture.record()
-        for kind, name in recorded_files(record, picture.variant, picture.frame).items():
-            transfer.put(store.root, name, record["files"][kind].get("sha256"))
-        transfer.put_record(store.root, picture.name)
+        try:
+            _put_picture(picture, transfer)
+        except (InputError, OutputError) as e:
+            do = repair_of(picture.source.store.root) if isinstance(e, InputError) else e.do
+            rest = f"{done} of {len(pictures)} pictures are merged and stay, and it goes on with the others"
+            raise type(e)(e.found, where=e.where, do=f"{do}, and merge again: {rest}") from e
     progress(MERGING, len(pictures), len(pictures))
+
+
+def _put_picture(picture: MergedPicture, transfer: FileTransfer) -> None:
+    root, record = picture.source.store.root, picture.record()
+    for kind, name in recorded_files(record, picture.variant, picture.frame).items():
+        transfer.put(root, name, record["files"][kind].get("sha256"))
+    transfer.put_record(root, picture.name)
 
 
 def _put_cache(sources: Sequence[MergedDataset], transfer: FileTransfer, progress: Progress) -> None:
@@ -129,5 +144,7 @@ def _missing(
         keep_agreement(store, agreed[0], work=lease.work)
     found = Counter[str]()
     for agreement in agreed:
-        found.update(str(shard) for name, shard in agreement.pictures() if name not in there)
+        missing = {name: shard for name, shard in agreement.pictures() if name not in there}
+        found.update(map(str, missing.values()))
+        there |= missing.keys()  # runs that were cut otherwise may have the same: each is of one shard here
     return dict(sorted(found.items()))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.merge.file_transfer import repair_of
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.file_digests import same_files
 from spin_usd.dataset.store.json_schema import read_json
@@ -39,7 +40,10 @@ def read_dataset(root: Path) -> MergedDataset:
         )
     store.refuse_strange()
     refuse_changed_stage(store, "is not as spin-usd wrote it", do="restore it, or render that shard again")
-    return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
+    try:
+        return MergedDataset(store=store, description=read_json(store.folder, DESCRIPTION, "dataset-1"))
+    except InputError as e:
+        raise InputError(e.found, where=e.where, do=repair_of(root)) from e
 
 
 def refuse_different(sources: Sequence[MergedDataset]) -> None:

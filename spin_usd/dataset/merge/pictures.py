@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.merge.file_transfer import repair_of
 from spin_usd.dataset.merge.merged_dataset import MergedDataset
 from spin_usd.dataset.store.names import picture_of, record_of
 from spin_usd.dataset.store.unfinished import recorded_files
@@ -45,7 +46,7 @@ class MergedPicture:
         except (InputError, ValueError, RecursionError):
             record = None
         if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):
-            raise InputError("is not this picture's record", where=self.path, do=AGAIN)
+            raise InputError("is not this picture's record", where=self.path, do=repair_of(self.source.store.root))
         return record
 
 
@@ -87,4 +88,5 @@ def _settings(record: Mapping[str, Any], picture: MergedPicture) -> dict[str, An
         seed = provenance["seed"]["dataset"]
         return {"renderer": render["renderer"], "effort": render["effort"], "seed": seed}
     except (KeyError, TypeError):
-        raise InputError("does not say how it was rendered", where=picture.path, do=AGAIN) from None
+        do = repair_of(picture.source.store.root)
+        raise InputError("does not say how it was rendered", where=picture.path, do=do) from None

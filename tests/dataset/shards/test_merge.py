@@ -96,6 +96,20 @@ def test_it_says_which_shard_is_missing_and_takes_it_later(whole, made, tmp_path
     assert package.merge(made, out=out).added == 0
 
 
+def test_a_picture_is_missing_once_where_runs_were_cut_otherwise(make, made, tmp_path) -> None:
+    """Shards of three and of two, which have pictures in common."""
+    half = _made(make, tmp_path / "half", "0/2")
+    report = merge([made[0], half], tmp_path / "merged", progress=quiet)
+    assert sum(report.missing.values()) == 12 - report.pictures
+
+
+@pytest.mark.parametrize("given", [["", "--out", "m"], ["a", "--out", ""]])
+def test_an_empty_path_is_not_the_current_folder(spin_usd, given) -> None:
+    assert "is empty" in spin_usd("merge", *given, code=2).stderr
+    with pytest.raises(InputError, match=r"out is ''; make it a path"):
+        package.merge("a", out="")
+
+
 def test_a_merge_that_was_stopped_goes_on(whole, made, tmp_path) -> None:
     class StoppedError(Exception):
         pass
@@ -133,14 +147,16 @@ def test_equal_pictures_in_two_shards_are_one(whole, made, shards, tmp_path) -> 
 def test_a_damaged_file_is_refused(shards, tmp_path, kind) -> None:
     files = sorted((shards[1] / kind).rglob("*.*"))
     files[0].write_bytes(files[0].read_bytes()[:-1] + b"?")
-    with pytest.raises(InputError, match="is not as its record says"):
+    rest = r"run spin-usd check --repair \S*/apart/1, and merge again: [4-7] of 12 pictures are merged and stay"
+    with pytest.raises(InputError, match=f"is not as its record says; {rest}"):
         merge(shards, tmp_path / "merged", progress=quiet)
+    assert 4 <= len(list(Store(root=tmp_path / "merged").records())) <= 7
 
 
 def test_a_damaged_record_is_refused(shards, tmp_path) -> None:
     for text in ("", "[]", "[" * 100_000, '{"files": {"image": {"path": "../../x"}}}'):
         some_record(shards[1]).write_text(text)
-        with pytest.raises(InputError, match="is not this picture's record"):
+        with pytest.raises(InputError, match=r"is not this picture's record; run spin-usd check --repair"):
             merge(shards, tmp_path / "merged", progress=quiet)
 
 
@@ -181,8 +197,9 @@ def test_folders_that_are_no_datasets_or_lie_in_each_other_are_refused(shards, t
         ([], tmp_path / "m", "nothing to merge"),
         ([tmp_path / "empty"], tmp_path / "m", r"it has no dataset\.json"),
         (shards, shards[0], "is the folder to merge into"),
-        (shards, shards[0] / "m", "lie one in the other"),
-        (shards, tmp_path, "lie one in the other"),
+        (shards, shards[0] / "m", "0/m: one lies inside the other"),
+        (shards, tmp_path, "one lies inside the other"),
+        ([*shards, shards[0] / "../0"], tmp_path / "m", "0/../0: is given twice"),
     ):
         with pytest.raises(InputError, match=words):
             merge(given, out, progress=quiet)
