@@ -15,7 +15,7 @@ from run_trials.comparison import digests, faults
 from run_trials.supervised_run import SupervisedRun, records
 
 from spin_usd.dataset.process.child import DeathCause
-from spin_usd.dataset.process.deaths import TRIES
+from spin_usd.dataset.process.retries import TRIES
 
 LOOK_S = 0.02
 GIVEN_UP = f"SIGKILL (perhaps the system was out of memory), {TRIES[DeathCause.KILLED]} times"

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.deaths import Deaths
 from spin_usd.dataset.process.limits import START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
+from spin_usd.dataset.process.retries import Retries
 from spin_usd.errors import OutputError, RenderError
 
 
@@ -77,7 +77,7 @@ class Processes:
         written, and what opening a process raises.
         """
         results: dict[int, JobResult] = {}
-        deaths = defaultdict[int, Deaths](Deaths)
+        retries = defaultdict[int, Retries](Retries)
         waiting = deque(enumerate(jobs))
         for slot in self._slots:
             self._feed(slot, waiting)
@@ -90,7 +90,7 @@ class Processes:
                     if isinstance(event, Answered) and process.opening:
                         process.opening = False
                         self._send(process, job[1])
-                    elif (died := _death(event)) and deaths[job[0]].may_try_again(died):
+                    elif (died := _death(event)) and retries[job[0]].may_try_again(died):
                         self._forget(process)
                         waiting.appendleft(job)
                         self._feed(process.slot, waiting)

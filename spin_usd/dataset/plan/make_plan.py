@@ -10,9 +10,9 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.deaths import READING_TRIES, Deaths
 from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
+from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
@@ -129,7 +129,7 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
 
 def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
     """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
-    deaths = Deaths(READING_TRIES)
+    retries = Retries(READING_TRIES)
     while True:
         child = Child()
         try:
@@ -144,8 +144,8 @@ def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
             )
         except ChildDiedError as died:
             child.kill()
-            if not deaths.may_try_again(died):
-                raise ChildDiedError(deaths.in_words(died), cause=died.cause) from died
+            if not retries.may_try_again(died):
+                raise ChildDiedError(retries.in_words(died), cause=died.cause) from died
             if question.copy_to:
                 shutil.rmtree(question.copy_to, ignore_errors=True)  # half a copy
         except BaseException:
@@ -170,7 +170,7 @@ def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: C
     replaced. Raises what one of them fails with, ChildDiedError where several die over the same request."""
     answers: dict[int, Any] = {}
     done = dict.fromkeys(range(len(requests)), 0)
-    deaths = [Deaths(READING_TRIES) for _ in requests]
+    retries = [Retries(READING_TRIES) for _ in requests]
     for number, request in enumerate(requests):
         pool.send(number, "plan_pictures", within_s=PATIENCE_S, **request)
     while len(answers) < len(requests):
@@ -182,8 +182,8 @@ def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: C
                 case Answered(key=number, result=result):
                     answers[number] = result
                 case Failed(key=number, reason=ChildDiedError() as died) if number not in answers:
-                    if not deaths[number].may_try_again(died):
-                        raise ChildDiedError(deaths[number].in_words(died), cause=died.cause)
+                    if not retries[number].may_try_again(died):
+                        raise ChildDiedError(retries[number].in_words(died), cause=died.cause)
                     pool.add(number, Child())
                     pool.send(number, "plan_pictures", within_s=PATIENCE_S, **requests[number])
                 case Failed(key=number, reason=reason) if number not in answers:

@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Generic, Self, TypeVar
 
-from spin_usd.dataset.process.any_child import AnyChild
 from spin_usd.dataset.process.child import ChildDiedError, ChildInternalError
+from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.errors import SpinError
 
 LOOK_S = 0.5  # between two looks at whether children hang or grow
@@ -46,7 +46,7 @@ class _Member(Generic[Key]):
     when it was last heard of."""
 
     key: Key
-    child: AnyChild
+    child: ChildProtocol
     within_s: float | None = None
     since: float = field(default_factory=time.monotonic)
 
@@ -85,7 +85,7 @@ class Pool(Generic[Key]):
     def __contains__(self, key: object) -> bool:
         return key in self._members
 
-    def add(self, key: Key, child: AnyChild, *, within_s: float | None = None) -> None:
+    def add(self, key: Key, child: ChildProtocol, *, within_s: float | None = None) -> None:
         """Take `child` into the pool; with `within_s` it was already asked something, and has so many seconds."""
         member = _Member(key=key, child=child, within_s=within_s)
         self._members[key] = member
@@ -141,7 +141,7 @@ class Pool(Generic[Key]):
             return died
         return None
 
-    def _remove(self, key: Key) -> AnyChild:
+    def _remove(self, key: Key) -> ChildProtocol:
         child = self._members.pop(key).child
         self._selector.unregister(child)
         return child

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.deaths import READING_TRIES, Deaths
 from spin_usd.dataset.process.limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
+from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import SpinError
 from spin_usd.progress import Progress
 
@@ -42,7 +42,7 @@ class _SharedCalls:
         self._calls, self._pool, self._progress = calls, pool, progress
         self._waiting = deque(range(len(calls)))
         self._doing: dict[int, int] = {}  # place of the call by the child's number
-        self._deaths = defaultdict[int, Deaths](lambda: Deaths(READING_TRIES))
+        self._retries = defaultdict[int, Retries](lambda: Retries(READING_TRIES))
         self._results: dict[int, Any] = {}
 
     def result(self, place: int) -> Any:
@@ -68,7 +68,7 @@ class _SharedCalls:
             case Failed(key=number, reason=ChildDiedError() as died):
                 place = self._doing.pop(number)
                 self._pool.add(number, Child())
-                if self._deaths[place].may_try_again(died):
+                if self._retries[place].may_try_again(died):
                     self._waiting.appendleft(place)
                 else:
                     self._results[place] = died

@@ -10,7 +10,7 @@ from spin_usd.dataset.cluster.ray_cluster import RayCluster
 from spin_usd.dataset.cluster.remote_child import RemoteChild
 from spin_usd.dataset.cluster.worker_host import WorkerOpening
 from spin_usd.dataset.cluster.workplace import Output, PublishedFromNode, PublishedHere, SharedFolder
-from spin_usd.dataset.process.any_child import AnyChild
+from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.publish.mirror import Mirror, mirrored
@@ -22,7 +22,7 @@ from spin_usd.dataset.store.lock import new_token
 from spin_usd.files.folder import Folder
 
 SEEN = "seen"
-StartWorker = Callable[[int], AnyChild]
+StartWorker = Callable[[int], ChildProtocol]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,11 +8,11 @@ from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.any_child import AnyChild
 from spin_usd.dataset.process.child import ChildDiedError
-from spin_usd.dataset.process.deaths import Deaths
+from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
+from spin_usd.dataset.process.retries import Retries
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue
 from spin_usd.errors import OutputError, RenderError
 from spin_usd.stop_signals import StopRequest
@@ -55,7 +55,7 @@ def supervise(
     tasks: Iterable[RenderTask],
     *,
     room: Callable[[], int],
-    start: Callable[[int], AnyChild],
+    start: Callable[[int], ChildProtocol],
     listener: Listener,
     limits: WorkerLimits,
     stop: StopRequest,
@@ -86,14 +86,14 @@ class _Supervisor:
         self,
         queue: TaskQueue,
         pool: Pool[WorkerSlot],
-        start: Callable[[int], AnyChild],
+        start: Callable[[int], ChildProtocol],
         listener: Listener,
         limits: WorkerLimits,
     ) -> None:
         self._queue, self._pool, self._start = queue, pool, start
         self._listener, self._limits = listener, limits
         self._stopping = False
-        self._while_starting = defaultdict[int, Deaths](Deaths)  # since the last picture that any worker made
+        self._while_starting = defaultdict[int, Retries](Retries)  # since the last picture that any worker made
 
     def staff(self, room: int) -> None:
         """Start workers while there is work and room for them; end those that have not started when there is none."""
@@ -173,12 +173,12 @@ class _Supervisor:
         if self._stopping:
             return
         if task is None:
-            deaths = self._while_starting[slot.number]
-            if not deaths.may_try_again(died):
-                found = f"no worker can be started: {deaths.in_words(died)}"
+            retries = self._while_starting[slot.number]
+            if not retries.may_try_again(died):
+                found = f"no worker can be started: {retries.in_words(died)}"
                 raise RenderError(found, do="run spin-usd doctor") from died
-        elif task.deaths.may_try_again(died):
+        elif task.retries.may_try_again(died):
             self._queue.put_back(task)
         else:
             self._queue.give_up(task)
-            self._listener.failed(task.picture, task.deaths.in_words(died))
+            self._listener.failed(task.picture, task.retries.in_words(died))

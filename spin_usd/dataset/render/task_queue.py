@@ -6,20 +6,20 @@ from dataclasses import dataclass, field
 
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
-from spin_usd.dataset.process.deaths import Deaths
+from spin_usd.dataset.process.retries import Retries
 from spin_usd.labels.table import LABELS
 
 
 @dataclass(kw_only=True)
 class RenderTask:
-    """A picture to make, the kinds of file wanted, whether its render and its labels are kept for others, and the
-    deaths of workers that tried."""
+    """A picture to make, the kinds of file wanted, whether its render and its labels are kept for others, and its
+    retries."""
 
     picture: PlannedPicture
     kinds: tuple[str, ...]
     keep_render: bool = True
     keep_labels: bool = True
-    deaths: Deaths = field(default_factory=Deaths)
+    retries: Retries = field(default_factory=Retries)
 
     @property
     def needs(self) -> set[str]:

@@ -3,8 +3,8 @@
 import psutil
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.any_child import AnyChild
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.destination import Destination
@@ -38,7 +38,7 @@ def make_pictures(
     Raises as supervise does."""
     elsewhere, cluster = destination.start(options, lease, workers), destination.cluster
 
-    def start(number: int) -> AnyChild:
+    def start(number: int) -> ChildProtocol:
         listener.progress(f"starting {options.settings.renderer}: worker", number + 1, room())
         if elsewhere:
             return elsewhere(number)

@@ -9,7 +9,7 @@ import pytest
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause
-from spin_usd.dataset.process.deaths import TRIES
+from spin_usd.dataset.process.retries import TRIES
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import RenderError

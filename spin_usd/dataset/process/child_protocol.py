@@ -6,7 +6,7 @@ from typing import Any, Protocol
 from spin_usd.dataset.process.child import ChildDiedError
 
 
-class AnyChild(Protocol):
+class ChildProtocol(Protocol):
     """A child that is asked and answers in its own time; `Child` says what each method does."""
 
     def fileno(self) -> int: ...

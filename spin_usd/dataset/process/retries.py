@@ -18,8 +18,8 @@ READING_TRIES: Mapping[DeathCause, int] = {**TRIES, DeathCause.GREW: 1, DeathCau
 """The same for work that reads: what takes all memory or all time does so again."""
 
 
-class Deaths:
-    """The deaths of children over one piece of work. `tries`: how many of each cause are too many."""
+class Retries:
+    """The retries of one piece of work whose children die. `tries`: how many deaths of each cause are too many."""
 
     def __init__(self, tries: Mapping[DeathCause, int] = TRIES) -> None:
         self._tries = tries

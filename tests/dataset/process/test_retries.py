@@ -3,7 +3,7 @@
 import pytest
 
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause
-from spin_usd.dataset.process.deaths import TRIES, Deaths
+from spin_usd.dataset.process.retries import TRIES, Retries
 
 
 def death(cause):
@@ -12,18 +12,18 @@ def death(cause):
 
 @pytest.mark.parametrize("cause", DeathCause)
 def test_the_same_cause_again_and_again_is_no_accident(cause) -> None:
-    deaths = Deaths()
+    retries = Retries()
     tries = 1
-    while deaths.may_try_again(death(cause)):
+    while retries.may_try_again(death(cause)):
         tries += 1
     assert tries == TRIES[cause] > 1
-    assert deaths.in_words(death(cause)) == f"it {cause}, {tries} times"
+    assert retries.in_words(death(cause)) == f"it {cause}, {tries} times"
 
 
 def test_other_causes_do_not_count() -> None:
-    deaths = Deaths()
-    assert all(deaths.may_try_again(death(cause)) for cause in DeathCause)
-    assert deaths.in_words(death(DeathCause.GREW)) == "it grew"
+    retries = Retries()
+    assert all(retries.may_try_again(death(cause)) for cause in DeathCause)
+    assert retries.in_words(death(DeathCause.GREW)) == "it grew"
 
 
 def test_what_comes_from_outside_is_forgiven_most() -> None:
