@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 
 from spin_usd.files.given_file import open_file
-from spin_usd.files.limits import UNBOUNDED
+from spin_usd.files.size_limits import UNBOUNDED
 
 
 def sha256_of(file: Path, *, most: int = UNBOUNDED) -> str:

@@ -48,8 +48,8 @@ TESTS = {
         "dataset/process/test_child.py::test_a_child_that_says_nothing_is_ended",
     ],
     "take all memory": [
-        "dataset/process/test_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",
-        "dataset/process/test_limits.py::test_a_child_takes_no_more_than_whoever_started_us_allows",
+        "dataset/process/test_child_limits.py::test_every_child_has_a_limit_and_leaves_no_core_file",
+        "dataset/process/test_child_limits.py::test_a_child_takes_no_more_than_whoever_started_us_allows",
     ],
     "crash USD, Blender or a decoder": [
         "dataset/process/test_child.py::test_a_killed_child_is_reported_and_does_not_hang",

@@ -23,7 +23,7 @@ from spin_usd.cli.output.streams import LastingStream, lasting_streams
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
-from spin_usd.dataset.process.limits import refuse_tight_limits
+from spin_usd.dataset.process.child_limits import refuse_tight_limits
 from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
 from spin_usd.faults import expected
 from spin_usd.stop_signals import Stopped, let_signals_stop

@@ -13,7 +13,7 @@ import psutil
 
 import spin_usd
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.limits import rendering_memory
+from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.versions import LIBRARIES

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 from spin_usd.errors import InputError
 from spin_usd.files.descriptor import FLAGS, checked, read_all
-from spin_usd.files.limits import UNBOUNDED
 from spin_usd.files.name import parts_of
 from spin_usd.files.node import STRANGE, Node, NodeType, type_of_entry, type_of_mode
+from spin_usd.files.size_limits import UNBOUNDED
 
 MAX_DEPTH = 100  # of folders in one another: a list of more is of no use, and takes a descriptor for each
 FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)

@@ -17,7 +17,7 @@ from PIL import Image as PillowImage
 
 from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.given_file import open_file, path_of
-from spin_usd.files.limits import MAX_ARRAY
+from spin_usd.files.size_limits import MAX_ARRAY
 
 Image = NDArray[Any]
 

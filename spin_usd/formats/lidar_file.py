@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import GeometryError, InputError
-from spin_usd.files.limits import MAX_SPECIFICATION
+from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.spec_file import check_document
 from spin_usd.formats.toml_file import read_toml_file

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from spin_usd.files.limits import MAX_SPECIFICATION
+from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.toml_file import read_toml_file
 
 

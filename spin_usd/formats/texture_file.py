@@ -11,7 +11,7 @@ from PIL import Image, ImageChops
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_TEXTURE
+from spin_usd.files.size_limits import MAX_TEXTURE
 from spin_usd.formats.named_file import file_within
 from spin_usd.scene.source.asset import RAW, SRGB, ImageFile
 

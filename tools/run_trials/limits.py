@@ -16,7 +16,7 @@ from run_trials.comparison import digests, faults, torn
 from run_trials.supervised_run import SupervisedRun
 
 SAID = (0, 1, 2)  # exit codes of what a user can mend
-LEAST_DISK, STEP = 200_000, 60_000  # bytes that a disk has at first, and gets more at most
+MIN_DISK, STEP = 200_000, 60_000  # bytes that a disk has at first, and gets more at most
 MEMORY = (1 << 28, 1 << 34)  # bytes of address space, least and most
 FILES = (4, 256)
 
@@ -42,8 +42,8 @@ class LimitTrial:
     def full_disk(self, times: int) -> None:
         """Run on a disk that is full, give it a little more, and so on, until it was full so often."""
         while self.counts["full disk: exit code 2"] < times:
-            with _disk(self.out / "disk", LEAST_DISK) as disk:
-                size, code = LEAST_DISK, 2
+            with _disk(self.out / "disk", MIN_DISK) as disk:
+                size, code = MIN_DISK, 2
                 while code and self.counts["full disk: exit code 2"] < times:
                     code = self._ended(self._start(disk / "dataset"), "full disk", disk / "dataset")
                     size += self.chance.randrange(4096, STEP)

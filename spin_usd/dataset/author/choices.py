@@ -10,7 +10,7 @@ from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
 from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
-from spin_usd.files.limits import MAX_MODEL, MAX_SHARD
+from spin_usd.files.size_limits import MAX_MODEL, MAX_SHARD
 from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of

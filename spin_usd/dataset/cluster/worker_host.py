@@ -14,7 +14,7 @@ from typing import Any
 
 from spin_usd.dataset.cluster.workplace import Output, Workplace
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import machine_memory, rendering_memory
+from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.publish_picture import publish_picture
@@ -22,7 +22,7 @@ from spin_usd.errors import InputError, SpinError
 
 LOOK_S = 1.0  # between two looks at whether a worker grows
 LARGEST_SHARE = 0.9  # of the machine's memory, for all workers together
-LEAST_MEMORY = 2 << 30  # bytes that a worker may always hold
+MIN_MEMORY = 2 << 30  # bytes that a worker may always hold
 
 Message = Mapping[str, Any]
 """What a worker says, as it said it; {"died": {"found": ..., "cause": ...}} where it has ended."""
@@ -88,7 +88,7 @@ class WorkerHost:
 
     def _refuse_growth(self, child: Child) -> None:
         """End a worker that holds more memory than its share of this machine. Raises ChildDiedError."""
-        limit = max(int(LARGEST_SHARE * machine_memory()) // len(usable_cpus()), LEAST_MEMORY)
+        limit = max(int(LARGEST_SHARE * machine_memory()) // len(usable_cpus()), MIN_MEMORY)
         if died := child.outgrown(limit):
             raise died
 

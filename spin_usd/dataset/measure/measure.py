@@ -22,7 +22,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
-from spin_usd.dataset.process.limits import rendering_memory
+from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers, share_of, usable_cpus

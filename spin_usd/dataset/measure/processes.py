@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import START_PATIENCE_S
+from spin_usd.dataset.process.child_limits import START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import Retries
 from spin_usd.errors import OutputError, RenderError

@@ -19,7 +19,7 @@ from spin_usd.dataset.store.atomic import write_atomically, write_json
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
 from spin_usd.nesting import parsed_json
 from spin_usd.scene.passes import Radiance

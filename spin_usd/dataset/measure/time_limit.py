@@ -11,7 +11,7 @@ from spin_usd.dataset.plan.work import RunOptions
 from spin_usd.labels.table import DEFAULT_LABELS
 from spin_usd.scene.effort import MAX_SAMPLES, Effort
 
-LEAST_S = 600.0  # figures of many large renders take minutes, and are not in what a picture is expected to take
+MIN_S = 600.0  # figures of many large renders take minutes, and are not in what a picture is expected to take
 TURNS = 2  # renders from one word to the next
 
 
@@ -24,4 +24,4 @@ def time_limit(
     kinds = (IMAGE, *DEFAULT_LABELS)
     options = RunOptions(renderer="blender", effort=effort, kinds=kinds, frame_pixels=frame_pixels)
     limits = TimeLimits(options=options, workers=workers, cores=cores)
-    return max(LEAST_S, *(limits.of(picture, kinds) for picture in pictures))
+    return max(MIN_S, *(limits.of(picture, kinds) for picture in pictures))

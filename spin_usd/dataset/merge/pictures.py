@@ -10,7 +10,7 @@ from spin_usd.dataset.merge.merged_dataset import MergedDataset
 from spin_usd.dataset.store.names import picture_of, record_of
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_RECORD
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import parsed_json
 
 AGAIN = "render that picture again, or leave that dataset out"

@@ -16,7 +16,7 @@ from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.files.limits import MAX_SPECIFICATION
+from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import parsed_json
 

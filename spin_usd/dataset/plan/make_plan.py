@@ -10,7 +10,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import PATIENCE_S
+from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import SpinError

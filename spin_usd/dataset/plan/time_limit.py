@@ -10,12 +10,12 @@ from spin_usd.dataset.plan.wall_time import Work, worker_seconds
 from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.errors import InputError
 
-TIMES, LEAST_S = 10.0, 60.0
+TIMES, MIN_S = 10.0, 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimeLimits:
-    """The time limits of a run's pictures: TIMES as long as each is expected to take, and LEAST_S at least.
+    """The time limits of a run's pictures: TIMES as long as each is expected to take, and MIN_S at least.
 
     options: of the run · workers, cores: that share the work · measured: timings of earlier runs and of this one, which
     grow as it goes on; the slowest counts · given: the user's own limit for all pictures in seconds, None for none.
@@ -35,7 +35,7 @@ class TimeLimits:
         expected = expected_work(Task(picture=picture, label_pass=True, render=renders), self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
-        return max(LEAST_S, TIMES * slowest)
+        return max(MIN_S, TIMES * slowest)
 
 
 def refuse_time_limit(seconds: float | None) -> None:

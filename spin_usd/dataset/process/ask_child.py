@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
-from spin_usd.dataset.process.limits import PATIENCE_S
+from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.errors import RenderError, SpinError, StageError
 
 

@@ -21,7 +21,7 @@ from typing import Any, Self
 import psutil
 
 from spin_usd import errors
-from spin_usd.dataset.process.limits import PATIENCE_S, reading_memory
+from spin_usd.dataset.process.child_limits import PATIENCE_S, reading_memory
 from spin_usd.errors import RenderError, SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.

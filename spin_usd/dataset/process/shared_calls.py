@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
-from spin_usd.dataset.process.limits import PATIENCE_S
+from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import SpinError

@@ -16,7 +16,7 @@ from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.files.limits import MAX_RECORD
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.time_limit import TimeLimits
 from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.child_limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.child_protocol import ChildProtocol
-from spin_usd.dataset.process.limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import Retries
 from spin_usd.dataset.render.task_queue import RenderTask, TaskQueue

@@ -4,8 +4,8 @@ import psutil
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.child_protocol import ChildProtocol
-from spin_usd.dataset.process.limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.destination import Destination
 from spin_usd.dataset.render.report import RunListener

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from spin_usd.files.changes import remove_file, write_bytes
 from spin_usd.files.folder import Folder
-from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.size_limits import MAX_DOCUMENT
 
 
 @contextmanager

@@ -8,8 +8,8 @@ from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.names import record_of
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.files.limits import MAX_RECORD
 from spin_usd.files.node import NodeType
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import parsed_json
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.process.ask_child import ask_child
-from spin_usd.dataset.process.limits import RENDER_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store

@@ -15,7 +15,7 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.nesting import parsed_json
 
 AGREED = "agreed"  # in the work folder of a shard that is being made: it has agreed

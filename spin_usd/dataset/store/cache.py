@@ -24,7 +24,7 @@ from spin_usd.dataset.store.names import CACHE
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.files.limits import MAX_RECORD
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
 from spin_usd.nesting import parsed_json
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from spin_usd.errors import InputError
 from spin_usd.files.changes import write_bytes
 from spin_usd.files.folder import Folder
-from spin_usd.files.limits import MAX_DOCUMENT
 from spin_usd.files.node import NodeType
+from spin_usd.files.size_limits import MAX_DOCUMENT
 
 SUMS = "SHA256SUMS"
 CHANGED = "is not as spin-usd wrote it, and would be replaced"

@@ -13,7 +13,7 @@ from jsonschema.validators import extend
 from spin_usd import resources
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.nesting import parsed_json
 
 REMEDY = "restore it, or make it again"

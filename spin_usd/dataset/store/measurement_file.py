@@ -6,7 +6,7 @@ from spin_usd.accuracy.measurement import Measurement
 from spin_usd.dataset.store.json_schema import valid
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_DOCUMENT
+from spin_usd.files.size_limits import MAX_DOCUMENT
 
 FOLDER = "measured"
 FILE = "measure.json"

@@ -9,8 +9,8 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.file_digests import SUMS, changed
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_RECORD
 from spin_usd.files.node import NodeType
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import parsed_json
 
 STAGE_SUMS = f"{STAGE}/{SUMS}"

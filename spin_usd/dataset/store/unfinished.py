@@ -12,7 +12,7 @@ from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import record_of
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_RECORD
+from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import CLOUD_LABELS
 from spin_usd.nesting import parsed_json
 from spin_usd.scene.derived.content_keys import KEYS

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from spin_usd.errors import InputError, OutputError
 from spin_usd.faults import reading
 from spin_usd.files.given_file import open_file
-from spin_usd.files.limits import MAX_ARRAY
+from spin_usd.files.size_limits import MAX_ARRAY
 
 Cloud = NDArray[np.void]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_MODEL
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.texture_file import texture_beside, texture_of
 from spin_usd.nesting import parsed_json
 from spin_usd.scene.shape import MAX_FACES

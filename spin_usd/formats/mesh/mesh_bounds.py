@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_MODEL
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.gltf_document import Document, read_document
 from spin_usd.scene.source.source_bounds import SourceBounds
 

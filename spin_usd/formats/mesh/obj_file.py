@@ -13,7 +13,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_MODEL
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.obj_materials import read_materials
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.text_file import read_any_text

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from spin_usd.files.limits import MAX_TABLE
+from spin_usd.files.size_limits import MAX_TABLE
 from spin_usd.formats.mesh.mtl_file import read_mtl
 from spin_usd.formats.named_file import file_within
 from spin_usd.formats.text_file import read_any_text

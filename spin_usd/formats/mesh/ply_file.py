@@ -17,7 +17,7 @@ from plyfile import PlyData, PlyElement
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError, SpinError
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_MODEL
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.formats.mesh.triangle_strips import strip_triangles
 from spin_usd.formats.mesh.vertex_colors import linear_colors, with_colors
 from spin_usd.formats.texture_file import color_space, texture_beside

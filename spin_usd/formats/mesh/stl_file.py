@@ -8,7 +8,7 @@ import numpy as np
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
-from spin_usd.files.limits import MAX_MODEL
+from spin_usd.files.size_limits import MAX_MODEL
 from spin_usd.scene.source.asset import MeshAsset, MeshPart
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_POSE_LIST
+from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.json_file import read_json_file
 from spin_usd.formats.poses.numbers import finite_numbers, quaternion_of
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like

@@ -10,7 +10,7 @@ import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_POSE_LIST
+from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.text_file import read_any_text
 from spin_usd.geometry.rotation import off_rotation, quaternion_from_matrix
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from spin_usd.errors import InputError
-from spin_usd.files.limits import MAX_POSE_LIST
+from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.poses.numbers import cells, csv_rows
 from spin_usd.formats.poses.pose_format import PoseEntry, PoseFormat, files_like
 from spin_usd.formats.text_file import read_any_text

@@ -6,7 +6,7 @@ import pytest
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
-from spin_usd.dataset.plan.time_limit import LEAST_S, TIMES, TimeLimits, refuse_time_limit
+from spin_usd.dataset.plan.time_limit import MIN_S, TIMES, TimeLimits, refuse_time_limit
 from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
@@ -22,12 +22,12 @@ LIMITS = TimeLimits(options=OPTIONS, workers=1, cores=1)
 
 def test_a_long_picture_has_several_times_what_it_is_expected_to_take() -> None:
     expected = sum(expected_work(Task(picture=PICTURE, label_pass=True, render=True), OPTIONS).values())
-    assert expected > LEAST_S
+    assert expected > MIN_S
     assert LIMITS.of(PICTURE, KINDS) == pytest.approx(TIMES * expected)
 
 
 def test_a_short_one_has_a_minute() -> None:
-    assert LIMITS.of(PICTURE, ("depth",)) == LEAST_S
+    assert LIMITS.of(PICTURE, ("depth",)) == MIN_S
 
 
 def test_what_a_run_takes_longer_counts_and_what_it_takes_less_does_not() -> None:

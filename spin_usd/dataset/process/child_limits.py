@@ -19,14 +19,14 @@ START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, p
 RENDER_PATIENCE_S = 3600.0  # for one that renders a picture of which nobody said how long it takes
 
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
-LEAST_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything
-LEAST_FILES = 64  # open at once
+MIN_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything
+MIN_FILES = 64  # open at once
 CGROUPS = Path("/sys/fs/cgroup")
 
 
 def reading_memory() -> int:
     """Return the bytes of address space for a child that reads what others wrote: half of the memory."""
-    return _allowed(max(machine_memory() // 2, LEAST_MEMORY))
+    return _allowed(max(machine_memory() // 2, MIN_MEMORY))
 
 
 def rendering_memory() -> int:
@@ -48,8 +48,8 @@ def refuse_tight_limits() -> None:
         do = "set TMPDIR to one, free some space, or raise the limit of a file's size (ulimit -f)"
         raise OutputError("no folder for temporary files can be written", do=do) from None
     for limit, least, word in (
-        (resource.RLIMIT_AS, LEAST_MEMORY, "of address space (ulimit -v) is {0:.3g} GiB, and {1:.3g} GiB are needed"),
-        (resource.RLIMIT_NOFILE, LEAST_FILES, "of open files (ulimit -n) is {2}, and {3} are needed"),
+        (resource.RLIMIT_AS, MIN_MEMORY, "of address space (ulimit -v) is {0:.3g} GiB, and {1:.3g} GiB are needed"),
+        (resource.RLIMIT_NOFILE, MIN_FILES, "of open files (ulimit -n) is {2}, and {3} are needed"),
     ):
         given = resource.getrlimit(limit)[0]
         if given != resource.RLIM_INFINITY and given < least:

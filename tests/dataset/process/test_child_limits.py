@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from spin_usd.dataset.process import limits
+from spin_usd.dataset.process import child_limits
 from spin_usd.dataset.process.child import Child
 
 HARD = 6 << 30  # bytes, less than half of most machines' memory
@@ -36,7 +36,7 @@ def test_a_child_takes_no_more_than_whoever_started_us_allows(given) -> None:
 def test_every_child_has_a_limit_and_leaves_no_core_file() -> None:
     with Child() as child:
         taken = resource.prlimit(child.process.pid, resource.RLIMIT_AS)
-        assert taken == (limits.reading_memory(),) * 2
+        assert taken == (child_limits.reading_memory(),) * 2
         assert resource.prlimit(child.process.pid, resource.RLIMIT_CORE) == (0, 0)
 
 
@@ -44,9 +44,9 @@ def test_a_control_group_bounds_as_the_machine_does(tmp_path) -> None:
     for folder, most in (("", "max"), ("slurm", str(3 << 30)), ("slurm/job", str(5 << 30))):
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / "memory.max").write_text(most)
-    found = limits._up_from(tmp_path, "/slurm/job", "memory.max")
+    found = child_limits._up_from(tmp_path, "/slurm/job", "memory.max")
     assert sorted(found) == [3 << 30, 5 << 30]
-    assert 0 < limits.machine_memory() <= os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    assert 0 < child_limits.machine_memory() <= os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 @pytest.mark.parametrize(
