@@ -4,6 +4,7 @@ A lock is ours when it holds a token as we write it, and nothing else; what bear
 under it. The token stays as long as the file: who takes the lock of a run that was killed has that run's leftovers.
 """
 
+import errno
 import fcntl
 import os
 import re
@@ -45,9 +46,10 @@ def token_in(path: Path) -> str | None:
 
 def create_lock(path: Path, token: str) -> None:
     """Make the lock at `path`. Raises FileExistsError where something is there, and other OSErrors, leaving nothing."""
-    descriptor = _open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
+    text, descriptor = TEXT.format(token).encode(), _open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
     try:
-        os.write(descriptor, TEXT.format(token).encode())
+        if os.write(descriptor, text) < len(text):  # no error: the disk, or a limit, has room for a part
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     except OSError:
         path.unlink()
         raise

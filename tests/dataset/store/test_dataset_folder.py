@@ -71,6 +71,21 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("room", [0, 20])
+def test_a_lock_for_which_there_is_no_room_is_not_left(tmp_path, room) -> None:
+    code = (
+        "import sys; from pathlib import Path; from spin_usd.dataset.store.dataset_folder import Store\n"
+        "from spin_usd.errors import OutputError\n"
+        "try: Store(root=Path(sys.argv[1])).locked().__enter__()\n"
+        "except OutputError as e: print(e); sys.exit(7)"
+    )
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))  # noqa: E731
+    done = subprocess.run([sys.executable, "-c", code, tmp_path], preexec_fn=limit, capture_output=True, text=True)
+    assert done.returncode == 7, done.stderr
+    assert "cannot be written" in done.stdout
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_lock_sweeps_what_a_killed_run_left_and_nothing_else(tmp_path) -> None:
     """A run is killed with a file half written; what is named like it stays."""
     code = (
