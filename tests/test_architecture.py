@@ -102,7 +102,7 @@ MAY_OPEN = {
     "dataset/export/writer.py": WORK,
     "dataset/measure/measure.py": MADE,
     "dataset/plan/make_plan.py": WORK,
-    "dataset/shards/agreement.py": WORK,
+    "dataset/shards/manifest.py": WORK,
     "dataset/store/atomic.py": WORK,
     "dataset/store/hidden_folder.py": WORK,
     "dataset/store/dataset_folder.py": f"{WORK}; lists and makes the folder that the user names",

@@ -1,7 +1,7 @@
 """What a run on many machines would take: `tools/simulate_cluster STAGE`.
 
-Plans the stage's pictures, cuts them into shards as `render --shard` does, and simulates machines that each make one
-shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects of it
+Plans the stage's pictures, partitions them into shards as `render --shard` does, and simulates machines that each make
+one shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects of it
 times chance: pictures and machines differ. With --every K only each Kth frame is planned and stands for K;
 docs/clusters.md has the figures of --every 30.
 """
@@ -26,7 +26,7 @@ from spin_usd.dataset.plan.make_plan import sharing
 from spin_usd.dataset.plan.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
 from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options
-from spin_usd.dataset.shards.cut import cut
+from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.store.stage_path import existing_stage
 
 CACHE_FOLDERS = 256  # of each kind in the cache: the first two digits of a key
@@ -76,7 +76,7 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
     start_s = planning_s + START_S + OPEN_S * len(planned.variants)
     queue_s = start_s + in_a_queue(seconds, slowness, options.workers)
     size = sum(expected_bytes(task, chosen) for task in tasks)
-    cuts = [Run(pictures, chosen, seconds, slowness, options.workers, start_s).of(each) for each in options.shards]
+    run = Run(pictures, chosen, seconds, slowness, options.workers, start_s)
     return {
         "pictures": len(pictures),
         "renders": len({picture.radiance for picture in pictures}),
@@ -86,7 +86,7 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
         "ideal_s": float(seconds.sum()) / options.machines / options.workers,
         "planning_s": planning_s,
         "queue_s": queue_s,
-        "cuts": cuts,
+        "partitions": [run.of(count) for count in options.shards],
         "pictures_per_s": len(pictures) / queue_s,
         "bytes_per_s": size / queue_s,
         "files_per_folder": max(Counter(picture.variant for picture in pictures).values()),
@@ -108,16 +108,16 @@ class Run:
     start_s: float
 
     def of(self, count: int) -> dict[str, Any]:
-        """The figures of a cut into so many shards, each taken by the next machine that is free."""
+        """The figures of a partition into so many shards, each taken by the next machine that is free."""
         before = time.process_time()
-        found = cut(self.pictures, self.options, count)
-        cutting_s = time.process_time() - before
+        found = partition(self.pictures, self.options, count)
+        partitioning_s = time.process_time() - before
         shards, alike = np.array(found.shards), np.ones(1)
         took = [in_a_queue(self.seconds[shards == number], alike, self.workers) for number in range(count)]
-        start_s = self.start_s + cutting_s
+        start_s = self.start_s + partitioning_s
         return {
             "shards": count,
-            "cutting_s": cutting_s,
+            "partitioning_s": partitioning_s,
             "unequal": max(found.seconds) / (sum(found.seconds) / count) - 1,
             "renders_again": renders_again(self.pictures, found.shards),
             "alike_s": in_a_queue([start_s + each for each in took], np.ones(len(self.slowness)), 1),
@@ -175,12 +175,15 @@ def table(figures: dict[str, Any]) -> str:
         ("machines; workers of each", f"{f['machines']}; {f['workers']}"),
         ("ideal, minutes", f"{f['ideal_s'] / 60:.1f}"),
         ("one queue for all, minutes", minutes(f["queue_s"], f)),
-        *((f"{each['shards']} shards, minutes", minutes(each["seconds"], f)) for each in f["cuts"]),
-        *((f"{each['shards']} shards, machines alike, minutes", minutes(each["alike_s"], f)) for each in f["cuts"]),
-        *((f"longest of {each['shards']} shards by the plan", f"{each['unequal']:+.3%}") for each in f["cuts"]),
-        *((f"renders made again in {each['shards']} shards", f"{each['renders_again']}") for each in f["cuts"]),
+        *((f"{each['shards']} shards, minutes", minutes(each["seconds"], f)) for each in f["partitions"]),
+        *(
+            (f"{each['shards']} shards, machines alike, minutes", minutes(each["alike_s"], f))
+            for each in f["partitions"]
+        ),
+        *((f"longest of {each['shards']} shards by the plan", f"{each['unequal']:+.3%}") for each in f["partitions"]),
+        *((f"renders made again in {each['shards']} shards", f"{each['renders_again']}") for each in f["partitions"]),
         ("of that to plan, minutes in each shard", f"{f['planning_s'] / 60:.1f}"),
-        ("to cut, processor seconds in each shard", f"{f['cuts'][0]['cutting_s']:.1f}"),
+        ("to partition, processor seconds in each shard", f"{f['partitions'][0]['partitioning_s']:.1f}"),
         ("memory of a supervisor with all pictures planned, MB", f"{f['supervisor_bytes'] / 1e6:.0f}"),
         ("pictures a second; MB a second", f"{f['pictures_per_s']:.0f}; {f['bytes_per_s'] / 1e6:.0f}"),
         ("files in a folder; in one of the cache", f"{f['files_per_folder']:,}; {f['files_per_cache_folder']:.0f}"),

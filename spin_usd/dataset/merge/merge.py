@@ -12,7 +12,7 @@ from spin_usd.dataset.merge.merged_dataset import MergedDataset, merged_descript
 from spin_usd.dataset.merge.pictures import MergedPicture, collect
 from spin_usd.dataset.merge.report import MergeReport
 from spin_usd.dataset.plan.cost import Timings, read_measured, write_measured
-from spin_usd.dataset.shards.agreement import Agreement, keep_agreement, read_agreement
+from spin_usd.dataset.shards.manifest import Manifest, read_manifest, write_manifest
 from spin_usd.dataset.shards.plan_of_shard import digest_of
 from spin_usd.dataset.store.atomic import link_atomically, write_json
 from spin_usd.dataset.store.cache import MEASURED, entries
@@ -133,18 +133,18 @@ def _add_measured(store: Store, sources: Iterable[MergedDataset], lease: Lease) 
 def _missing(
     sources: Sequence[MergedDataset], pictures: Sequence[MergedPicture], store: Store, lease: Lease
 ) -> dict[str, int]:
-    """Return how many pictures are still to come, by shard, and keep what shards have agreed on, for the next merge."""
+    """Return how many pictures are still to come, by shard, and keep the shards' manifest for the next merge."""
     stage, there = digest_of(store.stage), {(picture.variant, picture.frame) for picture in pictures}
-    agreed: list[Agreement] = []
+    manifests: list[Manifest] = []
     for source in sources:
-        each = read_agreement(source.store)
-        if each and each.stage == stage and each not in agreed:
-            agreed.append(each)
-    if len(agreed) == 1:
-        keep_agreement(store, agreed[0], work=lease.work)
+        each = read_manifest(source.store)
+        if each and each.stage == stage and each not in manifests:
+            manifests.append(each)
+    if len(manifests) == 1:
+        write_manifest(store, manifests[0], work=lease.work)
     found = Counter[str]()
-    for agreement in agreed:
-        missing = {name: shard for name, shard in agreement.pictures() if name not in there}
+    for manifest in manifests:
+        missing = {name: shard for name, shard in manifest.pictures() if name not in there}
         found.update(map(str, missing.values()))
-        there |= missing.keys()  # runs that were cut otherwise may have the same: each is of one shard here
+        there |= missing.keys()  # other partitions may have the same: each is of one shard here
     return dict(sorted(found.items()))

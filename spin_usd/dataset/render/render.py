@@ -26,7 +26,7 @@ from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wa
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import default_workers, make_pictures
-from spin_usd.dataset.shards.agreement import Agreement, agree
+from spin_usd.dataset.shards.manifest import Manifest, share_manifest
 from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
@@ -131,17 +131,17 @@ def _render(
     root = (Path(STAGE) / planned.root.relative_to(copied)).as_posix()
     if options.only is not None:
         planned = changed(planned, pictures=tuple(each for each in planned.pictures if each.name in options.only))
-    agreement: Agreement | None = None
+    manifest: Manifest | None = None
     if options.shard:
-        planned, agreement = plan_of_shard(
+        planned, manifest = plan_of_shard(
             planned, options.shard, run_options(request, planned), image_suffix=request.image_suffix, stage=copied
         )
     with postponed(), store.turn():
         if not own:
             refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere")
         removed = _remove_unwanted(store, planned, options)
-        if agreement:
-            agree(store, agreement, work=lease.work)
+        if manifest:
+            share_manifest(store, manifest, work=lease.work)
         write_json(store.folder, DESCRIPTION, describe(store, planned, root, kinds), work=lease.work)
         if not own:
             _adopt_stage(store, lease.work)

@@ -1,4 +1,4 @@
-"""The part of a plan that a shard makes, and what it agrees on with the other shards."""
+"""The part of a plan that a shard makes, and the manifest that it shares with the others."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -9,18 +9,18 @@ from pathlib import Path
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.work import RunOptions
-from spin_usd.dataset.shards.agreement import Agreement
-from spin_usd.dataset.shards.cut import cut
+from spin_usd.dataset.shards.manifest import Manifest
+from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.file_digests import sums
 
 
 def plan_of_shard(
     plan: Plan, shard: Shard, options: RunOptions, *, image_suffix: str, stage: Path
-) -> tuple[Plan, Agreement]:
-    """Return the plan of the shard's pictures alone, and the agreement of all shards. `stage`: the folder of the
+) -> tuple[Plan, Manifest]:
+    """Return the plan of the shard's pictures alone, and the manifest of all shards. `stage`: the folder of the
     planned stage's files."""
-    numbers = cut(plan.pictures, options, shard.count).shards
+    numbers = partition(plan.pictures, options, shard.count).shards
     own = (picture for picture, number in zip(plan.pictures, numbers, strict=True) if number == shard.number)
     settings = {
         "renderer": plan.settings.renderer,
@@ -29,13 +29,13 @@ def plan_of_shard(
         "kinds": list(options.kinds),
         "image": image_suffix,
     }
-    agreement = Agreement(
+    manifest = Manifest(
         count=shard.count,
         stage=digest_of(stage),
         settings=settings,
         shards=_by_name(plan.pictures, numbers),
     )
-    return replace(plan, pictures=tuple(own)), agreement
+    return replace(plan, pictures=tuple(own)), manifest
 
 
 def digest_of(stage: Path) -> str:

@@ -96,7 +96,7 @@ def test_it_says_which_shard_is_missing_and_takes_it_later(whole, made, tmp_path
     assert package.merge(made, out=out).added == 0
 
 
-def test_a_picture_is_missing_once_where_runs_were_cut_otherwise(make, made, tmp_path) -> None:
+def test_a_picture_is_missing_once_whatever_the_partitions(make, made, tmp_path) -> None:
     """Shards of three and of two, which have pictures in common."""
     half = _made(make, tmp_path / "half", "0/2")
     report = merge([made[0], half], tmp_path / "merged", progress=quiet)

@@ -9,7 +9,7 @@ from threading import Timer
 
 import pytest
 
-from spin_usd.dataset.shards.agreement import Agreement, agree, read_agreement
+from spin_usd.dataset.shards.manifest import Manifest, read_manifest, share_manifest
 from spin_usd.dataset.store import hold
 from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
@@ -84,14 +84,14 @@ def test_what_a_killed_shard_left_goes_with_the_next_whole_run(tmp_path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
-AGREEMENT = Agreement(count=2, stage="0" * 64, settings={"kinds": ["depth"]}, shards={"nominal": {"a": 0, "b": 1}})
+MANIFEST = Manifest(count=2, stage="0" * 64, settings={"kinds": ["depth"]}, shards={"nominal": {"a": 0, "b": 1}})
 
 
-def test_a_shard_of_another_cut_is_refused_while_one_is_made_and_not_after(tmp_path) -> None:
-    """One that is being made and has not agreed yet is in nobody's way: it will be refused itself."""
+def test_a_shard_of_another_partition_is_refused_while_one_is_made_and_not_after(tmp_path) -> None:
+    """One that is being made and shares no manifest yet is in nobody's way: it will be refused itself."""
     store = Store(root=tmp_path)
     with store.locked("0-of-2") as mine:
-        agree(store, AGREEMENT, work=mine.work)
+        share_manifest(store, MANIFEST, work=mine.work)
         for changed, words in (
             ({"count": 3}, "in another number of shards"),
             ({"stage": "1" * 64}, "of another stage"),
@@ -100,19 +100,19 @@ def test_a_shard_of_another_cut_is_refused_while_one_is_made_and_not_after(tmp_p
         ):
             with store.locked("1-of-2") as other:
                 with pytest.raises(InputError, match=f"is being made {words}"):
-                    agree(store, replace(AGREEMENT, **changed), work=other.work)
-                assert read_agreement(store) == AGREEMENT
-                agree(store, AGREEMENT, work=other.work)
+                    share_manifest(store, replace(MANIFEST, **changed), work=other.work)
+                assert read_manifest(store) == MANIFEST
+                share_manifest(store, MANIFEST, work=other.work)
     with store.locked("1-of-3"), store.locked("0-of-3") as mine:
-        agree(store, replace(AGREEMENT, count=3), work=mine.work)
-    assert read_agreement(store) == replace(AGREEMENT, count=3)
+        share_manifest(store, replace(MANIFEST, count=3), work=mine.work)
+    assert read_manifest(store) == replace(MANIFEST, count=3)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"count": "x"}', '{"count": 1, "shards": []}'])
-def test_a_damaged_agreement_is_none(tmp_path, text) -> None:
+def test_a_damaged_manifest_is_none(tmp_path, text) -> None:
     (tmp_path / "cache").mkdir()
     (tmp_path / SHARDS).write_text(text)
-    assert read_agreement(Store(root=tmp_path)) is None
+    assert read_manifest(Store(root=tmp_path)) is None
 
 
 def test_a_lock_that_is_just_being_written_is_waited_for(tmp_path) -> None:

@@ -1,4 +1,4 @@
-"""The agreement of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
+"""The manifest of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
 
 It lies in the dataset's cache. Shards that write one folder at the same time must have the same; who merges folders
 learns from it which pictures are still to come, and of which shard.
@@ -18,7 +18,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.nesting import parsed_json
 
-AGREED = "agreed"  # in the work folder of a shard that is being made: it has agreed
+SHARED = "manifest-shared"  # in the work folder of a shard that is being made: the manifest is its own too
 WORDS = {
     "count": "in another number of shards",
     "stage": "of another stage",
@@ -28,7 +28,7 @@ WORDS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Agreement:
+class Manifest:
     """count: how many shards there are · stage: a digest of the stage's files · settings: how pictures are made, and
     the kinds of file · shards: the number of each picture's shard, by variant and frame."""
 
@@ -44,34 +44,34 @@ class Agreement:
                 yield (variant, frame), Shard(number=number, count=self.count)
 
 
-def agree(store: Store, agreement: Agreement, *, work: Path) -> None:
-    """Keep the agreement, in the dataset's turn. Raises InputError where shards that are being made in this folder have
-    agreed on another, and OutputError. `work`: the shard's folder of temporary files."""
-    before = read_agreement(store)
-    if before != agreement:
-        if any((other / AGREED).exists() for other in store.shards_at_work()):
+def share_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
+    """Write the manifest, in the dataset's turn, unless it is there. Raises InputError where shards that are being made
+    in this folder share another, and OutputError. `work`: the shard's folder of temporary files."""
+    before = read_manifest(store)
+    if before != manifest:
+        if any((other / SHARED).exists() for other in store.shards_at_work()):
             do = "wait until those shards have ended, or choose another folder"
-            raise InputError(_difference(before, agreement), where=store.root, do=do)
-        keep_agreement(store, agreement, work=work)
-    (work / AGREED).touch()
+            raise InputError(_difference(before, manifest), where=store.root, do=do)
+        write_manifest(store, manifest, work=work)
+    (work / SHARED).touch()
 
 
-def keep_agreement(store: Store, agreement: Agreement, *, work: Path) -> None:
-    """Write the agreement. Raises OutputError."""
-    write_json(store.folder, SHARDS, asdict(agreement), work=work)
+def write_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
+    """Write the manifest. Raises OutputError."""
+    write_json(store.folder, SHARDS, asdict(manifest), work=work)
 
 
-def read_agreement(store: Store) -> Agreement | None:
-    """Read the agreement; None where there is none, or it is damaged."""
+def read_manifest(store: Store) -> Manifest | None:
+    """Read the manifest; None where there is none, or it is damaged."""
     with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
         value = parsed_json(store.folder.read(SHARDS, MAX_DOCUMENT))
         shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
         settings = dict(value["settings"])
-        return Agreement(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)
+        return Manifest(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)
     return None
 
 
-def _difference(before: Agreement | None, now: Agreement) -> str:
+def _difference(before: Manifest | None, now: Manifest) -> str:
     """Say in what the shards that are being made differ from this one."""
     differing = (words for name, words in WORDS.items() if before and getattr(before, name) != getattr(now, name))
     return f"is being made {next(differing, 'otherwise')}"

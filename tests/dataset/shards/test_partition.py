@@ -1,4 +1,4 @@
-"""A cut gives every picture to one shard, shares work out equally, and keeps together what shares passes."""
+"""A partition gives every picture to one shard, shares work out equally, and keeps together what shares passes."""
 
 from collections import Counter, defaultdict
 from dataclasses import replace
@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import expected_work
 from spin_usd.dataset.plan.work import RunOptions, Task
-from spin_usd.dataset.shards.cut import cut
+from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
 
 OPTIONS = RunOptions(renderer="raycast", effort=Effort(samples=1), kinds=("image", "depth"), frame_pixels=320 * 200)
-READING = 1.05  # to read a shared render takes little, and a cut leaves it out
+READING = 1.05  # to read a shared render takes little, and a partition leaves it out
 EQUAL = 4 / 3  # Graham, 1969: the longest share of jobs that are dealt out from the longest, beside the best there is
 
 
@@ -67,16 +67,16 @@ plans = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 3)), min_size=1, ma
 
 @given(plans, st.integers(1, 12))
 def test_every_picture_is_in_one_shard_whatever_the_order_of_its_twins(pictures, count) -> None:
-    found = cut(pictures, OPTIONS, count)
+    found = partition(pictures, OPTIONS, count)
     assert len(found.shards) == len(pictures)
     assert set(found.shards) <= set(range(count))
-    assert cut([replace(each) for each in pictures], OPTIONS, count) == found
+    assert partition([replace(each) for each in pictures], OPTIONS, count) == found
 
 
 @given(plans, st.integers(1, 12))
 def test_the_seconds_of_a_shard_are_those_of_its_pictures(pictures, count) -> None:
     """At most: where a group was split, passes of its pieces may be counted twice in one shard."""
-    found = cut(pictures, OPTIONS, count)
+    found = partition(pictures, OPTIONS, count)
     for number, own in by_shard(pictures, found).items():
         assert cost(own) <= READING * found.seconds[number]
 
@@ -86,7 +86,7 @@ def test_variants_of_a_frame_stay_together_where_there_are_many_frames(count) ->
     """Each render and each label is made in one shard, and shards differ by no more than a frame."""
     frames = [(i, 1000 + 37 * i % 9000) for i in range(400)]
     pictures = [picture(f"v{v}", i, f"g{i}", f"r{i}", pixels) for v in range(4) for i, pixels in frames]
-    found = cut(pictures, OPTIONS, count)
+    found = partition(pictures, OPTIONS, count)
     at = defaultdict(set)
     for each, number in zip(pictures, found.shards, strict=True):
         at[each.frame].add(number)
@@ -98,7 +98,7 @@ def test_variants_of_a_frame_stay_together_where_there_are_many_frames(count) ->
 def test_pictures_that_share_labels_alone_are_split_by_their_renders() -> None:
     """One pose under 60 suns, each with two exposures: all share the labels."""
     pictures = [picture(f"v{v}", i, "g", f"r{i}") for v in range(2) for i in range(60)]
-    found = cut(pictures, OPTIONS, 4)
+    found = partition(pictures, OPTIONS, 4)
     at = defaultdict(set)
     for each, number in zip(pictures, found.shards, strict=True):
         at[each.radiance].add(number)
@@ -109,14 +109,14 @@ def test_pictures_that_share_labels_alone_are_split_by_their_renders() -> None:
 
 def test_pictures_that_share_one_render_are_split_where_nobody_else_has_work() -> None:
     pictures = [picture(f"v{v}", 0, "g", "r") for v in range(400)]
-    counts = Counter(cut(pictures, OPTIONS, 4).shards)
+    counts = Counter(partition(pictures, OPTIONS, 4).shards)
     assert len(counts) == 4
     assert max(counts.values()) < EQUAL * 400 / 4
 
 
 def test_more_shards_than_pictures_leave_some_without() -> None:
     pictures = [picture("v", i, f"g{i}", f"r{i}") for i in range(3)]
-    assert len(set(cut(pictures, OPTIONS, 8).shards)) == 3
+    assert len(set(partition(pictures, OPTIONS, 8).shards)) == 3
 
 
 @pytest.mark.parametrize("text", ["", "1", "3/3", "-1/3", "0/0", "0/1000000", "1/2/3", "a/b", "0 / 3", "٠/٣"])

@@ -1,8 +1,8 @@
-"""Cut a run's pictures into shards: equal work for each, and no render or label made twice where that can be.
+"""Partition a run's pictures into shards: equal work for each, and no render or label made twice where that can be.
 
-Every shard is a command of its own and computes the same cut: it follows from the plan alone, whose numbers come from
-the stage and the options, and never from what is on disk or what a machine measured. Costs are whole microseconds, for
-sums of floats depend on their order.
+Every shard is a command of its own and computes the same partition: it follows from the plan alone, whose numbers come
+from the stage and the options, and never from what is on disk or what a machine measured. Costs are whole microseconds,
+for sums of floats depend on their order.
 """
 
 import heapq
@@ -23,8 +23,11 @@ WORTH = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cut:
-    """A cut of a plan: the number of each picture's shard, and the expected seconds of each shard, of one core."""
+class Partition:
+    """A partition of a plan.
+
+    shards: the number of each picture's shard · seconds: what each shard is expected to take, on one core.
+    """
 
     shards: tuple[int, ...]
     seconds: tuple[float, ...]
@@ -51,8 +54,8 @@ class _Group:
     cost: int
 
 
-def cut(pictures: Sequence[PlannedPicture], options: RunOptions, count: int) -> Cut:
-    """Cut the pictures into `count` shards.
+def partition(pictures: Sequence[PlannedPicture], options: RunOptions, count: int) -> Partition:
+    """Partition the pictures into `count` shards.
 
     Pictures that share a render or a label go into one shard together; where there are so many of them that shards come
     out unequal, those that share a render do, and then no longer all of these.
@@ -67,7 +70,7 @@ def cut(pictures: Sequence[PlannedPicture], options: RunOptions, count: int) -> 
             best = finer if _longest(finer) < (1 - WORTH) * _longest(best) else best
     shards = {picture.place: number for number, hand in enumerate(best) for group in hand for picture in group.pictures}
     seconds = (sum(group.cost for group in hand) / 1e6 for hand in best)
-    return Cut(shards=tuple(shards[place] for place in range(len(listed))), seconds=tuple(seconds))
+    return Partition(shards=tuple(shards[place] for place in range(len(listed))), seconds=tuple(seconds))
 
 
 def _picture(place: int, picture: PlannedPicture, options: RunOptions) -> _Picture:
