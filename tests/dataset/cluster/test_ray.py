@@ -2,6 +2,7 @@
 
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -15,29 +16,38 @@ OPTIONS = ("--renderer", "raycast", "--labels", "default,normals_cam")
 class RayNodes:
     """The cluster that ray_nodes.py holds."""
 
-    def __init__(self, python):
+    def __init__(self, python, log):
         program = Path(__file__).parent / "ray_nodes.py"
-        self._process = subprocess.Popen(
-            [python, program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
-        self.address = self._process.stdout.readline().strip()
+        self._log = log
+        with log.open("w") as said:
+            self._process = subprocess.Popen(
+                [python, program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, text=True
+            )
+        self.address = self._answer()
 
     def say(self, *words):
         """Say these words to it; returns its answer."""
-        print(*words, file=self._process.stdin, flush=True)
-        return self._process.stdout.readline().strip()
+        with suppress(BrokenPipeError):  # it has ended, and so have its answers
+            print(*words, file=self._process.stdin, flush=True)
+        return self._answer()
 
     def end(self):
-        self._process.stdin.close()
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
         self._process.wait()
+
+    def _answer(self):
+        answer = self._process.stdout.readline().strip()
+        assert answer, f"Ray's cluster ended:\n{self._log.read_text(errors='replace')}"
+        return answer
 
 
 @pytest.fixture(scope="module")
-def nodes(python):
+def nodes(python, tmp_path_factory):
     """A head, and two nodes of one processor each."""
-    nodes = RayNodes(python)
+    nodes = RayNodes(python, tmp_path_factory.mktemp("ray") / "log")
     try:
-        assert [nodes.say("add", 0), nodes.say("add", 0)] == ["0", "1"]
+        assert [nodes.say("add"), nodes.say("add")] == ["0", "1"]
         yield nodes
     finally:
         nodes.end()
@@ -74,7 +84,7 @@ def test_a_node_that_dies_and_one_that_comes_late_change_no_byte(python, nodes, 
     while not list(out.glob("records/*/*.json")) and running.poll() is None:
         time.sleep(0.05)
     nodes.say("kill", 0)
-    nodes.say("add", 0)
+    nodes.say("add")
     assert "(8 pictures made, 0 already there" in ended(running)
     assert digests(out) == here
 
