@@ -4,7 +4,7 @@ from collections.abc import Iterator, Set
 
 from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
-from spin_usd.dataset.store.cache import CACHED, MEASURED, SHARDS, CacheEntry, Purpose, entries
+from spin_usd.dataset.store.cache import CACHED, MEASURED, CacheEntry, Purpose, entries
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import CACHE
 from spin_usd.scene.finding import WARNING, Finding
@@ -28,6 +28,6 @@ def _wrong(entry: CacheEntry, inventory: Inventory, in_use: Set[Purpose]) -> str
 
 
 def _foreign(name: str) -> str | None:
-    if name in (MEASURED, SHARDS):
+    if name == MEASURED:
         return None
     return f"is not of the cache; it holds {', '.join(CACHED)}"

@@ -26,7 +26,7 @@ from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wa
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import default_workers, make_pictures
-from spin_usd.dataset.shards.manifest import Manifest, share_manifest
+from spin_usd.dataset.shards.manifest import Manifest, remove_finished_manifest, share_manifest
 from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
@@ -96,6 +96,7 @@ def render(
             report = _render(destination, lease, request, options, progress, note)
             if not report.failed and shard is None and not destination.mirror:  # others may be using the cache
                 _tidy(store, report, keep_cache)
+                remove_finished_manifest(store)
     report.seconds = time.monotonic() - began
     return report
 

@@ -1,7 +1,7 @@
 """The manifest of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
 
-It lies in the dataset's cache. Shards that write one folder at the same time must have the same; who merges folders
-learns from it which pictures are still to come, and of which shard.
+It lies beside dataset.json until all pictures are made. Shards that write one folder at the same time must have the
+same; who merges folders learns from it which pictures are still to come, and of which shard.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,9 +12,10 @@ from typing import Any
 
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
-from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.names import SHARDS, record_of
 from spin_usd.errors import InputError
+from spin_usd.files.changes import remove_file
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.nesting import parsed_json
 
@@ -57,18 +58,30 @@ def share_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
 
 
 def write_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
-    """Write the manifest. Raises OutputError."""
+    """Write the manifest. Raises InputError in place of a file that is not one, and OutputError."""
+    if store.folder.type_of(SHARDS) is not None and read_manifest(store) is None:
+        raise InputError(
+            "is not the manifest of shards", where=store.root / SHARDS, do="move it elsewhere, or remove it"
+        )
     write_json(store.folder, SHARDS, asdict(manifest), work=work)
 
 
 def read_manifest(store: Store) -> Manifest | None:
-    """Read the manifest; None where there is none, or it is damaged."""
+    """Read the manifest; None where there is none, or something else in its place."""
     with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
         value = parsed_json(store.folder.read(SHARDS, MAX_DOCUMENT))
         shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
         settings = dict(value["settings"])
         return Manifest(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)
     return None
+
+
+def remove_finished_manifest(store: Store) -> None:
+    """Remove the manifest where all its pictures are made: nobody needs it any more, and a dataset is the same however
+    it was made. Raises OutputError."""
+    manifest, made = read_manifest(store), set(store.records())
+    if manifest and all(record_of(*picture) in made for picture, _ in manifest.pictures()):
+        remove_file(store.folder, SHARDS)
 
 
 def _difference(before: Manifest | None, now: Manifest) -> str:

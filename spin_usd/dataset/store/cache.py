@@ -31,7 +31,6 @@ from spin_usd.nesting import parsed_json
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
 MEASURED = f"{CACHE}/measured.json"  # beside them: what passes cost in this dataset's runs (dataset.cost)
-SHARDS = f"{CACHE}/shards.json"  # and which picture is of which shard (dataset.shards.manifest)
 VERSION_DIGITS = 8
 
 

@@ -5,6 +5,7 @@ stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 cache/                               renders and labels by content (dataset.cache)
+shards.json                          of shards, until all are made: which picture is of which (dataset.shards.manifest)
 .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
 .lock-<I>-of-<N>, .lock-turn         of shards, which share .lock: each one's, and that of who changes what all share
 
@@ -22,14 +23,14 @@ from spin_usd.dataset.picture.make_picture import KINDS
 from spin_usd.dataset.store.hold import await_token, held
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.lock import take_lock, token_in
-from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, STAGE, is_record
+from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, is_record
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import Node, NodeType
 from spin_usd.stop_signals import postponed
 
-OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE)
+OWN = (DESCRIPTION, STAGE, RECORDS, *KINDS, CACHE, SHARDS)
 LOCK = ".lock"
 TURN = ".lock-turn"
 LOCK_OF_SHARD = re.compile(r"\.lock-[0-9]+-of-[0-9]+")
@@ -131,7 +132,7 @@ class Store:
 
     def _refuse_other_types(self) -> None:
         for name in OWN:
-            wanted = NodeType.FILE if name == DESCRIPTION else NodeType.FOLDER
+            wanted = NodeType.FILE if name in (DESCRIPTION, SHARDS) else NodeType.FOLDER
             if self.folder.type_of(name) not in (None, wanted):
                 raise InputError(f"is not a {wanted}", where=self.root / name, do="move it elsewhere, or remove it")
 

@@ -4,6 +4,7 @@ DESCRIPTION = "dataset.json"
 STAGE = "stage"
 RECORDS = "records"
 CACHE = "cache"
+SHARDS = "shards.json"
 
 
 def record_of(variant: str, frame: str) -> str:

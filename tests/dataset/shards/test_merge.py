@@ -11,6 +11,7 @@ from spin_usd.dataset.merge.merge import merge
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.store.cache import MEASURED
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.names import SHARDS
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from tests.cases.records import record_files
@@ -90,6 +91,7 @@ def test_it_says_which_shard_is_missing_and_takes_it_later(whole, made, tmp_path
     out = tmp_path / "merged"
     done = spin_usd("merge", made[0], made[2], "--out", out, code=1)
     assert "missing: 4 pictures of shard 1/3" in done.stderr
+    assert (out / SHARDS).read_bytes() == (made[0] / SHARDS).read_bytes()
     report = package.merge(made[1], out=out)
     assert (report.added, report.kept, report.missing) == (4, 8, {})
     assert content(out) == whole

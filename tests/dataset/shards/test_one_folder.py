@@ -9,11 +9,11 @@ from threading import Timer
 
 import pytest
 
-from spin_usd.dataset.shards.manifest import Manifest, read_manifest, share_manifest
+from spin_usd.dataset.shards.manifest import Manifest, read_manifest, share_manifest, write_manifest
 from spin_usd.dataset.store import hold
-from spin_usd.dataset.store.cache import SHARDS
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.lock import TEXT
+from spin_usd.dataset.store.names import SHARDS
 from spin_usd.errors import InputError
 from tests.dataset.shards.folder import content
 
@@ -39,6 +39,8 @@ def test_three_at_once_make_the_bytes_of_one_run(stage, whole, make, tmp_path, r
     reports = [json.loads(stdout) for stdout, _ in answers]
     assert sum(report["made"] for report in reports) == 12
     assert sum(report["renders"] for report in reports) == 6
+    assert {**whole, SHARDS: (out / SHARDS).read_bytes()} == content(out)
+    assert make(out, renderer=renderer).made == 0
     assert content(out) == whole
 
 
@@ -109,10 +111,12 @@ def test_a_shard_of_another_partition_is_refused_while_one_is_made_and_not_after
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"count": "x"}', '{"count": 1, "shards": []}'])
-def test_a_damaged_manifest_is_none(tmp_path, text) -> None:
-    (tmp_path / "cache").mkdir()
+def test_what_is_not_a_manifest_is_neither_read_nor_replaced(tmp_path, text) -> None:
     (tmp_path / SHARDS).write_text(text)
     assert read_manifest(Store(root=tmp_path)) is None
+    with pytest.raises(InputError, match=r"shards\.json: is not the manifest of shards"):
+        write_manifest(Store(root=tmp_path), MANIFEST, work=tmp_path)
+    assert (tmp_path / SHARDS).read_text() == text
 
 
 def test_a_lock_that_is_just_being_written_is_waited_for(tmp_path) -> None:
