@@ -56,7 +56,7 @@ class DatasetUrl:
         """Copy these files to the same names in `folder`. Raises InputError."""
         for name in names:
             if not is_below(name):
-                raise InputError(f"is no name of a file in a dataset ({name!r})", where=self.url)
+                raise InputError(f"is not the name of a file in a dataset ({name!r})", where=self.url)
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
         if names:
             places = [str(folder / name) for name in names]

@@ -38,7 +38,7 @@ def _picture_of(record: str) -> tuple[str, str]:
     match PurePosixPath(record).parts:
         case (folder, variant, file) if folder == RECORDS and file.endswith(".json"):
             return variant, file.removesuffix(".json")
-    raise OutputError("is no name of a record", where=record)
+    raise OutputError("is not the name of a record", where=record)
 
 
 def _old_record(url: DatasetUrl, name: str) -> Mapping[str, Any]:

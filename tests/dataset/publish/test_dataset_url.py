@@ -67,7 +67,7 @@ def test_what_is_removed_is_gone_and_may_be_gone_already(url, file) -> None:
 
 
 def test_names_that_climb_are_not_fetched(url, tmp_path) -> None:
-    with pytest.raises(InputError, match="is no name of a file in a dataset"):
+    with pytest.raises(InputError, match="is not the name of a file in a dataset"):
         url.fetch(["records/../../../climbed"], tmp_path / "fetched")
 
 
