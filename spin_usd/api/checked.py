@@ -11,6 +11,7 @@ from typing import Any, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 
 from spin_usd.errors import InputError
+from spin_usd.files.url import is_url, refuse_unless_path
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -27,20 +28,30 @@ _NAMES = {
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Return the `function` such that it raises an InputError for an argument that its annotations do not allow, before
-    anything is started or written. The error names the argument."""
-    hints = get_type_hints(function)
-    names = tuple(signature(function).parameters)
+    anything is started or written. The error names the argument. No path may be empty, or a URL."""
+    return checked_but_urls()(function)
 
-    @wraps(function)
-    def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        given = [_plain(value) for value in args]
-        named = {name: _plain(value) for name, value in kwargs.items()}
-        for name, value in [*zip(names, given, strict=False), *named.items()]:
-            if name in hints:
-                _refuse_unless_allowed(name, value, hints[name])
-        return function(*given, **named)  # type: ignore[arg-type]
 
-    return call
+def checked_but_urls(*urls: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Return what `checked` is, for a function whose arguments of these names may be URLs too."""
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        hints = get_type_hints(function)
+        names = tuple(signature(function).parameters)
+
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            given = [_plain(value) for value in args]
+            named = {name: _plain(value) for name, value in kwargs.items()}
+            for name, value in [*zip(names, given, strict=False), *named.items()]:
+                if name in hints:
+                    _refuse_unless_allowed(name, value, hints[name])
+                    _refuse_unless_paths(name, value, hints[name], url=name in urls)
+            return function(*given, **named)  # type: ignore[arg-type]
+
+        return call
+
+    return decorate
 
 
 def _plain(value: object) -> object:
@@ -50,10 +61,17 @@ def _plain(value: object) -> object:
 
 def _refuse_unless_allowed(name: str, value: object, hint: Any) -> None:
     choices = _choices(hint)
-    if Path in choices and value == "":
-        raise InputError(f"{name} is ''", do="make it a path; the current folder is '.'")
     if not any(_is_of(value, choice) for choice in choices):
         raise InputError(f"{name} is {value!r}", do=f"make it {' or '.join(map(_name, choices))}")
+
+
+def _refuse_unless_paths(name: str, value: object, hint: Any, *, url: bool) -> None:
+    """Raise InputError where a path among the values is none."""
+    if not {Path, Sequence[Path]} & set(_choices(hint)):
+        return
+    for each in value if isinstance(value, Collection) and not isinstance(value, str) else (value,):
+        if isinstance(each, str | Path) and not (url and each != "" and is_url(each)):
+            refuse_unless_path(each, name)
 
 
 def _choices(hint: Any) -> tuple[Any, ...]:

@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from spin_usd.api.checked import checked
+from spin_usd.api.checked import checked_but_urls
 from spin_usd.api.request import render_request
-from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.render import render as rendering
 from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.shards.shard import Shard
+from spin_usd.files.url import is_url
 from spin_usd.progress import Note, Progress, ignore, unsaid
 
 
-@checked
+@checked_but_urls("out")
 def render(
     stage: str | Path,
     *,

@@ -1,11 +1,14 @@
-"""A command that refuses an option given twice, where typer silently takes the last, and an empty path, which it takes
-for the current folder; and shows flags as flags."""
+"""A command that refuses an option given twice, where typer silently takes the last, and a path that is empty or a
+URL, which it takes for a folder; and shows flags as flags."""
 
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
+
+from spin_usd.errors import InputError
+from spin_usd.files.url import refuse_unless_path
 
 
 def without_types_of_flags(params: list[Any]) -> list[Any]:
@@ -25,7 +28,7 @@ class Group(TyperGroup):
 
 class Command(TyperCommand):
     """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value, and
-    for an empty path."""
+    for a path that is empty or a URL."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         return without_types_of_flags(super().get_params(ctx))
@@ -39,14 +42,23 @@ class Command(TyperCommand):
                 raise typer.BadParameter("is given more than once", ctx=ctx, param=option)
         paths = self._paths()
         for param in params:
-            if param.name in paths and "" in _each(values[param.name]):
-                raise typer.BadParameter("is empty", ctx=ctx, param=param)
+            for path in _each(values[param.name]) if param.name in paths else ():
+                _refuse_unless_path(path, ctx, param)
         return super().parse_args(ctx, args)
 
     def _paths(self) -> set[str]:
         """Return the names of the parameters that hold one path or several."""
         hints = get_type_hints(self.callback)
         return {name for name, hint in hints.items() if Path in (hint, *get_args(hint))}
+
+
+def _refuse_unless_path(given: Any, ctx: Any, param: TyperOption | TyperArgument) -> None:
+    if given == "":
+        raise typer.BadParameter("is empty", ctx=ctx, param=param)
+    try:
+        refuse_unless_path(given, str(param.name))
+    except InputError as error:
+        raise typer.BadParameter(str(error), ctx=ctx, param=param) from None
 
 
 def _each(value: Any) -> tuple[Any, ...]:

@@ -22,7 +22,7 @@ KNOCK_S = 10.0  # for the cluster's head to answer
 CLOSING_S = 10.0  # for workers to leave their nodes at the end
 MEMORY_PER_WORKER = 1 << 30  # bytes of its node that Ray keeps for each worker
 START = "start one with `ray start --head`, or give its address"
-INSTALL = "run pip install 'spin_usd[cluster]'"
+INSTALL = "run pip install '.[cluster]' where spin_usd's source is"
 
 
 class RayCluster:

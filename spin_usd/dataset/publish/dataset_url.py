@@ -11,18 +11,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from spin_usd.errors import InputError, OutputError, SpinError
+from spin_usd.files.url import to_install
 
-EXTRA = "pip install 'spin_usd[cluster]'"
-SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*(::|://)")
 WHOLE = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oss", "memory"}  # no reader sees half of what is put there
 PART = re.compile(r".*\.[0-9a-f]{32}\.part")
 
 Answer = TypeVar("Answer")
-
-
-def is_url(out: str | Path) -> bool:
-    """Return whether `out` is a URL, and not a path."""
-    return isinstance(out, str) and SCHEME.match(out) is not None
 
 
 class DatasetUrl:
@@ -34,11 +28,12 @@ class DatasetUrl:
         try:
             from fsspec.core import url_to_fs
         except ImportError:
-            raise InputError("needs fsspec, which is not installed", where=url, do=f"run {EXTRA}") from None
+            raise InputError("needs fsspec, which is not installed", where=url, do=f"run {to_install(url)}") from None
         try:
             self._files, root = url_to_fs(url)
         except (ImportError, ValueError) as error:  # a library of its own, such as s3fs; a protocol that nobody knows
-            raise InputError(f"cannot be opened ({error})", where=url, do="install what opens such URLs") from error
+            do = f"run {to_install(url)}" if isinstance(error, ImportError) else "check how the URL begins"
+            raise InputError(f"cannot be opened ({error})", where=url, do=do) from error
         self._root = str(root).rstrip("/")
         protocol = self._files.protocol
         self.whole = bool(WHOLE & ({protocol} if isinstance(protocol, str) else set(protocol)))

@@ -11,6 +11,7 @@ from spin_usd.dataset.read.picture import Picture, read_picture
 from spin_usd.dataset.store.names import RECORDS, is_record, picture_of, record_of
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
+from spin_usd.files.url import refuse_unless_path
 from spin_usd.scene.source.keypoints import Keypoints
 
 NAMED = 3  # names that an error lists as examples
@@ -29,6 +30,7 @@ class Dataset(Sequence[Picture]):
 
     def __init__(self, path: str | Path) -> None:
         """Open the dataset in the folder `path`. Raises InputError where there is none."""
+        refuse_unless_path(path, "path")
         self._root = Path(path).absolute()
         self._description = read_description(self._root)
         self._names = _names(self._root)

@@ -12,7 +12,6 @@ from spin_usd.dataset.cluster.worker_host import WorkerOpening
 from spin_usd.dataset.cluster.workplace import Output, PublishedFromNode, PublishedHere, SharedFolder
 from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.versions import library_versions
-from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.publish.mirror import Mirror, mirrored
 from spin_usd.dataset.publish.node_folder import stage_sums
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -20,6 +19,7 @@ from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.lock import new_token
 from spin_usd.files.folder import Folder
+from spin_usd.files.url import is_url
 
 SEEN = "seen"
 StartWorker = Callable[[int], ChildProtocol]

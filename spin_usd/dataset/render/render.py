@@ -16,7 +16,6 @@ from spin_usd.dataset.plan.time_limit import TimeLimits, refuse_time_limit
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import MAX_WORKERS, refuse_workers, usable_cpus
-from spin_usd.dataset.publish.dataset_url import is_url
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.command import command_of
 from spin_usd.dataset.render.dataset_json import describe
@@ -39,6 +38,7 @@ from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
+from spin_usd.files.url import is_url
 from spin_usd.progress import Note, Progress, unsaid
 from spin_usd.stop_signals import postponed
 

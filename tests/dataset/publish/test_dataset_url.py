@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.dataset.publish.dataset_url import DatasetUrl, is_below, is_url
+from spin_usd.dataset.publish.dataset_url import DatasetUrl, is_below
 from spin_usd.errors import InputError, OutputError
 
 NAMES = ["dataset.json", "image/nominal/ä [1].png", "records/nominal/ä [1].json"]
@@ -24,16 +24,6 @@ def file(tmp_path):
     return tmp_path / "given"
 
 
-@pytest.mark.parametrize("out", ["s3://bucket/name", "file:///data", "gs://b/a b", "simplecache::s3://b/x"])
-def test_urls(out) -> None:
-    assert is_url(out)
-
-
-@pytest.mark.parametrize("out", ["dataset", "/data/s3:/x", "./s3://x", "a b://c", "C:/data"])
-def test_paths_are_no_urls(out) -> None:
-    assert not is_url(out)
-
-
 @given(st.lists(st.sampled_from(["a", "..", ".", "", "ä b"]), min_size=1, max_size=4))
 def test_names_below_never_climb(parts) -> None:
     assert is_below("/".join(parts)) == all(part not in ("", ".", "..") for part in parts)
@@ -41,10 +31,15 @@ def test_names_below_never_climb(parts) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("fsspec") is not None, reason="fsspec is installed")
 def test_without_fsspec_it_says_what_to_install() -> None:
-    with pytest.raises(
-        InputError, match=r"needs fsspec, which is not installed; run pip install 'spin_usd\[cluster\]'"
-    ):
+    with pytest.raises(InputError, match="needs fsspec, which is not installed; run pip install fsspec s3fs"):
         DatasetUrl("s3://bucket/name")
+
+
+@pytest.mark.parametrize(("url", "do"), [("s3://bucket/name", "pip install fsspec s3fs"), ("foo://a", "how the URL")])
+def test_what_cannot_be_opened_says_what_to_do(url, do) -> None:
+    pytest.importorskip("fsspec")
+    with pytest.raises(InputError, match=f"cannot be opened .*{do}"):
+        DatasetUrl(url)
 
 
 def test_what_is_put_is_there_and_can_be_fetched(url, file, tmp_path) -> None:

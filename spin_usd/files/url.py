@@ -1,0 +1,71 @@
+"""URLs, and what to do where one is given and a path is expected, or where one is mistyped.
+
+A path is nearly any text: a URL taken for one would silently become a folder of that name. So whatever begins as URLs
+do is one; a folder that is called so is given by its absolute path.
+"""
+
+import re
+from pathlib import Path
+
+from spin_usd.errors import InputError
+
+PACKAGES = {
+    "s3": "s3fs",
+    "s3a": "s3fs",
+    "gs": "gcsfs",
+    "gcs": "gcsfs",
+    "abfs": "adlfs",
+    "abfss": "adlfs",
+    "az": "adlfs",
+    "oss": "ossfs",
+    "hdfs": "pyarrow",
+    "sftp": "paramiko",
+    "ssh": "paramiko",
+    "http": "aiohttp",
+    "https": "aiohttp",
+    "ftp": None,
+    "file": None,
+    "memory": None,
+}
+"""What fsspec needs to open URLs by their schemes; None where that is nothing more."""
+
+_URL = re.compile(r"(?:[a-z][a-z0-9+.-]+::)*([a-z][a-z0-9+.-]+)://(/*)[^/].*", re.DOTALL | re.IGNORECASE)
+_BEGINNING = re.compile(r"([a-z][a-z0-9+.-]+):", re.IGNORECASE)  # one letter is a drive
+_FETCH = "fetch it to a folder first, or copy a folder there afterwards (aws s3 sync, gcloud storage rsync)"
+
+
+def is_url(given: str | Path) -> bool:
+    """Return whether that is a URL, and not a path. Raises InputError for what is neither: a mistyped URL."""
+    scheme = _scheme(given)
+    if scheme is None:
+        return False
+    found = _URL.fullmatch(given) if isinstance(given, str) else None
+    if found and (found[1] != "file" or found[2]):
+        return True
+    form = "file:///FOLDER" if scheme == "file" else f"{scheme}://PLACE/FOLDER"
+    do = f"write {form}, or the absolute path of a folder that is called so"
+    raise InputError("is neither a URL nor a path", where=given, do=do)
+
+
+def refuse_unless_path(given: str | Path, name: str) -> None:
+    """Raise InputError where the argument called `name` is empty, or is a URL."""
+    if given == "":
+        raise InputError(f"{name} is ''", do="make it a path; the current folder is '.'")
+    if _scheme(given):
+        raise InputError("is a URL, and a path is expected", where=given, do=_FETCH)
+
+
+def to_install(url: str) -> str:
+    """Return the command that installs what opens this URL."""
+    found = _URL.fullmatch(url)
+    package = PACKAGES.get(found[1].lower()) if found else None
+    return f"pip install fsspec {package}" if package else "pip install fsspec"
+
+
+def _scheme(given: str | Path) -> str | None:
+    """Return the scheme of what begins as a URL: with one that is known, or with "NAME:/" or "NAME::"."""
+    text = str(Path(given))  # ./s3:/x is s3:/x, as soon as it is a Path
+    found = _BEGINNING.match(text)
+    if not found or not (found[1].lower() in PACKAGES or text[found.end() :][:1] in ("/", ":")):
+        return None
+    return found[1]
