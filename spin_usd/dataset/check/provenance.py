@@ -11,7 +11,7 @@ from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.stage_layers import layers_of
 from spin_usd.scene.finding import WARNING, Finding
 
-RENDER_AGAIN = "run spin-usd render again with the stage that did"
+RENDER_AGAIN = "run spin-usd render again with the stage that made the pictures"
 
 
 def provenance_findings(where: str, variant: str, stage: Mapping[str, Any], inventory: Inventory) -> Iterator[Finding]:
@@ -34,4 +34,4 @@ def provenance_findings(where: str, variant: str, stage: Mapping[str, Any], inve
 def _of_layer(finding: Finding) -> Finding:
     if finding.code in (LINK, SPECIAL):
         return finding
-    return replace(finding, code="layer", message=f"is not the layer that made the pictures; {RENDER_AGAIN}")
+    return replace(finding, code="layer", message=f"is not as it was when pictures were made; {RENDER_AGAIN}")

@@ -4,13 +4,14 @@ from collections.abc import Iterator
 
 from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
+from spin_usd.dataset.check.provenance import RENDER_AGAIN
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.file_digests import has_list, unlisted
 from spin_usd.dataset.store.names import STAGE
 from spin_usd.dataset.store.stage_layers import STAGE_SUMS
 from spin_usd.scene.finding import Finding
 
-REPLACE = "restore it, or move stage/ elsewhere and run spin-usd render again with the stage that made the pictures"
+RESTORE = f"restore it, or move stage/ elsewhere and {RENDER_AGAIN}"
 
 
 def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
@@ -22,7 +23,7 @@ def sums_findings(store: Store, inventory: Inventory) -> Iterator[Finding]:
     told = {name for (name, _), whole in inventory.layers.items() if not whole} - vouched
     listing = has_list(store.stage)
     if vouched or not listing:
-        do = MAKE_AGAIN if wrong == vouched else REPLACE
+        do = MAKE_AGAIN if wrong == vouched else RENDER_AGAIN
         yield Finding(code="sums", where=STAGE_SUMS, message=f"does not list the files of stage/ as they are; {do}")
     for name in sorted(wrong - vouched - told) if listing else ():
-        yield Finding(code="sums", where=name, message=f"is not as {STAGE_SUMS} lists it; {REPLACE}")
+        yield Finding(code="sums", where=name, message=f"is not as {STAGE_SUMS} lists it; {RESTORE}")

@@ -139,7 +139,7 @@ def _render(
         )
     with postponed(), store.turn():
         if not own:
-            refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere")
+            refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=copied)
         removed = _remove_unwanted(store, planned, options)
         if manifest:
             share_manifest(store, manifest, work=lease.work)

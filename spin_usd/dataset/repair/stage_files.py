@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterator
 
+from spin_usd.dataset.check.provenance import RENDER_AGAIN
 from spin_usd.dataset.repair.damage import Records
 from spin_usd.dataset.store.atomic import write_text
 from spin_usd.dataset.store.dataset_folder import Store
@@ -33,8 +34,7 @@ def listed_again(store: Store, records: Records) -> Iterator[str]:
         return
     if unsure:
         found = f"cannot be written again: no record says that {unsure[0]} is as it was"
-        do = "move stage/ elsewhere, and run spin-usd render again with the stage that made the pictures"
-        raise InputError(found, where=store.root / STAGE_SUMS, do=do)
+        raise InputError(found, where=store.root / STAGE_SUMS, do=RENDER_AGAIN)
     with store.locked() as lease:
         write_text(folder, STAGE_SUMS, sums(store.stage), work=lease.work)
     yield STAGE_SUMS

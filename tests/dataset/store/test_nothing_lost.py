@@ -252,8 +252,10 @@ def test_what_a_user_put_into_the_stages_copy_is_not_replaced(authored, dataset)
 
 
 def test_a_layer_that_the_stages_copy_has_lost_comes_back(authored, dataset) -> None:
+    """And the list of its files, junk as it is: of these nothing is lost."""
     before = content(dataset)
     (dataset / "stage" / "layers" / "lights.usda").unlink()
+    (dataset / "stage" / "SHA256SUMS").write_text("junk")
     assert make(authored, dataset).reused == 2
     assert content(dataset) == before
 
