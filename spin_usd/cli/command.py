@@ -43,7 +43,8 @@ class Command(TyperCommand):
         paths = self._paths()
         for param in params:
             for path in _each(values[param.name]) if param.name in paths else ():
-                _refuse_unless_path(path, ctx, param)
+                if isinstance(path, str):  # and not typer's mark of an argument that was not given
+                    _refuse_unless_path(path, ctx, param)
         return super().parse_args(ctx, args)
 
     def _paths(self) -> set[str]:
