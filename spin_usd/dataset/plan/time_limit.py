@@ -11,6 +11,7 @@ from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.errors import InputError
 
 TIMES, MIN_S = 10.0, 60.0
+LEAST_S, MOST_S = 1.0, 604800.0  # of a user's own; workers are looked at twice a second
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,7 @@ class TimeLimits:
 
 
 def refuse_time_limit(seconds: float | None) -> None:
-    """Raise InputError for a user's limit that no picture could keep, or that is none."""
-    if seconds is not None and not 0 < seconds < float("inf"):
-        raise InputError(f"picture_timeout is {seconds:g}", do="make it a number of seconds above 0")
+    """Raise InputError for a user's limit that is finer than workers are looked at, or is none."""
+    if seconds is not None and not LEAST_S <= seconds <= MOST_S:
+        do = f"make it seconds from {LEAST_S:g} to {MOST_S:.0f}, which is a week"
+        raise InputError(f"--picture-timeout (picture_timeout in Python) is {seconds:g}", do=do)

@@ -73,6 +73,9 @@ def render(
     """
     began = time.monotonic()
     refuse_time_limit(picture_timeout)
+    if shard and cluster is not None:
+        do = "give one of them: a cluster shares out all pictures by itself"
+        raise InputError("--shard and --cluster are given together", do=do)
     if workers is not None:
         refuse_workers(workers)
     require_renderer(request.renderer)
@@ -177,7 +180,11 @@ def _render(
         if destination.mirror:
             _keep_only_shared_labels(tasks)
         with postponed() as stop:
-            make_pictures(for_workers, tasks, count, lease, listener, limits, destination, stop)
+            try:
+                make_pictures(for_workers, tasks, count, lease, listener, limits, destination, stop)
+            finally:
+                if stop.number is not None:
+                    listener.stopped()
             if report.made:
                 with store.turn():
                     write_measured(store.folder, MEASURED, listener.measured, work=lease.work)

@@ -92,7 +92,11 @@ class RunListener:
 
     def stopping(self, pictures: int) -> None:
         count = "1 picture" if pictures == 1 else f"{pictures} pictures"
-        self.note(f"finishing {count}; press Ctrl-C again to stop now")
+        self.note(f"finishing {count}; press Ctrl-C again, or send SIGTERM, to stop at once")
+
+    def stopped(self) -> None:
+        made, all_pictures = self.report.reused + self.report.made, self.report.pictures
+        self.note(f"{made} of {all_pictures} pictures are made, {all_pictures - made} are left")
 
     def _report_progress(self) -> None:
         report = self.report

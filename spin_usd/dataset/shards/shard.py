@@ -22,7 +22,7 @@ class Shard:
         found = TEXT.fullmatch(text.strip())
         number, count = (int(found[1]), int(found[2])) if found else (0, 0)
         if not number < count <= MAX_SHARDS:
-            do = f"give I/N, I from 0 to N - 1, such as 0/3, 1/3 and 2/3; N is {MAX_SHARDS} at most"
+            do = f"write I/N: part I, from 0, of a run in N parts, such as 0/3, 1/3 and 2/3; N is {MAX_SHARDS} at most"
             raise InputError(f"there is no shard {text!r}", do=do)
         return cls(number=number, count=count)
 

@@ -105,3 +105,8 @@ def test_without_ray_the_command_says_what_to_install(small_stage, tmp_path, spi
         in done.stderr
     )
     assert not (tmp_path / "out").exists()
+
+
+def test_a_shard_on_a_cluster_is_refused_whatever_is_installed(small_stage, tmp_path, spin_usd) -> None:
+    done = spin_usd("render", small_stage, "--out", tmp_path / "out", "--cluster", "auto", "--shard", "0/2", code=2)
+    assert "--shard and --cluster are given together; give one" in done.stderr

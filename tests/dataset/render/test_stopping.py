@@ -73,9 +73,11 @@ def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_pat
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=STARTS_WITHIN_S)[1].decode()
     assert process.returncode == 128 + signal.SIGTERM
-    assert "press Ctrl-C again to stop now" in said
+    assert "press Ctrl-C again, or send SIGTERM, to stop at once" in said
     assert "stopped by SIGTERM; run the same command again" in said
-    assert 1 <= assert_left_well(tmp_path, children) < 8
+    made = assert_left_well(tmp_path, children)
+    assert 1 <= made < 8
+    assert f"note: {made} of 8 pictures are made, {8 - made} are left" in said
 
 
 def test_the_second_stops_at_once_and_the_next_run_makes_the_rest(small_stage, tmp_path, spin_usd) -> None:
