@@ -7,6 +7,7 @@ RecursionError where it is too much, and takes minutes over a TOML key of many p
 import json
 import re
 import tomllib
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,12 @@ def parsed_json(text: str | bytes, **hooks: Any) -> Any:
     return json.loads(text, **hooks)
 
 
+def finite_json(text: str | bytes) -> Any:
+    """Return the JSON value in `text`, which spin_usd wrote: its numbers are finite, for it could not be written again
+    otherwise. Raises ValueError, which NestingError is."""
+    return parsed_json(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
+
+
 def parsed_toml(text: str) -> dict[str, Any]:
     """Return the TOML tables in `text`. Raises ValueError, which NestingError is."""
     if _DEEP_KEY.search(text):
@@ -44,6 +51,17 @@ def parsed_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError:
         raise NestingError from None
+
+
+def _finite(text: str) -> float:
+    if not isfinite(number := float(text)):
+        raise ValueError(f"{text:.20} is not a finite number")
+    return number
+
+
+def _integer(text: str) -> int:
+    _finite(text)
+    return int(text)
 
 
 def _depth(data: bytes) -> int:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.nesting import MAX_DEPTH, NestingError, parsed_json, parsed_toml
+from spin_usd.nesting import MAX_DEPTH, NestingError, finite_json, parsed_json, parsed_toml
 
 SOON_S = 2.0
 
@@ -72,3 +72,11 @@ def test_long_toml_is_taken_soon(text) -> None:
     began = time.process_time()
     assert parsed_toml(text) == tomllib.loads(text)
     assert time.process_time() - began < SOON_S
+
+
+@pytest.mark.parametrize("number", ["NaN", "-Infinity", "1e400", "9" * 400])
+def test_json_of_ours_has_finite_numbers(number) -> None:
+    """What could not be written again is damaged."""
+    with pytest.raises(ValueError, match="is not a finite number"):
+        finite_json(f'{{"pose": [0.5, {number}]}}')
+    assert finite_json(b'{"pose": [0.5, 2]}') == {"pose": [0.5, 2]}

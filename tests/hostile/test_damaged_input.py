@@ -33,6 +33,18 @@ TYPES = {
         "double spin:lens:fx = 100",
         "double spin:lens:fx = 100\n        double spin:lens:k1 = 1e300",
     ),
+    "normals between what USD does not have": (
+        "int[] faceVertexCounts",
+        'normal3f[] normals = [(0, 0, 1)] (interpolation = "somewhere")\n        int[] faceVertexCounts',
+    ),
+    "primvar between what USD does not have": (
+        "int[] faceVertexCounts",
+        'color3f[] primvars:displayColor = [(0, 0, 1)] (interpolation = "")\n        int[] faceVertexCounts',
+    ),
+    "token that its schema does not allow": (
+        "int[] faceVertexCounts",
+        'uniform token orientation = "upsideDown"\n        int[] faceVertexCounts',
+    ),
     "metersPerUnit of 0": ("metersPerUnit = 1", "metersPerUnit = 0"),
     "metersPerUnit of 1e300": ("metersPerUnit = 1", "metersPerUnit = 1e300"),
     "metersPerUnit of 1e-320": ("metersPerUnit = 1", "metersPerUnit = 1e-320"),
@@ -140,6 +152,19 @@ def test_an_export_names_the_record_that_breaks_its_schema(place, spin_usd, chan
     place.change(RECORD, change)
     refused = spin_usd("export", "ds", "--to", "coco", "--out", "out", cwd=place.folder, code=2)
     assert f"{RECORD}: " in refused.stderr
+
+
+def test_a_record_of_a_stage_elsewhere_whose_numbers_are_not_finite_is_made_again(place, spin_usd) -> None:
+    """It says another place in the stage, so it would be written again as it is."""
+    place.change(RECORD, lambda record: record.update(index=7, exposure_gain=float("nan")))
+    spin_usd(*place.render(), cwd=place.folder)
+    assert json.loads((place.dataset / RECORD).read_text())["index"] == 0
+
+
+def test_a_record_of_a_kind_that_is_not_made_is_refused_by_reproduce(place, spin_usd) -> None:
+    place.change(RECORD, lambda record: record["files"].update(token=record["files"].pop("depth")))
+    refused = spin_usd("reproduce", "ds", "img000001", cwd=place.folder, code=2)
+    assert "lists token" in refused.stderr
 
 
 @pytest.mark.parametrize("name", [RECORD, slow("cache/measured.json")])

@@ -21,7 +21,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.geometry.region import Region
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 from spin_usd.scene.passes import Radiance
 
 SUBJECT = "subject"  # the key of what they are of
@@ -111,7 +111,7 @@ class RenderStore:
                 remove_emptied(self._folder, name)
 
     def _value(self, key: str) -> dict[str, Any]:
-        value: dict[str, Any] = parsed_json(self._folder.read(render_file(key), MAX_DOCUMENT))
+        value: dict[str, Any] = finite_json(self._folder.read(render_file(key), MAX_DOCUMENT))
         return value
 
     @property

@@ -11,7 +11,7 @@ from spin_usd.dataset.store.names import picture_of, record_of
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 AGAIN = "render that picture again, or leave that dataset out"
 
@@ -42,7 +42,7 @@ class MergedPicture:
     def record(self) -> dict[str, Any]:
         """Read the record. Raises InputError where it is damaged, or not of this picture."""
         try:
-            record = parsed_json(self.data)
+            record = finite_json(self.data)
         except (InputError, ValueError, RecursionError):
             record = None
         if not isinstance(record, dict) or not recorded_files(record, self.variant, self.frame):

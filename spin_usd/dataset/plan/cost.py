@@ -18,7 +18,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.labels.table import LABELS
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 Costs = Mapping[str, Mapping[str, float]]
 _OF_LABELS = {name: label.target_s for name, label in LABELS.items() if label.target_s}
@@ -101,7 +101,7 @@ class Timings:
 def read_measured(folder: Folder, name: str) -> Timings:
     """Read what `write_measured` wrote; nothing where that is not there or damaged."""
     with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        values = parsed_json(folder.read(name, MAX_SPECIFICATION))
+        values = finite_json(folder.read(name, MAX_SPECIFICATION))
         parts = [{str(work): float(s) for work, s in values[name].items()} for name in ("expected", "taken")]
         if all(0 <= seconds < float("inf") for part in parts for seconds in part.values()):
             return Timings(expected=parts[0], taken=parts[1])

@@ -11,7 +11,7 @@ from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import OutputError
 from spin_usd.files.changes import remove_file
 from spin_usd.files.folder import Folder
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 
 def publish_picture(root: Path, record: str, url: DatasetUrl) -> None:
@@ -43,7 +43,7 @@ def _picture_of(record: str) -> tuple[str, str]:
 
 def _old_record(url: DatasetUrl, name: str) -> Mapping[str, Any]:
     try:
-        record = parsed_json(url.read(name) or b"{}")
+        record = finite_json(url.read(name) or b"{}")
     except ValueError:
         return {}
     return record if isinstance(record, dict) else {}

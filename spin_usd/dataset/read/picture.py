@@ -14,13 +14,14 @@ from spin_usd.dataset.read.description import DescribedPart, Description
 from spin_usd.dataset.read.heatmaps import heatmaps_of
 from spin_usd.dataset.read.pictured_target import PicturedTarget
 from spin_usd.dataset.read.point_cloud import PointCloud
+from spin_usd.dataset.store.picture_file import read_picture_file
 from spin_usd.errors import InputError
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.formats.arrays.array_file import described_type, read_array
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.transform import Transform
-from spin_usd.nesting import parsed_json
+from spin_usd.labels.table import CLOUD_LABELS
+from spin_usd.nesting import finite_json
 from spin_usd.scene.source.keypoints import Keypoints
 
 SCHEMA = "record-1"
@@ -212,17 +213,10 @@ class Picture:
             do = f"choose among {', '.join(self.files)}, or render {kind} too"
             raise InputError(f"has no {kind}", where=f"{self.root}: {self.frame} of {self.variant}", do=do)
         file = FileIn(Folder(self.root), self.files[kind].path)
-        array = read_array(file)
-        if described_type(array) != self.files[kind].dtype or array.shape not in (self._shape(kind), array.shape[:1]):
-            found = f"holds {array.dtype} numbers in {array.shape}, which is not what its record says"
-            raise InputError(found, where=file.path, do=CHECK)
+        array = read_picture_file(file, kind, self.files[kind].dtype, self.files[kind].channels)
+        if kind not in CLOUD_LABELS and array.shape[:2] != (self.camera.height, self.camera.width):
+            raise InputError(f"is {array.shape[:2]}, and its camera is not", where=file.path, do=CHECK)
         return array
-
-    def _shape(self, kind: str) -> tuple[int, ...]:
-        """Return (H, W), or (H, W, C) of a file of several channels."""
-        channels = self.files[kind].channels
-        size = (self.camera.height, self.camera.width)
-        return size if channels == 1 else (*size, channels)
 
 
 def read_picture(root: Path, name: str, description: Description) -> Picture:
@@ -232,7 +226,7 @@ def read_picture(root: Path, name: str, description: Description) -> Picture:
     """
     path = root / name
     try:
-        record = parsed_json(Folder(root).read(name, MAX_RECORD))
+        record = finite_json(Folder(root).read(name, MAX_RECORD))
         if record["schema"] != SCHEMA:
             found = f"is of schema {record['schema']!r}, and this version reads {SCHEMA}"
             raise InputError(found, where=path, do="read it with the spin_usd that made it")

@@ -10,7 +10,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 
@@ -36,7 +36,9 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
         )
     worker.picture(variant=record["variant"], index=record["index"], kinds=kinds, keep_render=False)
     # Not held against the schema: it names a stage that lies elsewhere.
-    again = parsed_json(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
+    again = finite_json(worker.store.folder.read(record_of(record["variant"], record["frame"]), MAX_RECORD))
+    if unknown := [kind for kind in kinds if kind not in again["files"]]:
+        raise InputError(f"the record lists {unknown[0]}, which this version does not make", where=dataset)
     recorded, now = provenance["versions"], worker.versions
     return {
         "files": [_compared(Folder(Path(dataset)), kind, record, again) for kind in kinds],

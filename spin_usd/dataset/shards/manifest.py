@@ -17,7 +17,7 @@ from spin_usd.dataset.store.names import SHARDS, record_of
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 SHARED = "manifest-shared"  # in the work folder of a shard that is being made: the manifest is its own too
 WORDS = {
@@ -69,7 +69,7 @@ def write_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
 def read_manifest(store: Store) -> Manifest | None:
     """Read the manifest; None where there is none, or something else in its place."""
     with suppress(InputError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
-        value = parsed_json(store.folder.read(SHARDS, MAX_DOCUMENT))
+        value = finite_json(store.folder.read(SHARDS, MAX_DOCUMENT))
         shards = {str(v): {str(f): int(n) for f, n in frames.items()} for v, frames in value["shards"].items()}
         settings = dict(value["settings"])
         return Manifest(count=int(value["count"]), stage=str(value["stage"]), settings=settings, shards=shards)

@@ -26,7 +26,7 @@ from spin_usd.files.changes import remove_emptied, remove_file
 from spin_usd.files.folder import FileIn, Folder
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import LABELS
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 RENDERS = "renders"
 CACHED = (RENDERS, *LABELS)
@@ -122,7 +122,7 @@ def used(store: Store) -> set[Purpose]:
     found: set[Purpose] = set()
     for name in store.records():
         with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            found |= uses(parsed_json(store.folder.read(name, MAX_RECORD)))
+            found |= uses(finite_json(store.folder.read(name, MAX_RECORD)))
     return found
 
 

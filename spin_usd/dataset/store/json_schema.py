@@ -2,7 +2,6 @@
 
 import json
 from functools import cache
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from spin_usd import resources
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 REMEDY = "restore it, or make it again"
 
@@ -29,7 +28,7 @@ def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
     """Return the JSON object in the `data` of a file, valid by the schema named, its numbers finite; InputError says
     what is wrong."""
     try:
-        value = _parsed(data.decode("utf-8"))
+        value = finite_json(data.decode("utf-8"))
         error = best_match(_validator(schema).iter_errors(value))
     except ValueError as e:
         raise InputError(f"is not JSON ({e})", where=where, do=REMEDY) from e
@@ -39,21 +38,6 @@ def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
         raise InputError(f"breaks schema {schema} at {error.json_path}: {error.message}", where=where, do=REMEDY)
     result: dict[str, Any] = value
     return result
-
-
-def _parsed(text: str) -> Any:
-    return parsed_json(text, parse_constant=_finite, parse_float=_finite, parse_int=_integer)
-
-
-def _finite(text: str) -> float:
-    if not isfinite(number := float(text)):
-        raise ValueError(f"{text:.20} is not a finite number")
-    return number
-
-
-def _integer(text: str) -> int:
-    _finite(text)
-    return int(text)
 
 
 def _is_integer(_: object, value: object) -> bool:

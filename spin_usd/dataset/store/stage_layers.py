@@ -12,7 +12,7 @@ from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.files.size_limits import MAX_RECORD
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 
 STAGE_SUMS = f"{STAGE}/{SUMS}"
 
@@ -53,6 +53,6 @@ def _vouched(store: Store, name: str) -> bool:
     layer = (name, store.folder.sha256(name))
     for record in store.records():
         with suppress(InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            if layer in layers_of(parsed_json(store.folder.read(record, MAX_RECORD))["provenance"]["stage"]):
+            if layer in layers_of(finite_json(store.folder.read(record, MAX_RECORD))["provenance"]["stage"]):
                 return True
     return False

@@ -14,7 +14,7 @@ from spin_usd.dataset.store.names import record_of
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.labels.table import CLOUD_LABELS
-from spin_usd.nesting import parsed_json
+from spin_usd.nesting import finite_json
 from spin_usd.scene.derived.content_keys import KEYS
 
 
@@ -104,7 +104,7 @@ def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[
 def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
     """Read the picture's record, not yet validated: reading 60,000 by their schema would take minutes."""
     try:
-        record = parsed_json(store.folder.read(record_of(picture.variant, picture.frame), MAX_RECORD))
+        record = finite_json(store.folder.read(record_of(picture.variant, picture.frame), MAX_RECORD))
     except (InputError, ValueError, RecursionError):
         return {}
     return record if isinstance(record, dict) else {}

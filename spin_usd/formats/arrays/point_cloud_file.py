@@ -108,6 +108,8 @@ def _cloud(columns: Mapping[str, NDArray[Any]]) -> Cloud:
     """Return the columns as one array."""
     (count,) = {len(column) for column in columns.values()}
     fields: list[Any] = [(name, column.dtype, column.shape[1:]) for name, column in columns.items()]
+    if any(column.shape[1:] != ((3,) if name == POSITION else ()) for name, column in columns.items()):
+        raise ValueError("its columns have other shapes")
     cloud = np.zeros(count, np.dtype(fields))
     for name, column in columns.items():
         cloud[name] = column

@@ -9,6 +9,8 @@ from functools import cached_property
 
 from pxr import Pcp, Sdf, Usd
 
+from spin_usd.errors import StageError
+
 
 @dataclass(frozen=True, kw_only=True)
 class VariantSelection:
@@ -31,8 +33,12 @@ class Opinion:
 
     @cached_property
     def properties(self) -> dict[str, Sdf.PropertySpec]:
-        """Its property specs, by name."""
-        return {spec.name: spec for spec in self.spec.properties}
+        """Its property specs, by name. Raises StageError where a damaged layer lists one that it does not hold."""
+        specs = list(self.spec.properties)
+        if not all(specs):
+            where = f"{self.spec.layer.identifier} {self.spec.path}"
+            raise StageError("lists a property that the layer does not hold", where=where, do="write the layer again")
+        return {spec.name: spec for spec in specs}
 
     @cached_property
     def selections(self) -> dict[str, str]:

@@ -1,5 +1,6 @@
 """Values of attributes as numbers and arrays, and the refusal of those that an attribute must not have."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,6 +133,15 @@ def _check_type(attribute: Usd.Attribute, value: Any, types: tuple[Sdf.ValueType
     if not any(type(value) is type(each.defaultValue) for each in expected):
         do = f"make it a {' or '.join(map(str, expected))}" if expected[0] else "author it with a type that USD knows"
         raise StageError(f"is {_shown(value)}", where=attribute.GetPath(), do=do)
+    if isinstance(value, str):
+        _check_token(value, attribute.GetMetadata("allowedTokens"), attribute.GetPath())
+
+
+def _check_token(value: str, allowed: Sequence[str] | None, where: object) -> None:
+    """Raise StageError unless `value` is one of those that its schema allows, if it names some."""
+    if allowed and value not in allowed:
+        shown = ", ".join(token or "''" for token in allowed)
+        raise StageError(f"is '{_shown(value)}'", where=where, do=f"use one of {shown}")
 
 
 def _check_finite(attribute: Usd.Attribute, value: Any) -> None:

@@ -173,7 +173,7 @@ def test_a_record_of_another_schema_is_told_so(copy) -> None:
 def test_a_file_of_other_channels_is_refused(copy) -> None:
     files = copy[0].files
     shutil.copy(copy.root / files["depth"].path, copy.root / files["dense_pose"].path)
-    with pytest.raises(InputError, match=r"dense_pose/nominal/img000001.exr: .* not what its record says; run spin"):
+    with pytest.raises(InputError, match=r"dense_pose/nominal/img000001.exr: .* not those of dense_pose; run spin"):
         copy[0].dense_pose  # noqa: B018
 
 
@@ -191,7 +191,7 @@ def test_a_file_that_is_gone_or_another_is_refused_by_name(copy) -> None:
     depth = copy.root / copy[0].files["depth"].path
     shutil.copy(copy.root / copy[0].files["dense_pose"].path, depth)
     change(copy, camera=copy[0].record["camera"] | {"width": 200})
-    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: .* not what its record says"):
+    with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: .* not those of depth"):
         copy[0].depth  # noqa: B018
     depth.unlink()
     with pytest.raises(InputError, match=r"depth/nominal/img000001.exr: is missing; restore it"):

@@ -25,7 +25,7 @@ HOST = Path(__file__).with_name("warm_host.py")
 class WarmRunner:
     """A warm process, started again when it has ended or after many commands."""
 
-    COMMANDS = 400
+    COMMANDS = 1000
 
     def __init__(self, home: Path) -> None:
         """`home`: a folder for what its libraries keep."""

@@ -15,10 +15,10 @@ from spin_usd.dataset.check.in_child.picture_rules import PICTURE_RULES
 from spin_usd.dataset.store.cache import uses
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import DESCRIPTION, picture_of
+from spin_usd.dataset.store.picture_file import read_picture_file
 from spin_usd.errors import InputError, SpinError
 from spin_usd.faults import reading
 from spin_usd.files.folder import FileIn, Folder
-from spin_usd.formats.arrays.array_file import read_array
 from spin_usd.scene.finding import Finding
 
 
@@ -40,7 +40,8 @@ def read_arrays(root: Path, record: Mapping[str, Any]) -> Iterator[tuple[str, ND
     for kind, entry in record["files"].items():
         try:
             with reading(entry["path"]):
-                yield kind, read_array(FileIn(Folder(root), entry["path"]))
+                file, channels = FileIn(Folder(root), entry["path"]), len(entry["channels"])
+                yield kind, read_picture_file(file, kind, entry["dtype"], channels)
         except SpinError as e:
             yield kind, _finding("unreadable", entry["path"], e)
 

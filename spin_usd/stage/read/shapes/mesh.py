@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.stage.read.shapes.deformation import Deformation
-from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar
+from spin_usd.stage.read.shapes.primvars import Corners, FoundPrimvar, known_interpolation
 from spin_usd.stage.read.shapes.subdivision import SCHEMES, subdivided
 from spin_usd.stage.read.shapes.triangles import Int, Triangles, face_normals, unit
 from spin_usd.stage.read.shapes.triangulate import triangulate
@@ -106,8 +106,8 @@ def _authored_normals(mesh: UsdGeom.Mesh, time: Usd.TimeCode, at: Corners) -> Fl
         name, value, interpolation = "normals", read(mesh.GetNormalsAttr(), time), mesh.GetNormalsInterpolation()
     if value is None:
         return None
-    normals = np.array(value, np.float64).reshape(-1, 3)
-    elements = at.elements(str(interpolation), len(normals), f"{mesh.GetPath()}.{name}")
+    normals, where = np.array(value, np.float64).reshape(-1, 3), f"{mesh.GetPath()}.{name}"
+    elements = at.elements(known_interpolation(str(interpolation), where), len(normals), where)
     result: Float = normals[elements]
     return result
 

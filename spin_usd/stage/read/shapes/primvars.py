@@ -12,6 +12,7 @@ from spin_usd.stage.read.shapes.triangles import Int
 from spin_usd.stage.usd.shader_inputs import LINEAR
 from spin_usd.stage.usd.values import read_any, refuse
 
+INTERPOLATIONS = ("constant", "uniform", "vertex", "varying", "faceVarying")
 DISPLAY_COLOR = "displayColor"  # how much of the light a surface reflects
 
 
@@ -72,6 +73,15 @@ class Corners:
         return result
 
 
+def known_interpolation(interpolation: str, where: object) -> str:
+    """Return the `interpolation` as it is. Raises StageError for one that USD does not have: it is metadata, which may
+    be any text."""
+    if interpolation not in INTERPOLATIONS:
+        do = f"use one of {', '.join(INTERPOLATIONS)}"
+        raise StageError(f"has the interpolation '{interpolation}'", where=where, do=do)
+    return interpolation
+
+
 def check_count(interpolation: str, count: int, needed: int, where: str) -> None:
     """Raise StageError unless the interpolation's `count` of values is as `needed`."""
     if count != needed:
@@ -108,7 +118,7 @@ def find_primvar(prim: Usd.Prim, name: str, channels: int, time: Usd.TimeCode) -
         values=np.minimum(values, 1) if above else values,
         clamped=above,
         indices=indices,
-        interpolation=str(primvar.GetInterpolation()),
+        interpolation=known_interpolation(str(primvar.GetInterpolation()), where),
         where=where,
         prim=primvar.GetAttr().GetPrim(),
     )
