@@ -21,7 +21,8 @@ def augment(
     context: typer.Context,
     stage: Annotated[Path | None, typer.Argument(help=STAGE_HELP)] = None,
     spec: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('specification')}, or a TOML file.")
+        str | None,
+        typer.Option(metavar="NAME_OR_FILE", help=f"What to write: a TOML file, or one of {named('specification')}."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")

@@ -20,7 +20,12 @@ def check(
     context: typer.Context,
     path: Annotated[Path, typer.Argument(help="A stage or a dataset.")],
     repair: Annotated[
-        bool, typer.Option("--repair", help="First make again what a dataset lacks, or what is damaged in it.")
+        bool,
+        typer.Option(
+            "--repair",
+            help="First make again what a dataset lacks or what is damaged in it, from its own copy of the stage. "
+            "(render --verify does so from the stage that it is given.)",
+        ),
     ] = False,
     as_json: Json = False,
 ) -> None:

@@ -13,7 +13,7 @@ from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
-VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same; what it has follows each arrow.")]
+VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same. Each line shows A's value -> B's.")]
 # What must be made again where that key is another.
 EFFECTS = {"geometry": "labels", "radiance": "render", "exposure": "image", "nothing": "nothing by itself"}
 

@@ -24,18 +24,24 @@ def export(
     to: Annotated[str | None, typer.Option(metavar="NAME", help="The format; --list names all.")] = None,
     out: Annotated[Path | None, typer.Option(help="The export's folder. Run again, it makes what is missing.")] = None,
     split: Annotated[
-        str | None, typer.Option(metavar="NAME=SHARE,...", help="Such as train=0.8,validation=0.2; all is train.")
+        str | None,
+        typer.Option(
+            metavar="NAME=SHARE,...", help="Shares, such as train=0.8,validation=0.2; all is train if not given."
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", help="Decides which poses go into which split.")] = 0,
     frames: options.Frames = None,
     variants: options.Variants = "",
     target: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The target, for formats that hold one; the first.")
+        str | None,
+        typer.Option(metavar="NAME", help="Which target, for formats that hold one; the first if not given."),
     ] = None,
     option: Annotated[
         list[str], typer.Option(metavar="NAME=VALUE", help="An option of the format; may be given several times.")
     ] = [],  # noqa: B006 - typer's way to say a list
-    copy: Annotated[bool, typer.Option("--copy", help="Copy files that need no change, instead of links.")] = False,
+    copy: Annotated[
+        bool, typer.Option("--copy", help="Copy files that need no change; they are linked (hard links) if not given.")
+    ] = False,
     list_formats: Annotated[bool, typer.Option("--list", help="List the formats with their options, and end.")] = False,
     as_json: options.Json = False,
 ) -> None:

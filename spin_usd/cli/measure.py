@@ -19,17 +19,25 @@ def measure(
     context: typer.Context,
     stage: Stage,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for it, measured beside the stage if not given. Run again, it resumes.")
+        Path | None,
+        typer.Option(help="Folder for the figures; `measured` beside the stage if not given. Run again, it resumes."),
     ] = None,
     frames: Frames = None,
-    count: Annotated[int, typer.Option(metavar="N", help="Measure so many of them, 1 to 100, small to large.")] = 3,
-    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
+    count: Annotated[
+        int, typer.Option(metavar="N", help="How many frames, 1 to 100, from a small target to a large one.")
+    ] = 3,
+    variant: Annotated[str, typer.Option(metavar="NAME", help="The variant to measure.")] = "nominal",
     seeds: Annotated[int, typer.Option(metavar="N", help="Renders of each setting, 2 to 64.")] = 3,
-    max_samples: Annotated[int, typer.Option(metavar="N", help="Light samples per pixel of a setting.")] = 64,
+    max_samples: Annotated[int, typer.Option(metavar="N", help="The most light samples per pixel of a setting.")] = 64,
     reference_share: Annotated[
-        float, typer.Option(metavar="X", help="Of the smallest error squared, the most that the reference's may be.")
+        float,
+        typer.Option(
+            metavar="X", help="The reference is good enough when its squared error is this share of the smallest one."
+        ),
     ] = 0.1,
-    reference_samples: Annotated[int, typer.Option(metavar="N", help="The most that the reference may take.")] = 4096,
+    reference_samples: Annotated[
+        int, typer.Option(metavar="N", help="The most light samples per pixel of the reference.")
+    ] = 4096,
     workers: Annotated[
         int,
         typer.Option(metavar="N", min=1, max=MAX_WORKERS, help="Processes that share the cores; 1 for truest times."),

@@ -18,9 +18,16 @@ from spin_usd.errors import FINDINGS
 def merge(
     context: typer.Context,
     *,
-    shards: Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Datasets' folders; they stay as they are.")],
-    out: Annotated[Path, typer.Option(help="A new folder, or a dataset of the same stage. Run again, it goes on.")],
-    copy: Annotated[bool, typer.Option("--copy", help="Copy files, instead of hard links to them.")] = False,
+    shards: Annotated[list[Path], typer.Argument(metavar="SHARD", help="Datasets' folders, which stay as they are.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="The folder to put them into: a new one, or a dataset of the same stage. Run again, it goes on."
+        ),
+    ],
+    copy: Annotated[
+        bool, typer.Option("--copy", help="Copy files; they are linked (hard links) if not given.")
+    ] = False,
     as_json: options.Json = False,
 ) -> None:
     """Put datasets of one stage, such as the shards of a run, into one."""

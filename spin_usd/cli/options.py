@@ -19,24 +19,37 @@ Frames = Annotated[
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 by default.")]
 EffortText = Annotated[
-    str | None, typer.Option("--effort", metavar="TEXT", help="All that it may cost: samples=16,denoiser=fast,...")
+    str | None,
+    typer.Option(
+        "--effort",
+        metavar="NAME=VALUE,...",
+        help="Settings of the renderer, such as samples=16,denoiser=fast; docs/accuracy.md lists them.",
+    ),
 ]
-Quality = Annotated[str | None, typer.Option(metavar="NAME", help="preview, draft, standard or reference.")]
+Quality = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Settings by a name: preview, draft, standard or reference.")
+]
 Error = Annotated[
     str | None,
     typer.Option(
         metavar="X",
-        help="The cheapest of blender, or of the --renderer given, measured within a relative error, or auto.",
+        help="The cheapest settings whose relative error spin-usd measure found to be X at the most, such as 0.05; "
+        "auto for the noise of the stage's own detector.",
     ),
 ]
 MeasuredIn = Annotated[
-    str | None, typer.Option("--measured", metavar="PATH", help="Instead of the measurement beside the stage.")
+    str | None,
+    typer.Option(
+        "--measured",
+        metavar="PATH",
+        help="For --error: the folder that spin-usd measure wrote; the one beside the stage if not given.",
+    ),
 ]
-Seed = Annotated[int | None, typer.Option(metavar="N", help="Instead of the stage's own seed.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of all that is random, instead of the stage's own.")]
 Labels = Annotated[
     str, typer.Option(metavar="NAME,...", help="Labels to write, such as default,range; or all, or none.")
 ]
-LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="No image.")]
+LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="Write labels, and no image.")]
 RendererName = Annotated[
     str | None,
     typer.Option("--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} by default."),
@@ -50,27 +63,32 @@ Replace = Annotated[
     bool,
     typer.Option(
         "--replace",
-        help="Remove all pictures of another stage first: one that author made from other files or with other "
-        "options, or that has another root layer's name where author did not make it.",
+        help="Where the dataset was made from another stage, remove all its pictures first; it is refused otherwise.",
     ),
 ]
 Verify = Annotated[
-    bool, typer.Option("--verify", help="Read what is there before it is used again, and make damaged pictures anew.")
+    bool,
+    typer.Option(
+        "--verify",
+        help="First compare every file that is there with its digest, and make damaged pictures again. (check --repair "
+        "does so without the stage.)",
+    ),
 ]
 ShardText = Annotated[
     str | None,
     typer.Option(
         "--shard",
         metavar="I/N",
-        help="Make the pictures of shard I of N alone, I from 0; see docs/clusters.md.",
+        help="Make part I, counted from 0, of a run in N parts; spin-usd merge puts them together. See "
+        "docs/clusters.md.",
     ),
 ]
 PictureTimeout = Annotated[
     float | None,
     typer.Option(
         metavar="SECONDS",
-        help="Replace a worker that takes longer for a picture; ten times what is expected, and a minute at least, if "
-        "not given.",
+        help="The time for one picture, 1 s to a week: after that it is tried once more, and then reported as failed. "
+        "If not given, ten times what is expected, and a minute at least.",
     ),
 ]
 ImageFormat = Annotated[str, typer.Option(metavar="NAME", help="png or jpg.")]

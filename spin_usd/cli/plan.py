@@ -40,7 +40,7 @@ def plan(
     radiance: options.RadianceOption = False,
     image_format: options.ImageFormat = "png",
     explain: Annotated[
-        bool, typer.Option("--explain", help="What work is skipped because no picture needs it, and why.")
+        bool, typer.Option("--explain", help="Also say what work is skipped because no picture needs it, and why.")
     ] = False,
     as_json: options.Json = False,
 ) -> None:

@@ -16,7 +16,7 @@ from spin_usd.errors import FINDINGS
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
     frame: Annotated[str, typer.Argument(help="A frame's name, such as img000001.")],
-    variant: Annotated[str, typer.Option(metavar="NAME")] = "nominal",
+    variant: Annotated[str, typer.Option(metavar="NAME", help="The variant of the frame.")] = "nominal",
     as_json: Json = False,
 ) -> None:
     """Make one picture again from its provenance and compare it with the one there."""

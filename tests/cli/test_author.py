@@ -43,6 +43,11 @@ def test_examples_use_options_that_there_are_and_flags_take_nothing(spin_usd, co
     assert "<bool>" not in spin_usd(command, "--help").stdout
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_argument_and_option_has_its_help(command) -> None:
+    assert [param.name for param in COMMANDS[command].params if not getattr(param, "help", None)] == []
+
+
 def test_without_pictures_the_sampler_is_named(spin_usd, tmp_path) -> None:
     said = spin_usd("author", "--target", "tango", "--camera", "speedplus", "--out", tmp_path / "x", code=2).stderr
     assert "give a pose list as poses, or say what to sample: sample=" in said

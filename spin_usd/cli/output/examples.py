@@ -27,6 +27,7 @@ EXAMPLES = {
     "check": (
         "spin-usd check my_stage",
         "spin-usd check my_dataset",
+        "spin-usd check my_dataset --repair",
     ),
     "export": (
         "spin-usd export my_dataset --to speedplus --out my_speedplus --split train=0.8,validation=0.2",
