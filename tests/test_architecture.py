@@ -113,7 +113,7 @@ MAY_OPEN = {
     "dataset/publish/mirror.py": WORK,
     "dataset/publish/dataset_url.py": WORK,
     "dataset/publish/node_folder.py": WORK,
-    "dataset/cluster/workplace.py": "looks whether a node sees the run's own work folder",
+    "dataset/cluster/worker_folder.py": "looks whether a node sees the run's own work folder",
     "cli/output/streams.py": "opens the null device in place of a closed stream",
     "dataset/process/child_limits.py": PROC,
     "dataset/process/peak_memory.py": PROC,

@@ -12,9 +12,9 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any, Self
 
-from spin_usd.dataset.cluster.ray_line import NodeHost, RayLine
+from spin_usd.dataset.cluster.ray_connection import NodeActor, RayConnection
 from spin_usd.dataset.cluster.remote_child import RemoteChild
-from spin_usd.dataset.cluster.worker_host import WorkerOpening
+from spin_usd.dataset.cluster.worker_actor import WorkerOpening
 from spin_usd.errors import InputError, RenderError
 
 LOOK_S = 2.0  # between two looks at which nodes there are
@@ -33,8 +33,8 @@ class RayCluster:
         """Raises InputError where Ray is not installed, or no cluster answers."""
         self._connected = _connect(address)
         self._post = ThreadPoolExecutor(max_workers=1)
-        self._lines: list[RayLine] = []
-        self._numbers: defaultdict[str, dict[int, RayLine]] = defaultdict(dict)
+        self._connections: list[RayConnection] = []
+        self._numbers: defaultdict[str, dict[int, RayConnection]] = defaultdict(dict)
         self._looked, self._room = float("-inf"), 1
 
     def __enter__(self) -> Self:
@@ -43,7 +43,7 @@ class RayCluster:
     def __exit__(self, *_: object) -> None:
         import ray
 
-        wait([line.closed for line in self._lines if line.closed], timeout=CLOSING_S)
+        wait([connection.closed for connection in self._connections if connection.closed], timeout=CLOSING_S)
         self._post.shutdown(wait=False, cancel_futures=True)
         if self._connected:
             ray.shutdown()
@@ -53,7 +53,9 @@ class RayCluster:
         grow only when it is asked for more. Raises RenderError where the cluster has gone."""
         if time.monotonic() - self._looked > LOOK_S:
             self._looked = time.monotonic()
-            self._lines = [line for line in self._lines if not line.ended or line.closed]
+            self._connections = [
+                connection for connection in self._connections if not connection.ended or connection.closed
+            ]
             self._room = max(1, self._counted())
         return self._room
 
@@ -69,12 +71,14 @@ class RayCluster:
         """Start a worker where Ray has room for it; `opening` says with what, of its number on that node."""
         import ray
 
-        actor = ray.remote(NodeHost).options(
+        actor = ray.remote(NodeActor).options(
             num_cpus=1, memory=MEMORY_PER_WORKER, max_concurrency=4, scheduling_strategy="SPREAD"
         )
-        line = RayLine(actor.remote(), lambda node: opening(self._number(node, line)), post=self._post, lives=_lives)
-        self._lines.append(line)
-        return RemoteChild(line)
+        connection = RayConnection(
+            actor.remote(), lambda node: opening(self._number(node, connection)), post=self._post, lives=_lives
+        )
+        self._connections.append(connection)
+        return RemoteChild(connection)
 
     def _counted(self) -> int:
         import ray
@@ -84,14 +88,14 @@ class RayCluster:
             free = _fitting(ray.available_resources())
         except Exception as error:
             raise RenderError(f"the cluster does not answer ({error})", do="run again, and it resumes") from error
-        own = sum(1 for line in self._lines if line.node and not line.ended)
+        own = sum(1 for connection in self._connections if connection.node and not connection.ended)
         return min(here, own + free)
 
-    def _number(self, node: str, line: RayLine) -> int:
+    def _number(self, node: str, connection: RayConnection) -> int:
         """Take the lowest number on that node which no living worker of this run has."""
         taken = self._numbers[node]
         number = next(number for number in range(len(taken) + 1) if number not in taken or taken[number].ended)
-        taken[number] = line
+        taken[number] = connection
         return number
 
 

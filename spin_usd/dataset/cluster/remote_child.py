@@ -1,4 +1,4 @@
-"""A worker behind a host, on another machine or in a thread, which a pool treats as a child process of its own."""
+"""A worker behind an actor, on another machine or in a thread, which a pool treats as a child process of its own."""
 
 import os
 import select
@@ -8,15 +8,15 @@ from collections.abc import Iterator, Mapping
 from concurrent.futures import Future
 from typing import Any, Protocol
 
-from spin_usd.dataset.cluster.worker_host import Message
+from spin_usd.dataset.cluster.worker_actor import Message
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause, returned
 
 
-class HostLine(Protocol):
-    """The line to a worker's host. What is asked of the host comes later; a ChildDiedError where the host has gone."""
+class ActorConnection(Protocol):
+    """The connection to a worker's actor. Its answers come later; a ChildDiedError where the actor has gone."""
 
     def open(self) -> "Future[list[Message]]":
-        """Open the host, once there is a machine for it."""
+        """Open the actor, once there is a machine for it."""
 
     def send(self, call: str, arguments: Mapping[str, Any]) -> None:
         """Ask the worker to do `call`."""
@@ -34,12 +34,12 @@ class HostLine(Protocol):
 class RemoteChild:
     """What `Child` is to a pool; it was asked to open a worker."""
 
-    def __init__(self, line: HostLine) -> None:
-        self._line = line
+    def __init__(self, connection: ActorConnection) -> None:
+        self._connection = connection
         self._heard: deque[Message | BaseException] = deque()
         self._readable, self._writable = os.pipe()  # it holds a byte for each that was heard
         self._lock, self._ended = threading.Lock(), False
-        self._opened = line.open()
+        self._opened = connection.open()
         self._opened.add_done_callback(self._take)
 
     def fileno(self) -> int:
@@ -48,7 +48,7 @@ class RemoteChild:
 
     def send(self, call: str, **arguments: Any) -> None:
         """Ask the worker to do `call`; the answer comes through `receive`, and so does its death."""
-        self._line.send(call, arguments)
+        self._connection.send(call, arguments)
 
     def receive(self) -> Mapping[str, Any]:
         """Receive the next message. Raises what the worker raised, or ChildDiedError."""
@@ -69,12 +69,12 @@ class RemoteChild:
     def close(self) -> None:
         """Let the idle worker end by itself."""
         self._hang_up()
-        self._line.close()
+        self._connection.close()
 
     def kill(self) -> None:
         """End the worker at once."""
         self._hang_up()
-        self._line.kill()
+        self._connection.kill()
 
     def silenced(self, within_s: float) -> ChildDiedError:
         """End the worker, which said nothing for so many seconds; return what to say of it."""
@@ -86,7 +86,7 @@ class RemoteChild:
         return ChildDiedError(f"no processor was free for a worker within {within_s:g} s", cause=DeathCause.LOST)
 
     def outgrown(self, limit: int) -> ChildDiedError | None:
-        """Its host ends it where it grows."""
+        """Its actor ends it where it grows."""
         return None
 
     def _take(self, said: "Future[list[Message]]") -> None:
@@ -102,7 +102,7 @@ class RemoteChild:
 
     def _asked(self) -> "Future[list[Message]] | None":
         with self._lock:
-            return None if self._ended else self._line.receive()
+            return None if self._ended else self._connection.receive()
 
     def _hear(self, message: Message | BaseException) -> None:
         with self._lock:

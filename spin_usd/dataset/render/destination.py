@@ -5,11 +5,11 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from spin_usd.dataset.cluster.local_line import LocalLine
+from spin_usd.dataset.cluster.local_connection import LocalConnection
 from spin_usd.dataset.cluster.ray_cluster import RayCluster
 from spin_usd.dataset.cluster.remote_child import RemoteChild
-from spin_usd.dataset.cluster.worker_host import WorkerOpening
-from spin_usd.dataset.cluster.workplace import Output, PublishedFromNode, PublishedHere, SharedFolder
+from spin_usd.dataset.cluster.worker_actor import WorkerOpening
+from spin_usd.dataset.cluster.worker_folder import Output, PublishedFromNode, PublishedHere, SharedFolder
 from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.mirror import Mirror, mirrored
@@ -50,7 +50,7 @@ class Destination:
 
         if cluster := self.cluster:
             return lambda _: cluster.start(lambda number: opening(number, None))
-        return lambda number: RemoteChild(LocalLine(opening(number, workers)))
+        return lambda number: RemoteChild(LocalConnection(opening(number, workers)))
 
     def _output(self, lease: Lease) -> Output:
         root, work = str(self.store.root), str(lease.work)

@@ -1,4 +1,4 @@
-"""A worker behind a host that is a thread: to a pool it is a child like any other."""
+"""A worker behind an actor that is a thread: to a pool it is a child like any other."""
 
 import importlib.util
 import os
@@ -8,10 +8,10 @@ import subprocess
 import psutil
 import pytest
 
-from spin_usd.dataset.cluster.local_line import LocalLine
+from spin_usd.dataset.cluster.local_connection import LocalConnection
 from spin_usd.dataset.cluster.remote_child import RemoteChild
-from spin_usd.dataset.cluster.worker_host import WorkerOpening
-from spin_usd.dataset.cluster.workplace import SharedFolder
+from spin_usd.dataset.cluster.worker_actor import WorkerOpening
+from spin_usd.dataset.cluster.worker_folder import SharedFolder
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.dataset.process.pool import Answered, Failed, Pool
 from spin_usd.dataset.process.versions import library_versions
@@ -25,7 +25,7 @@ SEEN, TOKEN = "seen", "0123"
 
 @pytest.fixture
 def opening(tmp_path):
-    """What a host is opened with to start a worker that ray-casts, in a folder that it sees."""
+    """What an actor is opened with to start a worker that ray-casts, in a folder that it sees."""
     (tmp_path / SEEN).write_text(TOKEN)
     settings = RenderSettings(renderer="raycast", effort=Effort(), seed=0)
     options = WorkerOptions(root="", work="", stage="none.usda", image_suffix=".png", settings=settings)
@@ -34,10 +34,10 @@ def opening(tmp_path):
 
 
 def first_event(opening):
-    """Open the host in a pool; returns the pool's first event, and the children that are left while it is open."""
+    """Open the actor in a pool; returns the pool's first event, and the children that are left while it is open."""
     before = set(psutil.Process().children())
     with Pool[str]() as pool:
-        pool.add("one", RemoteChild(LocalLine(opening)), within_s=60)
+        pool.add("one", RemoteChild(LocalConnection(opening)), within_s=60)
         while not (events := list(pool.wait())):
             pass
         started = set(psutil.Process().children()) - before
@@ -69,7 +69,7 @@ def test_a_machine_with_other_software_is_refused(opening) -> None:
 def test_its_death_is_an_event_with_its_cause(opening) -> None:
     before = set(psutil.Process().children())
     with Pool[str]() as pool:
-        pool.add("one", RemoteChild(LocalLine(opening)), within_s=60)
+        pool.add("one", RemoteChild(LocalConnection(opening)), within_s=60)
         while not list(pool.wait()):
             pass
         (worker,) = set(psutil.Process().children()) - before

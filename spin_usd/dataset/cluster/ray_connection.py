@@ -1,4 +1,4 @@
-"""The line to a worker's host that is a Ray actor on some node of a cluster."""
+"""The connection to a worker's actor that Ray runs on some node of a cluster."""
 
 import os
 import threading
@@ -8,15 +8,15 @@ from concurrent.futures import Executor, Future
 from contextlib import suppress
 from typing import Any
 
-from spin_usd.dataset.cluster.worker_host import Message, WorkerHost, WorkerOpening
+from spin_usd.dataset.cluster.worker_actor import Message, WorkerActor, WorkerOpening
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.errors import InputError
 
 LOOK_S = 1.0
 
 
-class NodeHost(WorkerHost):
-    """A host that is an actor. It ends with its node's Ray: what is lost to the cluster must not go on writing."""
+class NodeActor(WorkerActor):
+    """An actor of Ray's. It ends with its node's Ray: what is lost to the cluster must not go on writing."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -35,8 +35,8 @@ def _end_with(parent: int) -> None:
     os._exit(1)  # the kernel ends the worker with it
 
 
-class RayLine:
-    """A host on a node that Ray chooses, opened with what `opening` says of that node.
+class RayConnection:
+    """The connection to an actor on a node that Ray chooses, opened with what `opening` says of that node.
 
     post: a thread that takes in what comes from Ray, whose own threads must not wait · lives: whether a node is still
     in the cluster.
@@ -82,7 +82,7 @@ class RayLine:
             ray.kill(self._actor)
 
     def _ask(self, method: str, *arguments: Any) -> "Future[Any]":
-        """Ask the host for that method's result, which comes in the thread `post`."""
+        """Ask the actor for that method's result, which comes in the thread `post`."""
         answer: Future[Any] = Future()
 
         def take(given: "Future[Any]") -> None:

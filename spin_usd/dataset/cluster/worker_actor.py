@@ -1,4 +1,4 @@
-"""What stands by a worker on its machine: starts the worker program, passes on what is said, publishes its pictures.
+"""The actor beside a worker on its machine: it starts the worker, passes on what is said, and publishes its pictures.
 
 It runs on a node of a cluster, or in a thread of the supervisor. It has the user's own rights, and those to the URL.
 The worker, which reads what strangers wrote, is a child process with a clean environment as ever.
@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from spin_usd.dataset.cluster.workplace import Output, Workplace
+from spin_usd.dataset.cluster.worker_folder import Output, WorkerFolder
 from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
@@ -30,8 +30,11 @@ Message = Mapping[str, Any]
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerOpening:
-    """What a host is opened with. options: the worker's, but for its folders · versions: of the supervisor's software ·
-    number, of: the worker is the `number`th of so many that share the machine; of processors where `of` is None."""
+    """What an actor is opened with.
+
+    options: the worker's, but for its folders · versions: of the supervisor's software · number, of: the worker is the
+    `number`th of so many that share the machine; of processors where `of` is None.
+    """
 
     output: Output
     options: Mapping[str, Any]
@@ -40,12 +43,12 @@ class WorkerOpening:
     of: int | None = None
 
 
-class WorkerHost:
-    """A worker and its host. `receive` waits in one thread, while another calls the rest."""
+class WorkerActor:
+    """The actor of a worker, and the worker. `receive` waits in one thread, while another calls the rest."""
 
     def __init__(self) -> None:
         self._held = ExitStack()
-        self._at: Workplace | None = None
+        self._folder: WorkerFolder | None = None
         self._child: Child | None = None
 
     def open(self, opening: WorkerOpening) -> list[Message]:
@@ -53,11 +56,11 @@ class WorkerHost:
         try:
             node = socket.gethostname()
             refuse_other_software(opening.versions, node)
-            self._at = self._held.enter_context(opening.output.entered(node))
+            self._folder = self._held.enter_context(opening.output.entered(node))
         except SpinError as error:
             return [as_message(error)]
-        self._child = self._held.enter_context(Child(scratch=self._at.work, memory=rendering_memory()))
-        folders = {"root": str(self._at.root), "work": str(self._at.work)}
+        self._child = self._held.enter_context(Child(scratch=self._folder.work, memory=rendering_memory()))
+        folders = {"root": str(self._folder.root), "work": str(self._folder.work)}
         cpus = share_of(opening.number, opening.of or len(usable_cpus()))
         self._child.send("open_worker", options={**opening.options, **folders}, cpus=cpus)
         return []
@@ -95,9 +98,9 @@ class WorkerHost:
     def _published(self, message: Message) -> Message:
         """Publish the picture that the worker says it has made, where it goes elsewhere; return what to say of it."""
         made = message.get("result")
-        if self._at and self._at.url and isinstance(made, dict) and "record" in made:
+        if self._folder and self._folder.url and isinstance(made, dict) and "record" in made:
             try:
-                publish_picture(self._at.root, made["record"], self._at.url)
+                publish_picture(self._folder.root, made["record"], self._folder.url)
             except SpinError as error:
                 return as_message(error)
         return message

@@ -14,7 +14,7 @@ WORK = "work"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Workplace:
+class WorkerFolder:
     """A dataset's folder `root` to write in, the folder `work` of temporary files, and where pictures go from there."""
 
     root: Path
@@ -32,7 +32,7 @@ class SharedFolder:
     token: str
 
     @contextmanager
-    def entered(self, node: str) -> Iterator[Workplace]:
+    def entered(self, node: str) -> Iterator[WorkerFolder]:
         """Write there for as long as the block. Raises InputError where `node` does not see the very folder."""
         work = Path(self.work)
         try:
@@ -42,7 +42,7 @@ class SharedFolder:
         if found != self.token:
             do = "give a folder that all nodes see under this path, or a URL such as s3://bucket/dataset"
             raise InputError(f"is not the same folder on the node {node}", where=self.root, do=do)
-        yield Workplace(root=Path(self.root), work=work)
+        yield WorkerFolder(root=Path(self.root), work=work)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +54,9 @@ class PublishedHere:
     work: str
 
     @contextmanager
-    def entered(self, node: str) -> Iterator[Workplace]:
+    def entered(self, node: str) -> Iterator[WorkerFolder]:
         """Write there for as long as the block. Raises InputError where the URL cannot be opened."""
-        yield Workplace(root=Path(self.root), work=Path(self.work), url=DatasetUrl(self.url))
+        yield WorkerFolder(root=Path(self.root), work=Path(self.work), url=DatasetUrl(self.url))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,11 +68,11 @@ class PublishedFromNode:
     sums: str
 
     @contextmanager
-    def entered(self, node: str) -> Iterator[Workplace]:
+    def entered(self, node: str) -> Iterator[WorkerFolder]:
         """Write there for as long as the block. Raises InputError and OutputError as node_folder does."""
         url = DatasetUrl(self.url)
         with node_folder(self.run, url, self.sums) as root:
-            yield Workplace(root=root, work=root.parent / WORK, url=url)
+            yield WorkerFolder(root=root, work=root.parent / WORK, url=url)
 
 
 Output = SharedFolder | PublishedHere | PublishedFromNode
