@@ -1,7 +1,6 @@
 """A worker behind an actor, on another machine or in a thread, which a pool treats as a child process of its own."""
 
 import os
-import select
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping
@@ -10,6 +9,7 @@ from typing import Any, Protocol
 
 from spin_usd.dataset.cluster.worker_actor import Message
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause, returned
+from spin_usd.dataset.process.readable import readable
 
 
 class ActorConnection(Protocol):
@@ -63,7 +63,7 @@ class RemoteChild:
     def received(self) -> Iterator[Mapping[str, Any]]:
         """Yield what `receive` gives, at least once, and again as long as that needs no waiting."""
         yield self.receive()
-        while not self._ended and select.select([self._readable], [], [], 0)[0]:
+        while not self._ended and readable(self._readable, 0):
             yield self.receive()
 
     def close(self) -> None:

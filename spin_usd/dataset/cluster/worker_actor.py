@@ -4,7 +4,6 @@ It runs on a node of a cluster, or in a thread of the supervisor. It has the use
 The worker, which reads what strangers wrote, is a child process with a clean environment as ever.
 """
 
-import select
 import socket
 import traceback
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from spin_usd.dataset.cluster.worker_folder import Output, WorkerFolder
 from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
+from spin_usd.dataset.process.readable import readable
 from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.publish_picture import publish_picture
 from spin_usd.errors import InputError, SpinError
@@ -74,7 +74,7 @@ class WorkerActor:
         """Wait for what the worker says next, and return it; its pictures are published by then."""
         assert self._child
         try:
-            while not select.select([self._child], [], [], LOOK_S)[0]:
+            while not readable(self._child, LOOK_S):
                 self._refuse_growth(self._child)
             return [self._published(message) for message in self._child.messages()]
         except ChildDiedError as died:

@@ -7,7 +7,6 @@ of JSON. It dies with its parent. A crash ends the child, never the parent.
 import json
 import os
 import resource
-import select
 import signal
 import subprocess
 import sys
@@ -22,6 +21,7 @@ import psutil
 
 from spin_usd import errors
 from spin_usd.dataset.process.child_limits import PATIENCE_S, reading_memory
+from spin_usd.dataset.process.readable import readable
 from spin_usd.errors import RenderError, SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
@@ -181,7 +181,7 @@ class Child:
         looked = 0  # so much of what was heard holds no end of a line: an answer may have a hundred megabytes
         while (end := self._heard.find(b"\n", looked)) < 0:
             looked = len(self._heard)
-            if within_s is not None and not select.select([self], [], [], within_s)[0]:
+            if within_s is not None and not readable(self, within_s):
                 raise self.silenced(within_s)
             more = os.read(self.fileno(), READ_BYTES)
             if not more:

@@ -1,0 +1,17 @@
+"""Waiting for one descriptor, whatever its number: select(2) takes none from 1024 on."""
+
+import selectors
+from typing import Protocol
+
+
+class Described(Protocol):
+    """What has a file descriptor."""
+
+    def fileno(self) -> int: ...
+
+
+def readable(stream: int | Described, within_s: float) -> bool:
+    """Wait for something to read, or the end; return whether that came within so many seconds."""
+    with selectors.PollSelector() as selector:
+        selector.register(stream, selectors.EVENT_READ)
+        return bool(selector.select(within_s))
