@@ -48,6 +48,7 @@ from spin_usd.scene.passes import Radiance
 from spin_usd.scene.source.channels import Channels
 from spin_usd.stage.read.stage_reader import StageReader
 
+RECORDED = (*LABELS, IMAGE, RADIANCE)  # the order of files in a record, whichever of them the cache had
 WRITERS = 2  # files encoded at once: compression is most of their time, and runs outside Python's lock
 
 
@@ -132,7 +133,7 @@ class Worker:
                 kept = self._image(picture, writers, writing)
                 with picture.watch("files"):
                     kept.result()
-                    return {kind: written.result() for kind, written in writing.items()}
+                    return {kind: writing[kind].result() for kind in RECORDED if kind in writing}
         except Exception:
             for written in writing.values():
                 if written.exception() is None:

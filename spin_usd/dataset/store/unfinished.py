@@ -62,10 +62,15 @@ def kinds_left(
 
 def _renamed(record: Mapping[str, Any], picture: PlannedPicture, names: Mapping[int, str]) -> dict[str, Any]:
     """Return the record with what the stage says of the picture that decides none of its files."""
-    rest = {name: value for name, value in record.items() if name != "source_file"}
-    source = {"source_file": picture.source_file} if picture.source_file else {}
     targets = [{**target, "name": names.get(target["id"], target["name"])} for target in record["targets"]]
-    return rest | source | {"index": picture.index, "targets": targets}
+    changed = {"index": picture.index, "targets": targets}
+    renamed: dict[str, Any] = {}
+    for name, value in record.items():
+        if name != "source_file":
+            renamed[name] = changed.get(name, value)
+        if name == "variant" and picture.source_file:  # where a new record has it
+            renamed["source_file"] = picture.source_file
+    return renamed
 
 
 def is_finished(store: Store, picture: PlannedPicture, wanted: WantedFiles) -> bool:

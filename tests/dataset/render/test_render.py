@@ -44,6 +44,10 @@ def digests(dataset):
     return {entry["path"]: entry["sha256"] for record in records for entry in record["files"].values()}
 
 
+def bytes_of_records(dataset):
+    return {path.relative_to(dataset): path.read_bytes() for path in (dataset / "records").rglob("*.json")}
+
+
 def make(stage, out, *, workers=1, **request):
     request = {"effort": FEW, "renderer": "raycast", **request}
     return render(RenderRequest(stage=stage, **request), out, workers=workers, progress=quiet)
@@ -153,6 +157,16 @@ def test_what_is_lost_or_of_another_version_is_made_again(small_stage, dataset) 
     assert (report.made, report.reused) == (3, 1)
     assert record_at(path)["files"]["depth"]["channels"] == {"Y": "z"}
     assert digests(dataset) == before
+
+
+def test_labels_that_are_half_in_the_cache_make_the_same_record(small_stage, dataset) -> None:
+    record = dataset / "records" / "nominal" / "img000001.json"
+    before, depth = record.read_bytes(), record_at(record)["files"]["depth"]["sha256"]
+    (cached,) = (dataset / "cache" / "depth").rglob(f"*.{depth}.exr")
+    cached.unlink()
+    record.unlink()
+    assert make(small_stage, dataset, frames="0:4").made == 1
+    assert record.read_bytes() == before
 
 
 def test_more_samples_make_new_images_and_the_same_labels(small_stage, dataset) -> None:
@@ -320,6 +334,8 @@ def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_p
     commented = edited(small_stage, tmp_path / "s1", "#usda 1.0", "#usda 1.0\n# a comment")
     assert make(commented, dataset, frames="0:4").made == 0
     assert digests(dataset) == before
+    make(commented, tmp_path / "anew", frames="0:4")
+    assert bytes_of_records(dataset) == bytes_of_records(tmp_path / "anew")
     assert json.loads(spin_usd("check", dataset, "--json").stdout)["findings"] == []
     brighter = edited(small_stage, tmp_path / "s2", "1361", "680.5")
     assert make(brighter, dataset, frames="0:4").made == 4
