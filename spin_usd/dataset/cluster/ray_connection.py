@@ -13,6 +13,7 @@ from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.errors import InputError
 
 LOOK_S = 1.0
+LEAVING_S = 10.0  # for a worker to end, and its node's folder to be removed
 
 
 class NodeActor(WorkerActor):
@@ -70,16 +71,35 @@ class RayConnection:
         return self._ask("receive")
 
     def close(self) -> None:
-        self.ended = True
-        self.closed = self._ask("close")
-        self.closed.add_done_callback(lambda _: self.kill())
+        self._leave("close")
 
     def kill(self) -> None:
+        if self.node is None:  # it may never have one
+            self._end()
+        else:
+            self._leave("kill")
+
+    def _leave(self, how: str) -> None:
+        """Let the actor leave its folder first, for which it has LEAVING_S."""
+        self.ended = True
+        late = threading.Timer(LEAVING_S, self._end)
+        late.daemon = True
+        late.start()
+
+        def left(_: object) -> None:
+            late.cancel()
+            self._end()
+
+        self.closed = self._ask(how)
+        self.closed.add_done_callback(left)
+
+    def _end(self) -> None:
         import ray
 
         self.ended = True
         with suppress(Exception):  # it has gone, or the cluster has
-            ray.kill(self._actor)
+            if ray.is_initialized():  # else Ray would connect again, just to end it
+                ray.kill(self._actor)
 
     def _ask(self, method: str, *arguments: Any) -> "Future[Any]":
         """Ask the actor for that method's result, which comes in the thread `post`."""

@@ -85,9 +85,10 @@ class WorkerActor:
         self._held.close()
 
     def kill(self) -> None:
-        """End the worker at once."""
+        """End the worker at once, and leave its folder."""
         if self._child:
             self._child.kill()
+        self._held.close()
 
     def _refuse_growth(self, child: Child) -> None:
         """End a worker that holds more memory than its share of this machine. Raises ChildDiedError."""

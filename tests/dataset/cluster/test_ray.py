@@ -1,5 +1,7 @@
 """Renders on a real Ray cluster: a head and nodes on this machine, which come and go."""
 
+import os
+import signal
 import subprocess
 import time
 from contextlib import suppress
@@ -16,12 +18,18 @@ OPTIONS = ("--renderer", "raycast", "--labels", "default,normals_cam")
 class RayNodes:
     """The cluster that ray_nodes.py holds."""
 
-    def __init__(self, python, log):
+    def __init__(self, python, folder):
+        """`folder`: of temporary files on all nodes."""
         program = Path(__file__).parent / "ray_nodes.py"
-        self._log = log
-        with log.open("w") as said:
+        self.folder, self._log = folder, folder / "log"
+        with self._log.open("w") as said:
             self._process = subprocess.Popen(
-                [python, program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, text=True
+                [python, program],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=said,
+                text=True,
+                env={**os.environ, "TMPDIR": str(folder)},
             )
         self.address = self._answer()
 
@@ -45,7 +53,7 @@ class RayNodes:
 @pytest.fixture(scope="module")
 def nodes(python, tmp_path_factory):
     """A head, and two nodes of one processor each."""
-    nodes = RayNodes(python, tmp_path_factory.mktemp("ray") / "log")
+    nodes = RayNodes(python, tmp_path_factory.mktemp("ray"))
     try:
         assert [nodes.say("add"), nodes.say("add")] == ["0", "1"]
         yield nodes
@@ -96,6 +104,19 @@ def test_a_url_gets_the_same_bytes(python, nodes, small_stage, here, tmp_path) -
     assert digests(out) == here
     resumed = ended(started(python, small_stage, f"file://{out}", nodes.address))
     assert "(0 pictures made, 8 already there" in resumed
+
+
+def test_a_run_that_is_stopped_at_once_leaves_no_folder_on_a_node(python, nodes, small_stage, tmp_path) -> None:
+    running = started(python, small_stage, f"file://{tmp_path}/dataset", nodes.address, "--effort", "samples=100000")
+    while not list(nodes.folder.glob(".spin_usd-node.*/dataset/stage")) and running.poll() is None:
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    while "press Ctrl-C again" not in running.stderr.readline():
+        assert running.poll() is None
+    running.send_signal(signal.SIGINT)
+    _, warned = running.communicate()
+    assert running.returncode == 128 + signal.SIGINT, warned
+    assert list(nodes.folder.glob(".spin_usd-node.*")) == []
 
 
 def test_no_cluster_is_one_sentence(python, small_stage, tmp_path) -> None:
