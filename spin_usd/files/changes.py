@@ -1,36 +1,45 @@
 """Change what lies below a folder, over no link: make folders, put files into place, remove what is there."""
 
+import errno
 import os
 import shutil
 from contextlib import suppress
 from pathlib import Path
 
 from spin_usd.errors import InputError, OutputError
+from spin_usd.files.descriptor import checked
 from spin_usd.files.folder import FOLDER_FLAGS, NO_LINK, FileIn, Folder, descend
 from spin_usd.files.name import parts_of
-from spin_usd.files.node import NodeType
+from spin_usd.files.node import STRANGE, NodeType, type_of_mode
+from spin_usd.files.size_limits import UNBOUNDED
+
+WRITE_FLAGS = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK | getattr(os, "O_NONBLOCK", 0)
 
 
 def put(folder: Folder, source: Path, name: str) -> None:
-    """Move the file or folder `source`, on the same file system, to that `name`, in place of a file that has it; the
-    folders that lead there are made. Raises OSError."""
+    """Move the file or folder `source`, on the same file system, to that `name`, in place of a file that has it, but of
+    no link; the folders that lead there are made. Raises OSError."""
     *folders, last = parts_of(name, folder.root)
     holder = _made(folder.root, folders)
     try:
+        with suppress(FileNotFoundError):
+            if (type := type_of_mode(os.stat(last, dir_fd=holder, follow_symlinks=False).st_mode)) in STRANGE:
+                raise FileExistsError(errno.EEXIST, f"there is a {type}")
         os.replace(source, last, dst_dir_fd=holder)
     finally:
         os.close(holder)
 
 
 def write_bytes(folder: Folder, name: str, data: bytes) -> None:
-    """Write the file `name` with this `data`. Raises OSError."""
+    """Write the file `name` with this `data`, without waiting for a reader where it is a pipe. Raises OSError, and
+    InputError for what is not a file."""
     *folders, last = parts_of(name, folder.root)
     holder = descend(folder.root, folders)
     try:
-        descriptor = os.open(last, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | NO_LINK, 0o666, dir_fd=holder)
+        descriptor = os.open(last, WRITE_FLAGS, 0o666, dir_fd=holder)
     finally:
         os.close(holder)
-    with os.fdopen(descriptor, "wb") as file:
+    with os.fdopen(checked(descriptor, UNBOUNDED, folder.root / name), "wb") as file:
         file.write(data)
 
 

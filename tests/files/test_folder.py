@@ -140,6 +140,15 @@ def test_what_is_put_into_place_makes_its_folders(folder: Folder, tmp_path: Path
     assert folder.type_of("c") is None
 
 
+@pytest.mark.parametrize("make", [lambda path: path.symlink_to("gone"), os.mkfifo])
+def test_a_link_is_not_replaced(folder: Folder, tmp_path: Path, make: Callable[[Path], object]) -> None:
+    (tmp_path / "made").write_text("made")
+    make(folder.root / "mine")
+    with pytest.raises(FileExistsError, match=r"there is a (link|pipe)"):
+        put(folder, tmp_path / "made", "mine")
+    assert (tmp_path / "made").read_text() == "made"
+
+
 def test_a_tree_is_removed_with_its_links_and_not_what_they_lead_to(folder: Folder, tmp_path: Path) -> None:
     remove_tree(folder, "a")
     assert folder.type_of("a") is None
