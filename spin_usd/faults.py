@@ -66,6 +66,22 @@ def expected(fault: BaseException, where: object = None) -> SpinError | None:
 
 
 @contextmanager
+def decoding(where: object) -> Iterator[None]:
+    """Give whatever the block raises as InputError that says `where`, but for what the system refuses.
+
+    Only for a block that does nothing but decode bytes of others by a library, of which nobody knows all that it may
+    raise: a damaged head of a zip file is a NotImplementedError.
+    """
+    try:
+        with reading(where):
+            yield
+    except SpinError:
+        raise
+    except Exception as fault:
+        raise InputError(f"is damaged ({fault})", where=where) from fault
+
+
+@contextmanager
 def reading(where: object) -> Iterator[None]:
     """Give the faults of the parsers that the block uses as InputError that says `where`."""
     try:

@@ -15,7 +15,7 @@ import pytest
 from pxr import Tf, Usd
 
 from spin_usd.errors import InputError, OutputError
-from spin_usd.faults import expected, reading
+from spin_usd.faults import decoding, expected, reading
 
 FILE = "/data/poses.json"
 
@@ -59,6 +59,17 @@ def test_a_defect_of_ours_stays_one(fault) -> None:
     assert expected(fault) is None
     with pytest.raises(type(fault)), reading(FILE):
         raise fault
+
+
+@pytest.mark.parametrize("fault", [NotImplementedError("zip file version 11.1"), KeyError("x"), OSError("x")])
+def test_whatever_a_decoder_raises_is_the_fault_of_its_bytes(fault) -> None:
+    with pytest.raises(InputError, match=FILE), decoding(FILE):
+        raise fault
+
+
+def test_what_the_system_refuses_is_no_fault_of_bytes() -> None:
+    with pytest.raises(OutputError, match="disk"), decoding(FILE):
+        raise OSError(errno.EIO, "Input/output error")
 
 
 def test_an_error_that_says_where_keeps_it() -> None:

@@ -46,7 +46,7 @@ def _try(campaign: Campaign, options: argparse.Namespace) -> None:
         trials = [trial for trial in corpus() if trial.title.startswith(options.only)]
         campaign.try_all([*trials, *([mutant] if mutant else [])], verbose=True)
     elif options.corpus or options.mutants:
-        campaign.try_all(corpus() if options.corpus else [])
+        campaign.try_all(sorted(corpus(), key=lambda trial: trial.alone) if options.corpus else [])
         campaign.try_all(islice(mutants(options.seed), options.mutants))
     else:
         campaign.run(options.minutes)

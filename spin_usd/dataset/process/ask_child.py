@@ -1,8 +1,6 @@
 """One question to a child process of its own, which reads what others wrote and may die of it."""
 
 from collections.abc import Callable
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from spin_usd.dataset.process.child import Child, ChildDiedError, DeathCause
@@ -24,7 +22,7 @@ def ask_child(
 
     Raises what the child raises, and as `unreadable` says where it dies.
     """
-    with TemporaryDirectory(prefix="spin_usd-") as scratch, Child(scratch=Path(scratch), memory=memory) as child:
+    with Child(memory=memory) as child:
         try:
             return child.call(call, progress=progress, within_s=within_s, **arguments)
         except ChildDiedError as died:

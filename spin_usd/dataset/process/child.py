@@ -28,6 +28,7 @@ from spin_usd.errors import RenderError, SpinError
 KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
+RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts
 OUT_OF_MEMORY = ("bad_alloc", "MemoryError", "Cannot allocate memory")  # what is printed last at a memory limit
 
 
@@ -56,11 +57,13 @@ class Child:
     def __init__(
         self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None, memory: int | None = None
     ) -> None:
-        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files. `memory`:
-        bytes of address space that it may take (Linux), those of a child that reads what a stranger wrote unless
-        given."""
+        """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files, a folder that
+        is gone with the child unless given: USD leaves a file there when it crashes. `memory`: bytes of address space
+        that it may take (Linux), those of a child that reads what a stranger wrote unless given."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
-        environment.update(TMPDIR=str(scratch or tempfile.gettempdir()), SPIN_USD_PARENT=str(os.getpid()))
+        self._temporary = tempfile.TemporaryDirectory(prefix="spin_usd-") if scratch is None else None
+        own = self._temporary.name if self._temporary else scratch
+        environment.update(TMPDIR=str(own), SPIN_USD_PARENT=str(os.getpid()))
         self._heard = bytearray()  # what was read of answers not yet received
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self.process = subprocess.Popen(
@@ -72,7 +75,8 @@ class Child:
             pass_fds=keep_open,
             start_new_session=True,
         )
-        self._limit(reading_memory() if memory is None else memory)
+        self._memory = reading_memory() if memory is None else memory
+        self._limit(self._memory)
 
     def __enter__(self) -> Self:
         return self
@@ -193,6 +197,8 @@ class Child:
         return message
 
     def _release(self) -> None:
+        if self._temporary is not None:
+            self._temporary.cleanup()
         for stream in (self.process.stdout, self.process.stdin):
             if stream and not stream.closed:
                 with suppress(OSError):
@@ -203,6 +209,14 @@ class Child:
             return int(psutil.Process(self.process.pid).memory_info().rss)
         return 0
 
+    def _peak_memory(self) -> int:
+        """Wait for the end of the child, and return the most bytes of memory that it held; 0 where nobody knows."""
+        if not hasattr(os, "wait4") or self.process.returncode is not None:
+            return 0
+        _, status, used = os.wait4(self.process.pid, 0)
+        self.process.returncode = os.waitstatus_to_exitcode(status)
+        return int(used.ru_maxrss) * RSS_UNIT
+
     def _process_status(self) -> str:
         with suppress(psutil.Error):
             return psutil.Process(self.process.pid).status()
@@ -210,6 +224,7 @@ class Child:
 
     def _died(self) -> ChildDiedError:
         """Wait for the end of the child, which has closed its answers, and return what to say of it."""
+        most = self._peak_memory()
         self.process.wait()
         code = self.process.returncode
         how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
@@ -217,7 +232,8 @@ class Child:
             said, cause = "perhaps the system was out of memory", DeathCause.KILLED
         else:
             said = (self.log().strip().splitlines() or ["no output"])[-1]
-            cause = DeathCause.GREW if any(words in self.log() for words in OUT_OF_MEMORY) else DeathCause.CRASHED
+            grew = most > self._memory / 2 or any(words in self.log() for words in OUT_OF_MEMORY)
+            cause = DeathCause.GREW if grew else DeathCause.CRASHED
         return ChildDiedError(f"the worker process ended with {how} ({said})", cause=cause)
 
 

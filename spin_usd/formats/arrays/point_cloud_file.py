@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.errors import InputError, OutputError
-from spin_usd.faults import reading
+from spin_usd.faults import decoding
 from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_ARRAY
 
@@ -54,14 +54,10 @@ def read_point_cloud(path: Path) -> Cloud:
 def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
     """Return the cloud in a `file` that is open already and lies at `path`. Raises InputError."""
     try:
-        with reading(path):
+        with decoding(path):
             return _READERS[path.suffix](file)
     except InputError as e:
         raise InputError(e.found, where=path, do="make it again") from e
-    except OSError as e:
-        raise InputError(f"cannot be read ({e.strerror or e})", where=path, do="check the path") from e
-    except (ValueError, TypeError, LookupError, EOFError) as e:
-        raise InputError(f"is not a point cloud, or damaged ({e})", where=path, do="make it again") from e
 
 
 def _write_npz(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:

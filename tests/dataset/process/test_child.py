@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 import psutil
@@ -79,3 +80,28 @@ def test_answers_that_arrive_together_are_reported_one_by_one() -> None:
 def test_a_child_that_says_nothing_is_ended() -> None:
     with Child() as child, pytest.raises(ChildDiedError, match="no answer"):
         child.receive(within_s=0.1)
+
+
+def test_what_a_child_leaves_that_crashes_is_gone_with_it(tmp_path, monkeypatch) -> None:
+    """USD writes a file about its crash into the folder of temporary files."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with Child() as child:
+        (folder,) = tmp_path.iterdir()
+        (folder / "st_python").write_text("stack")
+        os.kill(child.process.pid, signal.SIGSEGV)
+        with pytest.raises(ChildDiedError):
+            child.call("check_stage", stage="a.usda")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux bounds a child's memory")
+@pytest.mark.parametrize(("memory", "cause"), [(6 << 30, "crashed"), (10 << 20, "grew")])
+def test_a_crash_of_a_child_that_held_most_of_its_memory_is_told_from_others(memory, cause) -> None:
+    """What is read takes all memory again if it is tried again."""
+    with Child() as child:
+        child._memory = memory
+        child.call("try_renderer", name="raycast")
+        os.kill(child.process.pid, signal.SIGSEGV)
+        with pytest.raises(ChildDiedError) as died:
+            child.receive()
+    assert died.value.cause == cause
