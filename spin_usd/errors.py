@@ -21,9 +21,8 @@ class SpinError(Exception):
 
     def __init__(self, found: str, *, where: object = None, do: str | None = None) -> None:
         self.found, self.where, self.do = found, where, do
-        at = f"{printable(str(where))}: " if where is not None else ""
-        remedy = f"; {do}" if do else ""
-        super().__init__(_one_line(f"{at}{found}{remedy}"))
+        at, found, do = _shortened(printable("" if where is None else str(where)), found, do or "")
+        super().__init__(f"{at}{': ' if where is not None else ''}{found}{'; ' if do else ''}{do}")
 
 
 class InputError(SpinError, ValueError):
@@ -64,7 +63,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def _one_line(text: str, limit: int = 600) -> str:
-    """One line of at most `limit` printable characters: stage strings can hold anything."""
-    line = printable(" ".join(text.split()))
-    return line if len(line) <= limit else line[: limit - 1] + "…"
+def _shortened(*texts: str, limit: int = 600) -> list[str]:
+    """Return the texts, each on one line, of at most `limit` printable characters in all: stage strings can hold
+    anything. The longest lose their middles, so that what to do is never lost to what is quoted."""
+    lines = [printable(" ".join(text.split())) for text in texts]
+    each = next(each for each in range(limit, 0, -1) if sum(min(len(line), each) for line in lines) <= limit)
+    return [
+        line if len(line) <= each else f"{line[: each // 2]}…{line[len(line) - (each - 1) // 2 :]}" for line in lines
+    ]

@@ -42,3 +42,14 @@ def test_an_error_names_a_file_in_one_line(name) -> None:
 def test_json_for_programs_holds_the_name_itself(name, capsys) -> None:
     show(json.dumps({"where": HOSTILE[name]}))
     assert json.loads(capsys.readouterr().out) == {"where": HOSTILE[name]}
+
+
+@pytest.mark.parametrize("length", [10, 590, 10**5])
+def test_a_long_quotation_loses_its_middle_and_not_what_to_do(length) -> None:
+    where, found = f"/first{'x' * length}/last.usda", f"holds {'y' * length} here"
+    error = str(InputError(found, where=where, do="give another file"))
+    assert error.startswith("/first")
+    assert "/last.usda: holds " in error
+    assert error.endswith(" here; give another file")
+    assert len(error) <= 604
+    assert ("…" in error) == (length > 500)
