@@ -28,9 +28,9 @@ class CurrentPicture:
     """A picture while it is made.
 
     kinds: of file · keys: of its content · watch: the time that it takes · keep_render, keep_labels: whether the cache
-    keeps them for others · passes: which were made for it, and which
-    are shared · shown: the bodies that its labels show, where they say so · facts, notes, tones: what its record must
-    say of its targets, of how it was made, and of the target's brightness.
+    keeps them for others · passes: which were made for it, and which are shared · shown: the bodies that its labels
+    show, where they say so · facts, notes, tones: what its record must say of its targets, of how it was made, and of
+    the target's brightness.
     """
 
     scene: Scene

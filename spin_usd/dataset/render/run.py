@@ -1,0 +1,225 @@
+"""One run of `render` in a folder that it holds: plan, put the stage there, find what is left, and have it made."""
+
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass
+from dataclasses import replace as changed
+from functools import partial
+from pathlib import Path
+
+from spin_usd.dataset.picture.brightness import faults
+from spin_usd.dataset.plan.cost import read_measured, write_measured
+from spin_usd.dataset.plan.effort_choice import doubts
+from spin_usd.dataset.plan.make_plan import Plan
+from spin_usd.dataset.plan.time_limit import TimeLimits
+from spin_usd.dataset.plan.wall_time import one_core
+from spin_usd.dataset.process.processors import MAX_WORKERS, usable_cpus
+from spin_usd.dataset.render import orphans, same_stage
+from spin_usd.dataset.render.command import command_of
+from spin_usd.dataset.render.dataset_json import describe
+from spin_usd.dataset.render.destination import Destination
+from spin_usd.dataset.render.report import RenderReport, RunListener
+from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
+from spin_usd.dataset.render.task_queue import RenderTask
+from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.dataset.render.workers import default_workers, make_pictures
+from spin_usd.dataset.shards.manifest import Manifest, share_manifest
+from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
+from spin_usd.dataset.shards.shard import Shard
+from spin_usd.dataset.store.atomic import write_json
+from spin_usd.dataset.store.cache import MEASURED
+from spin_usd.dataset.store.dataset_folder import Lease, Store
+from spin_usd.dataset.store.file_digests import CHANGED, same_files, same_names, write_sums
+from spin_usd.dataset.store.names import DESCRIPTION, STAGE
+from spin_usd.dataset.store.stage_layers import refuse_changed_stage
+from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
+from spin_usd.errors import OutputError
+from spin_usd.files.changes import put
+from spin_usd.files.folder import Folder
+from spin_usd.progress import Note, Progress
+from spin_usd.stop_signals import postponed
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetOptions:
+    """The options of `render` that do not decide pictures, by its own names."""
+
+    workers: int | None
+    keep_cache: bool
+    prune: bool
+    replace: bool
+    verify: bool
+    shard: Shard | None
+    picture_timeout: float | None
+    only: frozenset[str] | None
+
+
+class DatasetRun:
+    """A run into the destination, whose folder is held by `lease`, that brings it to what the request asks for."""
+
+    def __init__(
+        self,
+        destination: Destination,
+        lease: Lease,
+        request: RenderRequest,
+        options: DatasetOptions,
+        progress: Progress,
+        note: Note,
+    ) -> None:
+        self._destination, self._lease, self._options = destination, lease, options
+        self._store, self._request = destination.store, request
+        self._progress, self._note = progress, note
+        there = self._store.stage.resolve()
+        self._own = request.stage.resolve().is_relative_to(there)  # the dataset's own copy, perhaps edited
+        self._copied = there if self._own else lease.work / STAGE
+
+    def complete(self) -> RenderReport:
+        """Make all that is missing, and return what was made."""
+        copy_to = None if self._own else self._copied
+        whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
+        kinds = wanted_kinds(self._request, whole)
+        root = (Path(STAGE) / whole.root.relative_to(self._copied)).as_posix()
+        planned, manifest = self._part(whole)
+        removed = self._describe(planned, manifest, root, kinds)
+        chosen = doubts(self._request.chosen, planned.stages)
+        report = RenderReport(pictures=len(planned.pictures), pruned=removed, doubts=chosen)
+        tasks = self._unfinished(planned, root, kinds, report)
+        self._destination.publish()
+        if tasks:
+            self._make(planned, root, tasks, report)
+        return report
+
+    def _part(self, whole: Plan) -> tuple[Plan, Manifest | None]:
+        """Return the plan of the pictures that this run is for, and the manifest where that is a shard."""
+        only, shard = self._options.only, self._options.shard
+        if only is not None:
+            whole = changed(whole, pictures=tuple(each for each in whole.pictures if each.name in only))
+        if shard is None:
+            return whole, None
+        how, suffix = run_options(self._request, whole), self._request.image_suffix
+        return plan_of_shard(whole, shard, how, image_suffix=suffix, stage=self._copied)
+
+    def _describe(self, planned: Plan, manifest: Manifest | None, root: str, kinds: tuple[str, ...]) -> int:
+        """Put the stage, whose root layer is `root` then, and dataset.json into the folder, and return how many
+        pictures of another stage were removed from it."""
+        store, work = self._store, self._lease.work
+        with postponed(), store.turn():
+            if not self._own:
+                refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=self._copied)
+            removed = _remove_unwanted(store, planned, self._options)
+            if manifest:
+                share_manifest(store, manifest, work=work)
+            write_json(store.folder, DESCRIPTION, describe(store, planned, root, kinds), work=work)
+            if not self._own:
+                _adopt_stage(store, work)
+        return removed
+
+    def _unfinished(self, planned: Plan, root: str, kinds: tuple[str, ...], report: RenderReport) -> list[RenderTask]:
+        """Return what is left to make of the planned pictures; the report counts the others."""
+        suffix, options = self._request.image_suffix, self._options
+        stages = {variant: {"root": root, **stage} for variant, stage in planned.stages.items()}
+        left = partial(
+            kinds_left,
+            self._store,
+            wanted=WantedFiles(kinds=kinds, image_suffix=suffix, verify=options.verify, again=options.only),
+            names={target["id"]: target["name"] for target in planned.description["targets"]},
+            finished=lambda record: report.add(faults(record)),
+            work=self._lease.work,
+        )
+        missing = ((picture, left(picture, stage=stages[picture.variant])) for picture in planned.pictures)
+        tasks = [RenderTask(picture=picture, kinds=kinds) for picture, kinds in missing if kinds]
+        report.reused = len(planned.pictures) - len(tasks)
+        return tasks
+
+    def _make(self, planned: Plan, root: str, tasks: list[RenderTask], report: RenderReport) -> None:
+        """Have the pictures made, and write down what they took."""
+        count, cores = self._workers(len(tasks))
+        shared = run_options(self._request, planned)
+        again = partial(command_of, self._request, self._store.root)
+        alone = partial(one_core, workers=count, cores=cores)
+        listener = RunListener(report, self._progress, self._note, shared, alone, again)
+        limits = TimeLimits(
+            options=shared,
+            workers=count,
+            cores=cores,
+            measured=(read_measured(self._store.folder, MEASURED), listener.measured),
+            given=self._options.picture_timeout,
+        )
+        if not self._options.keep_cache:
+            _keep_only_shared_renders(tasks)
+        if self._destination.mirror:
+            _keep_only_shared_labels(tasks)
+        for_workers = self._worker_options(planned, root)
+        with postponed() as stop:
+            try:
+                make_pictures(for_workers, tasks, count, self._lease, listener, limits, self._destination, stop)
+            finally:
+                if stop.number is not None:
+                    listener.stopped()
+            if report.made:
+                with self._store.turn():
+                    write_measured(self._store.folder, MEASURED, listener.measured, work=self._lease.work)
+
+    def _workers(self, tasks: int) -> tuple[int, int]:
+        """Return how many workers there are at the most, and how many processors these share: in a cluster each has
+        its own."""
+        if self._destination.cluster:
+            count = min(self._options.workers or MAX_WORKERS, tasks)
+            return count, count
+        return min(self._options.workers or default_workers(), tasks), len(usable_cpus())
+
+    def _worker_options(self, planned: Plan, root: str) -> WorkerOptions:
+        return WorkerOptions(
+            root=str(self._store.root),
+            work=str(self._lease.work),
+            stage=root,
+            image_suffix=self._request.image_suffix,
+            settings=planned.settings,
+            chosen=self._request.chosen,
+        )
+
+
+def _remove_unwanted(store: Store, planned: Plan, options: DatasetOptions) -> int:
+    """Remove pictures that are not of this stage, and return how many.
+
+    With `replace` all pictures of another stage go; with `prune` those that the stage does not have. Raises InputError
+    where there are some and the option is not given.
+    """
+    other = same_stage.other_origin(store, planned)
+    if other:
+        if not options.replace:
+            same_stage.refuse(store, other)
+        unwanted = list(store.records())
+    else:
+        unwanted = orphans.orphaned_pictures(store, planned)
+        if not options.prune:
+            orphans.refuse(store, unwanted)
+    orphans.remove(store, unwanted)
+    return len(unwanted)
+
+
+def _keep_only_shared_renders(tasks: list[RenderTask]) -> None:
+    wanted = Counter(task.picture.radiance for task in tasks if task.renders)
+    for task in tasks:
+        task.keep_render = wanted[task.picture.radiance] > 1
+
+
+def _keep_only_shared_labels(tasks: list[RenderTask]) -> None:
+    """The pictures' own files leave this machine; what the cache keeps stays on its disk as long as the run goes on."""
+    wanted = Counter(key for task in tasks for key in task.label_keys)
+    for task in tasks:
+        task.keep_labels = any(wanted[key] > 1 for key in task.label_keys)
+
+
+def _adopt_stage(store: Store, work: Path) -> None:
+    """Put the copied stage in its place, unless the same is there, which others may be reading; what was there goes
+    with the work folder."""
+    try:
+        write_sums(work / STAGE)
+        if same_files(work / STAGE, store.stage) and same_names(work / STAGE, store.stage):
+            return
+        with suppress(FileNotFoundError):
+            put(Folder(work), store.stage, "old")
+        put(store.folder, work / STAGE, STAGE)
+    except OSError as e:
+        raise OutputError(f"cannot be written ({e.strerror})", where=store.stage, do="free some space") from e
