@@ -46,7 +46,7 @@ class RayNodes:
 
     def _answer(self):
         answer = self._process.stdout.readline().strip()
-        assert answer, f"Ray's cluster ended:\n{self._log.read_text(errors='replace')}"
+        assert answer, f"Ray's cluster ended, {self._process.wait()}:\n{self._log.read_text(errors='replace')}"
         return answer
 
 
