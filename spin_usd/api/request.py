@@ -34,7 +34,7 @@ def render_request(
     setting, chosen = setting_of(
         root,
         renderer=renderer,
-        measured=_measured_path(measured),
+        measured=None if measured is None else Path(measured),
         samples=samples,
         effort=effort,
         quality=quality,
@@ -69,14 +69,6 @@ def _refuse_unlit(quality: str | None, error: str | float | None) -> None:
     for name, value in {"quality": quality, "error": error}.items():
         if value is not None:
             raise InputError(f"{name} is given with labels_only, which renders no light", do="drop one of them")
-
-
-def _measured_path(given: str | Path | None) -> Path | None:
-    if given is None:
-        return None
-    if not str(given):
-        raise InputError("measured is empty", do="give a folder or its measure.json")
-    return Path(given)
 
 
 def names_in(given: str | Sequence[str]) -> tuple[str, ...]:

@@ -141,7 +141,7 @@ def _check_token(value: str, allowed: Sequence[str] | None, where: object) -> No
     """Raise StageError unless `value` is one of those that its schema allows, if it names some."""
     if allowed and value not in allowed:
         shown = ", ".join(token or "''" for token in allowed)
-        raise StageError(f"is '{_shown(value)}'", where=where, do=f"use one of {shown}")
+        raise StageError(f"is {_shown(value)}", where=where, do=f"choose one of {shown}")
 
 
 def _check_finite(attribute: Usd.Attribute, value: Any) -> None:

@@ -2,7 +2,7 @@
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.stage.usd.values import read
+from spin_usd.stage.usd.values import read, read_any
 
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 RENDERED_PURPOSES = ("default", "render")
@@ -23,9 +23,9 @@ def is_always_invisible(prim: Usd.Prim) -> bool:
 
 
 def own_purpose(prim: Usd.Prim, inherited: str) -> str:
-    """Return the purpose of `prim`, whose parent has `inherited`: an authored one wins."""
+    """Return the purpose of `prim`, whose parent has `inherited`: an authored one wins, known to USD or not."""
     purpose = prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetPurposeAttr()
-    return str(read(purpose)) if purpose and purpose.HasAuthoredValue() else inherited
+    return str(read_any(purpose)) if purpose and purpose.HasAuthoredValue() else inherited
 
 
 def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:

@@ -237,7 +237,7 @@ def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(s
     ("given", "said"),
     [
         (("--samples", "2", "--error", "auto"), "samples and error are given together; give one of them"),
-        (("--error", "auto", "--measured", ""), "measured is empty; give a folder or its measure.json"),
+        (("--error", "auto", "--measured", ""), "measured is ''; make it a path; the current folder is '.'"),
         (("--labels-only", "--quality", "draft"), "quality is given with labels_only, which renders no light; drop one of them"),  # noqa: E501
     ],
 )  # fmt: skip

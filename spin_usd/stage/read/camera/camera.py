@@ -61,9 +61,7 @@ def read_camera(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
 
 
 def _from_lens(prim: Usd.Prim, time: Usd.TimeCode) -> Camera:
-    model = read(prim.GetAttribute(schema.LENS_MODEL), time)
-    if model != "brownConrady":
-        raise UnsupportedError(f"has lens model '{model}'", where=prim.GetPath(), do="use brownConrady")
+    read(prim.GetAttribute(schema.LENS_MODEL), time)  # refuses all but the schema's only one
     size = read(prim.GetAttribute(schema.LENS_IMAGE_SIZE), time)
     numbers = [read(prim.GetAttribute(name), time) for name in schema.LENS_NUMBERS]
     missing = [
