@@ -12,8 +12,13 @@ from spin_usd.dataset.merge.merged_dataset import MergedDataset, merged_descript
 from spin_usd.dataset.merge.pictures import MergedPicture, collect
 from spin_usd.dataset.merge.report import MergeReport
 from spin_usd.dataset.plan.cost import Timings, read_measured, write_measured
-from spin_usd.dataset.shards.manifest import Manifest, read_manifest, remove_finished_manifest, write_manifest
-from spin_usd.dataset.shards.plan_of_shard import digest_of
+from spin_usd.dataset.shards.manifest import (
+    Manifest,
+    digest_of,
+    read_manifest,
+    remove_finished_manifest,
+    write_manifest,
+)
 from spin_usd.dataset.store.atomic import link_atomically, write_json
 from spin_usd.dataset.store.cache import MEASURED, entries
 from spin_usd.dataset.store.dataset_folder import Lease, Store

@@ -23,7 +23,7 @@ from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wa
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import default_workers, make_pictures
-from spin_usd.dataset.shards.manifest import Manifest, share_manifest
+from spin_usd.dataset.shards.manifest import Manifest, refuse_other_shards, share_manifest
 from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
@@ -106,6 +106,9 @@ class DatasetRun:
         with postponed(), store.turn():
             if not self._own:
                 refuse_changed_stage(store, CHANGED, do="move stage/ elsewhere", new=self._copied)
+            if manifest:
+                replaced = self._options.replace and same_stage.other_origin(store, planned)
+                refuse_other_shards(store, manifest, replaced=bool(replaced))
             removed = _remove_unwanted(store, planned, self._options)
             if manifest:
                 share_manifest(store, manifest, work=work)

@@ -1,18 +1,21 @@
 """The manifest of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
 
-It lies beside dataset.json until all pictures are made. Shards that write one folder at the same time must have the
-same; who merges folders learns from it which pictures are still to come, and of which shard.
+It lies beside dataset.json until all pictures are made. Shards that write one folder must have the same while it is
+there, whether others run or not; who merges folders learns from it which pictures are still to come, and of which
+shard.
 """
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.file_digests import sums
 from spin_usd.dataset.store.names import SHARDS, record_of
 from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
@@ -23,9 +26,10 @@ SHARED = "manifest-shared"  # in the work folder of a shard that is being made: 
 WORDS = {
     "count": "in another number of shards",
     "stage": "of another stage",
-    "settings": "with other options",
+    "settings": "with other options ({})",
     "shards": "of other frames or variants, or by another version of spin_usd",
 }
+FINISH = f"give what was given then, or render once without --shard, or remove {SHARDS} to partition it anew"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,14 +49,24 @@ class Manifest:
                 yield (variant, frame), Shard(number=number, count=self.count)
 
 
-def share_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
-    """Write the manifest, in the dataset's turn, unless it is there. Raises InputError where shards that are being made
-    in this folder share another, and OutputError. `work`: the shard's folder of temporary files."""
+def refuse_other_shards(store: Store, manifest: Manifest, *, replaced: bool) -> None:
+    """Raise InputError where the folder has the manifest of other shards, which would be mixed with these: of some that
+    are being made, or of earlier ones, unless their pictures are to be `replaced`. Writes nothing."""
     before = read_manifest(store)
-    if before != manifest:
-        if any((other / SHARED).exists() for other in store.shards_at_work()):
-            do = "wait until those shards have ended, or choose another folder"
-            raise InputError(_difference(before, manifest), where=store.root, do=do)
+    if before == manifest:
+        return
+    if any((other / SHARED).exists() for other in store.shards_at_work()):
+        do = "wait until those shards have ended, or choose another folder"
+        raise InputError(f"is being made {_difference(before, manifest)}", where=store.root, do=do)
+    if before and not replaced:
+        found = f"was made {_difference(before, manifest)}, as {SHARDS} says"
+        raise InputError(found, where=store.root, do=FINISH)
+
+
+def share_manifest(store: Store, manifest: Manifest, *, work: Path) -> None:
+    """Write the manifest, in the dataset's turn, unless it is there. Raises InputError and OutputError as
+    `write_manifest` does. `work`: the shard's folder of temporary files."""
+    if read_manifest(store) != manifest:
         write_manifest(store, manifest, work=work)
     (work / SHARED).touch()
 
@@ -77,14 +91,28 @@ def read_manifest(store: Store) -> Manifest | None:
 
 
 def remove_finished_manifest(store: Store) -> None:
-    """Remove the manifest where all its pictures are made: nobody needs it any more, and a dataset is the same however
-    it was made. Raises OutputError."""
+    """Remove the manifest where all its pictures are made, or it is of another stage than the folder's: nobody needs it
+    any more, and a dataset is the same however it was made. Raises OutputError."""
     manifest, made = read_manifest(store), set(store.records())
-    if manifest and all(record_of(*picture) in made for picture, _ in manifest.pictures()):
+    if manifest is None:
+        return
+    finished = all(record_of(*picture) in made for picture, _ in manifest.pictures())
+    if finished or manifest.stage != digest_of(store.stage):
         remove_file(store.folder, SHARDS)
 
 
+def digest_of(stage: Path) -> str:
+    """Return a digest of the files in the folder of a stage."""
+    return sha256(sums(stage).encode("utf-8", errors="surrogateescape")).hexdigest()
+
+
 def _difference(before: Manifest | None, now: Manifest) -> str:
-    """Say in what the shards that are being made differ from this one."""
-    differing = (words for name, words in WORDS.items() if before and getattr(before, name) != getattr(now, name))
-    return f"is being made {next(differing, 'otherwise')}"
+    """Say in what the shards that the folder has differ from this one."""
+    for name, words in WORDS.items():
+        if before and getattr(before, name) != getattr(now, name):
+            return words.format(", ".join(_other_settings(before, now)))
+    return "otherwise"
+
+
+def _other_settings(before: Manifest, now: Manifest) -> list[str]:
+    return [name for name, value in now.settings.items() if before.settings.get(name) != value]

@@ -3,16 +3,14 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from hashlib import sha256
 from pathlib import Path
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.work import RunOptions
-from spin_usd.dataset.shards.manifest import Manifest
+from spin_usd.dataset.shards.manifest import Manifest, digest_of
 from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.shards.shard import Shard
-from spin_usd.dataset.store.file_digests import sums
 
 
 def plan_of_shard(
@@ -36,11 +34,6 @@ def plan_of_shard(
         shards=_by_name(plan.pictures, numbers),
     )
     return replace(plan, pictures=tuple(own)), manifest
-
-
-def digest_of(stage: Path) -> str:
-    """Return a digest of the files in the folder of a stage."""
-    return sha256(sums(stage).encode("utf-8", errors="surrogateescape")).hexdigest()
 
 
 def _by_name(pictures: Sequence[PlannedPicture], numbers: Sequence[int]) -> dict[str, dict[str, int]]:

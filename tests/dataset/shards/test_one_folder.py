@@ -9,7 +9,14 @@ from threading import Timer
 
 import pytest
 
-from spin_usd.dataset.shards.manifest import Manifest, read_manifest, share_manifest, write_manifest
+from spin_usd.dataset.shards.manifest import (
+    Manifest,
+    read_manifest,
+    refuse_other_shards,
+    remove_finished_manifest,
+    share_manifest,
+    write_manifest,
+)
 from spin_usd.dataset.store import hold
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.lock import TEXT
@@ -89,25 +96,48 @@ def test_what_a_killed_shard_left_goes_with_the_next_whole_run(tmp_path) -> None
 MANIFEST = Manifest(count=2, stage="0" * 64, settings={"kinds": ["depth"]}, shards={"nominal": {"a": 0, "b": 1}})
 
 
-def test_a_shard_of_another_partition_is_refused_while_one_is_made_and_not_after(tmp_path) -> None:
+OTHERS = (
+    ({"count": 3}, "in another number of shards"),
+    ({"stage": "1" * 64}, "of another stage"),
+    ({"settings": {"kinds": ["range"]}}, r"with other options \(kinds\)"),
+    ({"shards": {"nominal": {"a": 1, "b": 0}}}, "of other frames or variants"),
+)
+
+
+@pytest.mark.parametrize(("changed", "words"), OTHERS)
+def test_a_shard_of_another_partition_is_refused_while_the_manifest_is_there(tmp_path, changed, words) -> None:
     """One that is being made and shares no manifest yet is in nobody's way: it will be refused itself."""
-    store = Store(root=tmp_path)
-    with store.locked("0-of-2") as mine:
+    store, other = Store(root=tmp_path), replace(MANIFEST, **changed)
+    with store.locked("0-of-2") as mine, store.locked("1-of-2"):
         share_manifest(store, MANIFEST, work=mine.work)
-        for changed, words in (
-            ({"count": 3}, "in another number of shards"),
-            ({"stage": "1" * 64}, "of another stage"),
-            ({"settings": {"kinds": ["range"]}}, "with other options"),
-            ({"shards": {"nominal": {"a": 1, "b": 0}}}, "of other frames or variants"),
-        ):
-            with store.locked("1-of-2") as other:
-                with pytest.raises(InputError, match=f"is being made {words}"):
-                    share_manifest(store, replace(MANIFEST, **changed), work=other.work)
-                assert read_manifest(store) == MANIFEST
-                share_manifest(store, MANIFEST, work=other.work)
-    with store.locked("1-of-3"), store.locked("0-of-3") as mine:
-        share_manifest(store, replace(MANIFEST, count=3), work=mine.work)
-    assert read_manifest(store) == replace(MANIFEST, count=3)
+        refuse_other_shards(store, MANIFEST, replaced=False)
+        with pytest.raises(InputError, match=f"is being made {words}.*wait"):
+            refuse_other_shards(store, other, replaced=True)
+    with pytest.raises(InputError, match=f"was made {words}.*remove shards.json"):
+        refuse_other_shards(store, other, replaced=False)
+    refuse_other_shards(store, other, replaced=True)
+    (tmp_path / SHARDS).unlink()
+    refuse_other_shards(store, other, replaced=False)
+
+
+def test_shards_of_one_folder_are_partitioned_anew_after_a_run_without_shards(make, tmp_path) -> None:
+    assert make(tmp_path, "0/4").made
+    before = content(tmp_path)
+    for shard, options in (("0/3", {}), ("1/4", {"labels": ("range",)}), ("1/4", {"variants": ("nominal",)})):
+        with pytest.raises(InputError, match="was made "):
+            make(tmp_path, shard, **options)
+    assert content(tmp_path) == before
+    make(tmp_path)
+    assert not (tmp_path / SHARDS).exists()
+    assert make(tmp_path, "0/3").reused == 4
+
+
+def test_the_manifest_of_another_stage_goes_with_a_run_without_shards(tmp_path) -> None:
+    """Its pictures may be none of that stage's, and would never be made."""
+    (tmp_path / "stage").mkdir()
+    write_manifest(Store(root=tmp_path), MANIFEST, work=tmp_path)
+    remove_finished_manifest(Store(root=tmp_path))
+    assert not (tmp_path / SHARDS).exists()
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "[" * 100_000, '{"count": "x"}', '{"count": 1, "shards": []}'])
