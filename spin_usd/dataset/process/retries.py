@@ -33,4 +33,6 @@ class Retries:
     def in_words(self, died: ChildDiedError) -> str:
         """Say of what the last child died, and how many died so."""
         count = self._counts[died.cause]
-        return died.found if count == 1 else f"{died.found}, {count} times"
+        if count == 1:
+            return died.found
+        return f"{died.found}, twice" if count == 2 else f"{died.found}, {count} times"

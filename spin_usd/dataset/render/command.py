@@ -8,11 +8,13 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.render.request import RenderRequest
 
 
-def command_of(request: RenderRequest, out: Path, picture: PlannedPicture) -> str:
-    """Return the `spin-usd render` command that makes this one picture of the request in the dataset `out`."""
+def command_of(request: RenderRequest, out: Path, picture_timeout: float | None, picture: PlannedPicture) -> str:
+    """Return the `spin-usd render` command that makes this one picture of the request in the dataset `out`, within the
+    same time."""
     place = ("--frames", f"{picture.index}:{picture.index + 1}", "--variants", picture.variant)
     where = (str(request.stage), "--out", str(out))
-    return shlex.join(("spin-usd", "render", *where, *place, *_options(request)))
+    limit = () if picture_timeout is None else ("--picture-timeout", f"{picture_timeout:g}")
+    return shlex.join(("spin-usd", "render", *where, *place, *_options(request), *limit))
 
 
 def _options(request: RenderRequest) -> Iterator[str]:

@@ -138,7 +138,7 @@ class DatasetRun:
         """Have the pictures made, and write down what they took."""
         count, cores = self._workers(len(tasks))
         shared = run_options(self._request, planned)
-        again = partial(command_of, self._request, self._store.root)
+        again = partial(command_of, self._request, self._store.root, self._options.picture_timeout)
         alone = partial(one_core, workers=count, cores=cores)
         listener = RunListener(report, self._progress, self._note, shared, alone, again)
         limits = TimeLimits(

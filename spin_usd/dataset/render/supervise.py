@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import ChildDiedError
+from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.dataset.process.child_limits import PATIENCE_S, START_PATIENCE_S
 from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
@@ -43,12 +43,14 @@ class WorkerLimits:
 
 @dataclass(kw_only=True, eq=False)
 class WorkerSlot:
-    """The place of a worker: whether that has started, what it is at, and the variant that it has open."""
+    """The place of a worker: whether that has started, what it is at, the variant that it has open, and the seconds
+    that its picture may take, None as long as its stage is opened."""
 
     number: int
     started: bool = False
     task: RenderTask | None = None
     variant: str | None = None
+    limit_s: float | None = None
 
 
 def supervise(
@@ -120,8 +122,8 @@ class _Supervisor:
                 "keep_render": task.keep_render,
                 "keep_labels": task.keep_labels,
             }
-            within_s = self._time(task) if slot.variant == picture.variant else PATIENCE_S
-            self._pool.send(slot, "picture", within_s=within_s, **asked)
+            slot.limit_s = self._time(task) if slot.variant == picture.variant else None
+            self._pool.send(slot, "picture", within_s=slot.limit_s or PATIENCE_S, **asked)
 
     def _time(self, task: RenderTask) -> float:
         return self._limits.time.of(task.picture, task.kinds)
@@ -143,7 +145,8 @@ class _Supervisor:
         match event:
             case Reported() if slot.task:  # its stage is open
                 slot.variant = slot.task.picture.variant
-                self._pool.give(slot, self._time(slot.task))
+                slot.limit_s = self._time(slot.task)
+                self._pool.give(slot, slot.limit_s)
             case Answered(result=result):
                 self._answered(slot, result)
             case Failed(reason=ChildDiedError() as died):
@@ -181,4 +184,12 @@ class _Supervisor:
             self._queue.put_back(task)
         else:
             self._queue.give_up(task)
-            self._listener.failed(task.picture, task.retries.in_words(died))
+            self._listener.failed(task.picture, _why(slot, task, died))
+
+
+def _why(slot: WorkerSlot, task: RenderTask, died: ChildDiedError) -> str:
+    """Say why the task is given up, of a picture that took too long with the option that gives it more time."""
+    if died.cause is not DeathCause.SILENT or slot.limit_s is None:
+        return task.retries.in_words(died)
+    late = ChildDiedError(f"the picture took longer than its limit of {slot.limit_s:g} s", cause=died.cause)
+    return f"{task.retries.in_words(late)}; --picture-timeout gives it more"
