@@ -24,7 +24,7 @@ def _wrong(entry: CacheEntry, inventory: Inventory, in_use: Set[Purpose]) -> str
     used, inode = entry.purpose in in_use, entry.file.folder.inode(entry.file.name)
     if inode not in inventory.inodes and not entry.whole:  # a label's file was verified already
         return f"is damaged; {MAKE_AGAIN}" if used else "is damaged, and no picture uses it; remove it"
-    return None if used else "no picture uses it; a render that makes a picture and leaves none out removes it"
+    return None if used else "no picture uses it; the next full render that makes a picture removes it"
 
 
 def _foreign(name: str) -> str | None:

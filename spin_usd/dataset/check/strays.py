@@ -25,8 +25,8 @@ def stray_findings(inventory: Inventory) -> Iterator[Finding]:
         if record is None or record in inventory.present - inventory.unread:
             yield from (_stray(name, "move it elsewhere, or remove it") for name in names)
         elif record not in inventory.unread and not Folder(inventory.root).in_the_way(record):
-            others = f", as {len(names) - 1} more of that name" if len(names) > 1 else ""
-            yield _stray(names[0], f"if it is a picture's, {MAKE_AGAIN}; if not, move it elsewhere", others)
+            do = f"if it is a picture's, {MAKE_AGAIN}; if not, move it elsewhere"
+            yield _stray(names[0], do, _others(len(names) - 1))
 
 
 def _record(name: str) -> str | None:
@@ -35,6 +35,13 @@ def _record(name: str) -> str | None:
         case [_, variant, file]:
             return record_of(variant, PurePosixPath(file).stem)
     return None
+
+
+def _others(count: int) -> str:
+    """Say that the other files of a picture are in no record either."""
+    if count == 0:
+        return ""
+    return ", nor is another file of that picture" if count == 1 else f", nor are {count} other files of that picture"
 
 
 def _stray(name: str, do: str, others: str = "") -> Finding:

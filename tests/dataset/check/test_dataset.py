@@ -1,6 +1,7 @@
 """A dataset's own files: each thing that is wrong has one finding, and hides no other."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -123,10 +124,10 @@ def test_files_of_a_record_that_cannot_be_used_are_not_called_stray(dataset) -> 
     assert list(cache_findings(Store(root=dataset), inventory_of(dataset, unread=[record]))) == []
     (dataset / record).unlink()
     (dataset / "image/notes.txt").write_text("mine")
-    assert [each.where for each in stray_findings(inventory_of(dataset))] == [
-        f"dense_pose/{PICTURE}.exr",
-        "image/notes.txt",
-    ]
+    lost, notes = stray_findings(inventory_of(dataset))
+    assert (lost.where, notes.where) == (f"dense_pose/{PICTURE}.exr", "image/notes.txt")
+    assert re.match(r"is not in any record, nor are \d other files of that picture; if it is", lost.message)
+    assert notes.message.startswith("is not in any record; move it elsewhere")
 
 
 def test_a_damaged_render_in_the_cache_is_said_to_be_repaired(dataset) -> None:
@@ -139,3 +140,4 @@ def test_a_damaged_render_in_the_cache_is_said_to_be_repaired(dataset) -> None:
     inventory.uses.clear()
     messages = [each.message for each in cache_findings(Store(root=dataset), inventory)]
     assert messages.count("is damaged, and no picture uses it; remove it") == 1
+    assert "no picture uses it; the next full render that makes a picture removes it" in messages
