@@ -360,6 +360,7 @@ def opened(small_stage, tmp_path):
     return start
 
 
+@pytest.mark.slow
 def test_a_crash_ends_one_job(opened) -> None:
     digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
     dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})

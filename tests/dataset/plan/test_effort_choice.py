@@ -218,6 +218,7 @@ def test_a_plan_says_what_was_chosen_and_why(small_stage, tmp_path, spin_usd) ->
     assert "note" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_record_says_why_and_the_picture_is_the_one_of_the_same_effort_given(small_stage, tmp_path, spin_usd) -> None:
     shutil.copytree(small_stage.parent, tmp_path / "stage")
     stage, out = tmp_path / "stage" / small_stage.name, tmp_path / "dataset"

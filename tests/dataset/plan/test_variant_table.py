@@ -209,6 +209,7 @@ def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path) 
     assert "bright" in spin_usd(*command).stdout
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_counted_by_variant_whoever_plans(augmented, monkeypatch) -> None:
     alone = asked(augmented, explain=True, renderer="blender")
     assert {each.what for each in alone.skipped} >= {

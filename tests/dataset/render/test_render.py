@@ -328,6 +328,7 @@ def edited(stage, folder, old, new):
     return folder / stage.name
 
 
+@pytest.mark.slow
 def test_a_changed_stage_makes_again_what_it_changes(small_stage, dataset, tmp_path, spin_usd) -> None:
     """A comment changes no picture, a light every image and no label; afterwards nothing is out of date."""
     before = digests(dataset)

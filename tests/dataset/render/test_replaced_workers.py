@@ -99,6 +99,7 @@ def test_a_worker_that_is_stopped_is_replaced_and_its_picture_made(small_stage, 
     assert children() == []
 
 
+@pytest.mark.slow
 def test_a_picture_that_takes_too_long_has_failed_and_the_run_goes_on(small_stage, tmp_path) -> None:
     """The message says why, and its command makes that picture alone."""
     report = rendered(small_stage, tmp_path, effort=Effort(samples=10**6), picture_timeout=1)

@@ -10,6 +10,7 @@ import time
 from contextlib import suppress
 
 import psutil
+import pytest
 
 from spin_usd.sha256 import sha256_of
 from tests.cases.records import records_of
@@ -80,6 +81,7 @@ def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_pat
     assert f"note: {made} of 8 pictures are made, {8 - made} are left" in said
 
 
+@pytest.mark.slow
 def test_the_second_stops_at_once_and_the_next_run_makes_the_rest(small_stage, tmp_path, spin_usd) -> None:
     """A third is not heard any more, while the second ends the run."""
     process = started(small_stage, tmp_path, "--effort", "samples=100000", "--workers", "1")

@@ -46,6 +46,7 @@ def flip(path) -> None:
     path.write_bytes(content)
 
 
+@pytest.mark.slow
 def test_what_is_damaged_or_lost_is_made_again_to_the_byte(whole, dataset, spin_usd) -> None:
     """Of every kind at once: a flipped byte, a lost file, a lost record, and dataset.json, whose rest can be read."""
     flip(dataset / "image" / "nominal" / "img000001.png")

@@ -85,6 +85,7 @@ def test_what_a_variant_holds_is_counted_when_it_is_chosen(tmp_path, monkeypatch
         open_stage(root, variant="big")
 
 
+@pytest.mark.slow
 def test_prims_do_not_nest_deeper_than_they_can_be_walked(tmp_path) -> None:
     """References nest what no layer does by itself."""
     names = [f"P{i}" for i in range(300)]
