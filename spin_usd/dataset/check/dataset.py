@@ -10,6 +10,7 @@ from spin_usd.dataset.check.digests import MAKE_AGAIN
 from spin_usd.dataset.check.inventory import Inventory
 from spin_usd.dataset.check.pictures import answered_findings, picture_call
 from spin_usd.dataset.check.provenance import RENDER_AGAIN
+from spin_usd.dataset.check.shards import shard_findings
 from spin_usd.dataset.check.stage import StageAnswer, stage_call
 from spin_usd.dataset.check.strange import strange_finding
 from spin_usd.dataset.check.strays import stray_findings
@@ -55,6 +56,7 @@ def _findings(root: Path, progress: Progress) -> Iterator[Finding]:
     yield from sums_findings(store, inventory)
     yield from cache_findings(store, inventory)
     yield from stray_findings(inventory)
+    yield from shard_findings(store)
 
 
 def _root_layer(store: Store, description: Mapping[str, Any] | None) -> str | None:

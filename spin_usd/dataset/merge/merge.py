@@ -19,6 +19,7 @@ from spin_usd.dataset.shards.manifest import (
     remove_finished_manifest,
     write_manifest,
 )
+from spin_usd.dataset.shards.missing import missing_pictures
 from spin_usd.dataset.store.atomic import link_atomically, write_json
 from spin_usd.dataset.store.cache import MEASURED, entries
 from spin_usd.dataset.store.dataset_folder import Lease, Store
@@ -150,7 +151,7 @@ def _missing(
     remove_finished_manifest(store)
     found = Counter[str]()
     for manifest in manifests:
-        missing = {name: shard for name, shard in manifest.pictures() if name not in there}
+        missing = missing_pictures(manifest, there)
         found.update(map(str, missing.values()))
         there |= missing.keys()  # other partitions may have the same: each is of one shard here
     return dict(sorted(found.items()))

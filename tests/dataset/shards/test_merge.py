@@ -7,6 +7,8 @@ import shutil
 import pytest
 
 import spin_usd as package
+from spin_usd.dataset.check.dataset import dataset_findings
+from spin_usd.dataset.check.shards import shard_findings
 from spin_usd.dataset.merge.merge import merge
 from spin_usd.dataset.plan.cost import read_measured
 from spin_usd.dataset.store.cache import MEASURED
@@ -92,9 +94,13 @@ def test_it_says_which_shard_is_missing_and_takes_it_later(whole, made, tmp_path
     done = spin_usd("merge", made[0], made[2], "--out", out, code=1)
     assert "missing: 4 pictures of shard 1/3" in done.stderr
     assert (out / SHARDS).read_bytes() == (made[0] / SHARDS).read_bytes()
+    (finding,) = (each for each in dataset_findings(out, progress=quiet) if each.code == "shards")
+    expected = (SHARDS, "missing: 4 pictures of shard 1/3", "warning")
+    assert (finding.where, finding.message, finding.severity) == expected
     report = package.merge(made[1], out=out)
     assert (report.added, report.kept, report.missing) == (4, 8, {})
     assert content(out) == whole
+    assert list(shard_findings(Store(root=out))) == []
     assert package.merge(made, out=out).added == 0
 
 
