@@ -1,7 +1,8 @@
 """The manifest of a dataset's shards: the stage, how pictures are made, and which picture is of which shard.
 
-It lies beside dataset.json until all pictures are made. Shards that write one folder must have the same while it is
-there, whether others run or not; who merges folders learns from it which pictures are still to come, and of which
+It lies beside dataset.json until a merge, or a run without a shard, finds all pictures made. A shard leaves it there:
+others' pictures may be an earlier run's, made with other options. Shards that write one folder must have the same while
+it is there, whether others run or not; who merges folders learns from it which pictures are still to come, and of which
 shard.
 """
 

@@ -5,7 +5,7 @@ stage/                               the layers that made it
 records/<variant>/<frame>.json       schema record-1, the index: written last, so a record means a finished picture
 <kind>/<variant>/<frame>.<suffix>    image, depth, segmentation, dense_pose, radiance
 cache/                               renders and labels by content (dataset.cache)
-shards.json                          of shards, until all are made: which picture is of which (dataset.shards.manifest)
+shards.json                          of shards: which picture is of which (dataset.shards.manifest)
 .lock, .work-<token>/                of a run: its lock, and its temporary files, which the lock's token names
 .lock-<I>-of-<N>, .lock-turn         of shards, which share .lock: each one's, and that of who changes what all share
 
