@@ -97,12 +97,11 @@ class _Repair:
             if node.name.partition("/")[0] in (DESCRIPTION, STAGE):
                 raise strange_error(self.store.folder, node)
         strange = sorted(set(self.store.held()) - {*OWN, LOCK})
-        where = self.store.root / DESCRIPTION
         if strange:
-            raise InputError(f"cannot be written again beside {strange[0]}", where=where, do="move that elsewhere")
+            raise InputError(f"cannot be written again beside {strange[0]}", do="move that elsewhere")
         if not self.records:
             do = "run spin-usd render again with the stage that made the pictures"
-            raise InputError("cannot be written again without records", where=where, do=do)
+            raise InputError("cannot be written again without records", do=do)
 
     @property
     def _root(self) -> Path:

@@ -23,8 +23,8 @@ def altered_layer(store: Store, records: Records) -> str | None:
 
 
 def listed_again(store: Store, records: Records) -> Iterator[str]:
-    """Write SHA256SUMS again where it is lost or damaged, and yield its name. Raises InputError where no record says of
-    a file that the list lacks that this is as it was."""
+    """Write SHA256SUMS again where it is lost or damaged, and yield its name. Raises InputError, which leaves the
+    list's name to who calls, where no record says of a file that the list lacks that this is as it was."""
     known, folder = _known(records), store.folder
     if folder.type_of(STAGE) is not NodeType.FOLDER:
         return
@@ -34,7 +34,7 @@ def listed_again(store: Store, records: Records) -> Iterator[str]:
         return
     if unsure:
         found = f"cannot be written again: no record says that {unsure[0]} is as it was"
-        raise InputError(found, where=store.root / STAGE_SUMS, do=RENDER_AGAIN)
+        raise InputError(found, do=RENDER_AGAIN)
     with store.locked() as lease:
         write_text(folder, STAGE_SUMS, sums(store.stage), work=lease.work)
     yield STAGE_SUMS

@@ -92,13 +92,21 @@ def test_what_is_the_users_stays_and_what_cannot_be_made_is_said(dataset, spin_u
     assert [path.read_text() for path in mine] == ["mine"] * 3
 
 
-def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(dataset) -> None:
-    """Layers of looks that no picture has could be edited: then who replaces the stage must be told."""
+def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(dataset, small_stage) -> None:
+    """Layers of looks that no picture has could be edited: then who replaces the stage must be told. It comes back with
+    the stage itself too."""
     sums = dataset / "stage" / "SHA256SUMS"
     sums.unlink()
     (unsure,) = repair(dataset, progress=ignore).unrepaired
-    assert "plain.usda is as it was" in unsure
+    said = "stage/SHA256SUMS: cannot be written again: no record says that stage/layers/variant_sets/plain.usda is as"
+    assert unsure.startswith(said)
     assert not sums.exists()
+    request = RenderRequest(
+        stage=small_stage, renderer="raycast", frames="0:1", effort=Effort(samples=2), labels=("depth",)
+    )
+    assert render(request, dataset, workers=1, progress=ignore).made == 0
+    assert "plain.usda" in sums.read_text()
+    sums.unlink()
     record = json.loads((dataset / "records" / "nominal" / "img000001.json").read_text())
     used = {dataset / "stage" / layer for layer in record["provenance"]["stage"]["files"]}
     for layer in (path for path in (dataset / "stage").rglob("*") if path.is_file() and path not in used):
