@@ -68,7 +68,7 @@ def _write(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping
         raise OutputError(f"cannot be written ({_error(output)})", where=path, do="choose another folder")
     written = output.write_image(pixels)
     if not (output.close() and written):
-        raise OutputError(f"could not be written whole ({_error(output)})", where=path, do="free some space")
+        raise OutputError(f"cannot be written whole ({_error(output)})", where=path, do="free some space")
 
 
 def _write_jpeg(path: Path, pixels: Image) -> None:

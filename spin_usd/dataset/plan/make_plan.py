@@ -13,7 +13,7 @@ from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import READING_TRIES, Retries
-from spin_usd.errors import SpinError
+from spin_usd.errors import OutputError, SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
@@ -81,7 +81,7 @@ def make_plan(question: Question, *, processes: int, progress: Progress) -> Plan
     except ChildDiedError as died:
         raise unreadable(died, question.stage) from died
     except SpinError as e:
-        if question.copy_to is None or e.where is None:
+        if question.copy_to is None or e.where is None or isinstance(e, OutputError):  # that is about our copy
             raise
         where = str(e.where).replace(str(question.copy_to), str(question.stage.parent))  # the user's file, not our copy
         raise type(e)(e.found, where=where, do=e.do) from e

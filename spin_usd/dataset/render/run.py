@@ -76,7 +76,10 @@ class DatasetRun:
     def complete(self) -> RenderReport:
         """Make all that is missing, and return what was made."""
         copy_to = None if self._own else self._copied
-        whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
+        try:
+            whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
+        except OutputError as e:  # about a file of the copy, in a folder that is gone by now
+            raise OutputError(f"the stage's copy {e.found}", where=self._store.root, do=e.do) from e
         kinds = wanted_kinds(self._request, whole)
         root = (Path(STAGE) / whole.root.relative_to(self._copied)).as_posix()
         planned, manifest = self._part(whole)

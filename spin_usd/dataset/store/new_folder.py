@@ -34,7 +34,7 @@ def new_folder(out: Path) -> Iterator[Path]:
             where = str(error.where or out).replace(str(work), str(out))
             raise OutputError(error.found, where=where, do=error.do) from None
         except OSError as error:
-            raise OutputError(f"could not be written ({error.strerror or error})", where=out) from None
+            raise OutputError(f"cannot be written ({error.strerror or error})", where=out) from None
 
 
 @contextmanager

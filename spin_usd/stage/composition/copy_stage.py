@@ -58,5 +58,5 @@ def _copy(file: Path, copy: Path) -> None:
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, copy)
     except OSError as error:
-        found = f"could not be written ({error.strerror or error})"
+        found = f"cannot be written ({error.strerror or error})"
         raise OutputError(found, where=copy, do="free some space or choose another folder") from None

@@ -45,7 +45,7 @@ def export(layer: Sdf.Layer, path: Path) -> None:
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if not layer.Export(str(path)):
-            raise OutputError("could not be written", where=path)
+            raise OutputError("cannot be written", where=path)
 
 
 @contextmanager
@@ -54,8 +54,8 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except Tf.ErrorException as error:
-        raise OutputError(f"could not be written ({reason(error)})", where=path) from None
+        raise OutputError(f"cannot be written ({reason(error)})", where=path) from None
     except OutputError:
         raise
     except OSError as error:
-        raise OutputError(f"could not be written ({error.strerror or error})", where=path) from None
+        raise OutputError(f"cannot be written ({error.strerror or error})", where=path) from None

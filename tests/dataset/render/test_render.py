@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -463,3 +464,15 @@ def test_the_preview_refuses_what_only_a_path_tracer_does(effort, names) -> None
     RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2))
     with pytest.raises(InputError, match=f"raycast has no {names}"):
         RenderRequest(stage=Path("stage"), renderer="raycast", effort=Effort(samples=3, reduction=2, **effort))
+
+
+def test_a_copy_of_the_stage_that_cannot_be_written_is_not_called_the_stage(small_stage, tmp_path) -> None:
+    """A limit on the size of a file stands for a full disk."""
+    stage = shutil.copytree(small_stage.parent, tmp_path / "stage") / small_stage.name
+    stage.write_text(stage.read_text() + "# long\n" * 200_000)
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (10**6, 10**6))  # noqa: E731
+    command = [sys.executable, "-m", "spin_usd.cli.main", "render", stage, "--out", tmp_path / "out"]
+    done = subprocess.run([*command, "--renderer", "raycast"], preexec_fn=limit, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"spin-usd: {tmp_path}/out: the stage's copy cannot be written (File too large)")
+    assert not (tmp_path / "out").exists()
