@@ -92,7 +92,7 @@ class RunListener:
 
     def stopping(self, pictures: int) -> None:
         count = "1 picture" if pictures == 1 else f"{pictures} pictures"
-        self.note(f"finishing {count}; press Ctrl-C again, or send SIGTERM, to stop at once")
+        self.note(f"finishing {count}; Ctrl-C or SIGTERM now stops at once")
 
     def stopped(self) -> None:
         made, all_pictures = self.report.reused + self.report.made, self.report.pictures

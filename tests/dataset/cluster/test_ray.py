@@ -111,7 +111,7 @@ def test_a_run_that_is_stopped_at_once_leaves_no_folder_on_a_node(python, nodes,
     while not list(nodes.folder.glob(".spin_usd-node.*/dataset/stage")) and running.poll() is None:
         time.sleep(0.05)
     running.send_signal(signal.SIGINT)
-    while "press Ctrl-C again" not in running.stderr.readline():
+    while "stops at once" not in running.stderr.readline():
         assert running.poll() is None
     running.send_signal(signal.SIGINT)
     _, warned = running.communicate()

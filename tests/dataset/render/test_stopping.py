@@ -74,7 +74,7 @@ def test_the_first_signal_lets_running_pictures_be_finished(small_stage, tmp_pat
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=STARTS_WITHIN_S)[1].decode()
     assert process.returncode == 128 + signal.SIGTERM
-    assert "press Ctrl-C again, or send SIGTERM, to stop at once" in said
+    assert "; Ctrl-C or SIGTERM now stops at once" in said
     assert "stopped by SIGTERM; run the same command again" in said
     made = assert_left_well(tmp_path, children)
     assert 1 <= made < 8
@@ -89,7 +89,7 @@ def test_the_second_stops_at_once_and_the_next_run_makes_the_rest(small_stage, t
     children = children_of(process)
     process.send_signal(signal.SIGINT)
     assert process.stderr is not None
-    while b"press Ctrl-C again" not in process.stderr.readline():
+    while b"stops at once" not in process.stderr.readline():
         assert process.poll() is None
     process.send_signal(signal.SIGINT)
     process.send_signal(signal.SIGTERM)
