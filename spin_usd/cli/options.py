@@ -84,7 +84,7 @@ ShardText = Annotated[
     ),
 ]
 PictureTimeout = Annotated[
-    float | None,
+    str | None,
     typer.Option(
         metavar="SECONDS",
         help="The time for one picture, 1 s to a week: after that it is tried once more, and then reported as failed. "

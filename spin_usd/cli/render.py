@@ -13,6 +13,7 @@ from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.dataset.plan.picture_timeout import parse_time_limit
 
 if TYPE_CHECKING:
     from spin_usd.dataset.render.report import RenderReport
@@ -74,7 +75,7 @@ def render(
             replace=replace,
             verify=verify,
             shard=shard,
-            picture_timeout=picture_timeout,
+            picture_timeout=None if picture_timeout is None else parse_time_limit(picture_timeout),
             on_progress=progress,
             on_note=lambda note: show_notes([note]),
         )

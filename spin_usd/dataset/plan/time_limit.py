@@ -8,10 +8,8 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.wall_time import Work, worker_seconds
 from spin_usd.dataset.plan.work import RunOptions, Task
-from spin_usd.errors import InputError
 
 TIMES, MIN_S = 10.0, 60.0
-LEAST_S, MOST_S = 1.0, 604800.0  # of a user's own; workers are looked at twice a second
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +35,3 @@ class TimeLimits:
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
         return max(MIN_S, TIMES * slowest)
-
-
-def refuse_time_limit(seconds: float | None) -> None:
-    """Raise InputError for a user's limit that is finer than workers are looked at, or is none."""
-    if seconds is not None and not LEAST_S <= seconds <= MOST_S:
-        do = f"make it seconds from {LEAST_S:g} to {MOST_S:.0f}, which is a week"
-        raise InputError(f"--picture-timeout (picture_timeout in Python) is {seconds:g}", do=do)

@@ -3,7 +3,7 @@
 import time
 from pathlib import Path
 
-from spin_usd.dataset.plan.time_limit import refuse_time_limit
+from spin_usd.dataset.plan.picture_timeout import refuse_time_limit
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers
 from spin_usd.dataset.render.destination import opened

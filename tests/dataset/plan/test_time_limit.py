@@ -6,7 +6,8 @@ import pytest
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
-from spin_usd.dataset.plan.time_limit import MIN_S, TIMES, TimeLimits, refuse_time_limit
+from spin_usd.dataset.plan.picture_timeout import parse_time_limit, refuse_time_limit
+from spin_usd.dataset.plan.time_limit import MIN_S, TIMES, TimeLimits
 from spin_usd.dataset.plan.work import RunOptions, Task
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort
@@ -53,3 +54,10 @@ def test_the_users_own_limit_holds_for_all() -> None:
 def test_a_limit_that_is_none_is_refused(seconds) -> None:
     with pytest.raises(InputError, match=r"--picture-timeout .* is .*; make it seconds from 1 to 604800"):
         refuse_time_limit(seconds)
+
+
+@pytest.mark.parametrize("text", ["abc", "", "1 s", "1e"])
+def test_a_limit_that_is_no_number_is_refused_in_the_same_words(text) -> None:
+    assert parse_time_limit("2.5") == 2.5
+    with pytest.raises(InputError, match=r"--picture-timeout .* is '.*'; make it seconds from 1 to 604800"):
+        parse_time_limit(text)
