@@ -36,7 +36,11 @@ def hidden_folder(parent: Path, name: str, *, beside: str = "none") -> Iterator[
     try:
         sweep(parent, name, beside=beside)
         hidden.folder.mkdir()
-        create_lock(hidden.folder / LOCK, token)
+        try:
+            create_lock(hidden.folder / LOCK, token)
+        except OSError:
+            hidden.folder.rmdir()
+            raise
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=parent, do="choose another folder") from e
     lock = None

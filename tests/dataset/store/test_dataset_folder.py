@@ -71,12 +71,14 @@ def test_a_write_beyond_the_file_size_limit_is_reported_and_leaves_nothing(tmp_p
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("held", ["Store(root=path).locked()", "new_folder(path / 'new')"])
 @pytest.mark.parametrize("room", [0, 20])
-def test_a_lock_for_which_there_is_no_room_is_not_left(tmp_path, room) -> None:
+def test_a_lock_for_which_there_is_no_room_is_not_left(tmp_path, room, held) -> None:
     code = (
         "import sys; from pathlib import Path; from spin_usd.dataset.store.dataset_folder import Store\n"
-        "from spin_usd.errors import OutputError\n"
-        "try: Store(root=Path(sys.argv[1])).locked().__enter__()\n"
+        "from spin_usd.dataset.store.new_folder import new_folder; from spin_usd.errors import OutputError\n"
+        "path = Path(sys.argv[1])\n"
+        f"try: {held}.__enter__()\n"
         "except OutputError as e: print(e); sys.exit(7)"
     )
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))  # noqa: E731
