@@ -24,6 +24,7 @@ from spin_usd.dataset.store.hold import await_token, held
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.lock import take_lock, token_in
 from spin_usd.dataset.store.names import CACHE, DESCRIPTION, RECORDS, SHARDS, STAGE, is_record
+from spin_usd.dataset.store.stage_path import ROOT_LAYER
 from spin_usd.errors import InputError, OutputError
 from spin_usd.files.changes import remove_tree
 from spin_usd.files.folder import Folder
@@ -94,7 +95,9 @@ class Store:
         if not held:
             return
         if DESCRIPTION not in held and not {STAGE, RECORDS} < set(held) <= {*OWN, LOCK}:
-            raise InputError(f"holds {held[0]} but no {DESCRIPTION}", where=self.root, do="choose an empty folder")
+            stage = "is a stage, and a dataset's folder is expected" if ROOT_LAYER in held else None
+            found = stage or f"holds {held[0]} but no {DESCRIPTION}"
+            raise InputError(found, where=self.root, do="choose an empty folder")
         self._refuse_other_types() if strange_stays else self.refuse_strange()
         if DESCRIPTION in held:
             self._refuse_other_description()

@@ -5,10 +5,13 @@ from pathlib import Path
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.errors import InputError
 
+ROOT_LAYER = "dataset.usda"
+"""The root layer in a folder that `author` made."""
+
 
 def root_layer(path: Path) -> Path:
     """Return the root layer that `path` means: in a folder that `author` made, its dataset.usda."""
-    inside = path / "dataset.usda"
+    inside = path / ROOT_LAYER
     return inside if inside.is_file() else path
 
 

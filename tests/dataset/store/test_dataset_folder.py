@@ -202,3 +202,9 @@ def test_a_file_can_be_placed_by_its_digest(tmp_path) -> None:
     digest = write_atomically(Folder(tmp_path), "new", lambda path: path.write_text("n"), work=tmp_path, place=place)
     assert files(tmp_path) == {f"in/{digest}"}
     assert sha256_of(tmp_path / "in" / digest) == digest
+
+
+def test_a_stage_is_not_taken_for_a_datasets_folder(tmp_path) -> None:
+    (tmp_path / "dataset.usda").write_text("#usda 1.0")
+    with pytest.raises(InputError, match="is a stage, and a dataset's folder is expected; choose an empty folder"):
+        Store(root=tmp_path).prepare()
