@@ -7,8 +7,10 @@ from typing import Any, get_args, get_type_hints
 import typer
 from typer.core import TyperArgument, TyperCommand, TyperGroup, TyperOption
 
-from spin_usd.errors import InputError
 from spin_usd.files.url import refuse_unless_path
+
+OUT = "out"
+"""The option that is a path, or of some commands a URL too; it may never be empty."""
 
 
 def without_types_of_flags(params: list[Any]) -> list[Any]:
@@ -28,7 +30,7 @@ class Group(TyperGroup):
 
 class Command(TyperCommand):
     """One command. It raises typer.BadParameter, which is wrong usage, for a repeated option that holds one value, and
-    for a path that is empty or a URL."""
+    InputError for a path that is empty, or a URL where that is not allowed."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         return without_types_of_flags(super().get_params(ctx))
@@ -42,9 +44,9 @@ class Command(TyperCommand):
                 raise typer.BadParameter("is given more than once", ctx=ctx, param=option)
         paths = self._paths()
         for param in params:
-            for path in _each(values[param.name]) if param.name in paths else ():
-                if isinstance(path, str):  # and not typer's mark of an argument that was not given
-                    _refuse_unless_path(path, ctx, param)
+            for path in _each(values[param.name]) if param.name in paths or param.name == OUT else ():
+                if path == "" or (isinstance(path, str) and param.name in paths):  # typer marks what was not given
+                    refuse_unless_path(path, _name(param))
         return super().parse_args(ctx, args)
 
     def _paths(self) -> set[str]:
@@ -53,13 +55,9 @@ class Command(TyperCommand):
         return {name for name, hint in hints.items() if Path in (hint, *get_args(hint))}
 
 
-def _refuse_unless_path(given: Any, ctx: Any, param: TyperOption | TyperArgument) -> None:
-    if given == "":
-        raise typer.BadParameter("is empty", ctx=ctx, param=param)
-    try:
-        refuse_unless_path(given, str(param.name))
-    except InputError as error:
-        raise typer.BadParameter(str(error), ctx=ctx, param=param) from None
+def _name(param: TyperOption | TyperArgument) -> str:
+    """Return what the user calls it: --out, or SHARD."""
+    return param.opts[0] if isinstance(param, TyperOption) else str(param.metavar or param.name)
 
 
 def _each(value: Any) -> tuple[Any, ...]:

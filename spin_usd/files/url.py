@@ -31,7 +31,9 @@ PACKAGES = {
 
 _URL = re.compile(r"(?:[a-z][a-z0-9+.-]+::)*([a-z][a-z0-9+.-]+)://(/*)[^/].*", re.DOTALL | re.IGNORECASE)
 _BEGINNING = re.compile(r"([a-z][a-z0-9+.-]+):", re.IGNORECASE)  # one letter is a drive
-_FETCH = "fetch it to a folder first, or copy a folder there afterwards (aws s3 sync, gcloud storage rsync)"
+_LOCAL = re.compile(r"file:(?://)?(/[^/].*)", re.DOTALL | re.IGNORECASE)
+_WRITTEN = ("out", "folder")
+_COPY = "(aws s3 sync, gcloud storage rsync)"
 
 
 def is_url(given: str | Path) -> bool:
@@ -52,7 +54,16 @@ def refuse_unless_path(given: str | Path, name: str) -> None:
     if given == "":
         raise InputError(f"{name} is ''", do="make it a path; the current folder is '.'")
     if _scheme(given):
-        raise InputError("is a URL, and a path is expected", where=given, do=_FETCH)
+        raise InputError("is a URL, and a path is expected", where=given, do=_instead(str(given), name))
+
+
+def _instead(url: str, name: str) -> str:
+    """Say what to do where the argument called `name` is a URL: what to give, or how to come by a folder."""
+    if local := _LOCAL.fullmatch(url):
+        return f"give {local[1]}"
+    if name.removeprefix("--") in _WRITTEN:
+        return f"give a folder, and copy that there afterwards {_COPY}"
+    return f"fetch it to a folder first {_COPY}"
 
 
 def to_install(url: str) -> str:

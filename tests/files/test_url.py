@@ -14,8 +14,10 @@ from spin_usd.files.url import is_url, refuse_unless_path, to_install
 )
 def test_urls(given) -> None:
     assert is_url(given)
-    with pytest.raises(InputError, match="is a URL, and a path is expected; fetch it"):
+    with pytest.raises(InputError, match=r"is a URL, and a path is expected; (fetch it|give /data$)"):
         refuse_unless_path(given, "stage")
+    with pytest.raises(InputError, match=r"is expected; give (a folder, and copy that there|/data$)"):
+        refuse_unless_path(given, "--out")
 
 
 @pytest.mark.parametrize("given", ["dataset", "/data/s3:/x", "a b://c", "C:/data", "10:30", "a:b", ".", Path(), "x//y"])
@@ -55,8 +57,8 @@ URLS = [
     ("export", ("s3://b/x", "--to", "bop", "--out", "c"), "is a URL, and a path is"),
     ("author", ("--minimal", "--out", "s3://b/x"), "is a URL, and a path is"),
     ("doctor", ("--folder", "./s3:/b"), "is a URL, and a path is"),
-    ("render", ("stage", "--out", ""), "out is ''"),
-    ("merge", ("a", "", "--out", "c"), "is empty"),
+    ("render", ("stage", "--out", ""), "--out is ''"),
+    ("merge", ("a", "", "--out", "c"), "SHARD is ''; make it a path"),
 ]
 
 

@@ -113,7 +113,7 @@ def test_a_picture_is_missing_once_whatever_the_partitions(make, made, tmp_path)
 
 @pytest.mark.parametrize("given", [["", "--out", "m"], ["a", "--out", ""]])
 def test_an_empty_path_is_not_the_current_folder(spin_usd, given) -> None:
-    assert "is empty" in spin_usd("merge", *given, code=2).stderr
+    assert "is ''; make it a path" in spin_usd("merge", *given, code=2).stderr
     with pytest.raises(InputError, match=r"out is ''; make it a path"):
         package.merge("a", out="")
 
