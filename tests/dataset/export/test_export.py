@@ -173,6 +173,7 @@ def with_parts(dataset, count) -> None:
     (dataset / "dataset.json").write_text(json.dumps(described))
 
 
+@pytest.mark.slow
 def test_more_parts_than_the_numbers_hold_are_refused(rendered, tmp_path) -> None:
     dataset = clone(rendered, tmp_path / "parts", [{"frame": "a"}])
     with_parts(dataset, 300)

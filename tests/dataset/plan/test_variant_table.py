@@ -186,6 +186,7 @@ def test_damaged_measurements_are_none(tmp_path, text) -> None:
     assert read_measured(Folder(tmp_path), "measured.json") == Timings()
 
 
+@pytest.mark.slow
 def test_the_command_counts_what_a_dataset_lacks(spin_usd, augmented, tmp_path) -> None:
     options = ["--renderer", "raycast", "--samples", "1"]
     spin_usd("render", augmented, "--out", tmp_path / "data", "--frames", "0:2", *options)

@@ -406,6 +406,7 @@ def test_pruning_removes_what_the_stage_does_not_have_and_nothing_else(small_sta
     assert (found["code"], found["where"], found["severity"]) == ("stray", "image/nominal/notes.txt", "warning")
 
 
+@pytest.mark.slow
 def test_a_kill_while_pruning_leaves_no_record_of_what_is_gone(small_stage, shorter, dataset, monkeypatch) -> None:
     make(small_stage, dataset)
     unlink = os.unlink

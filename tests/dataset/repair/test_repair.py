@@ -60,6 +60,7 @@ def test_what_is_damaged_or_lost_is_made_again_to_the_byte(whole, dataset, spin_
     assert repair(dataset, progress=ignore).repaired == []
 
 
+@pytest.mark.slow
 def test_a_record_that_lies_and_a_damaged_render_are_made_again(whole, dataset) -> None:
     record = dataset / "records" / "nominal" / "img000001.json"
     value = json.loads(record.read_text())

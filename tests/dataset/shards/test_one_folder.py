@@ -34,7 +34,8 @@ def start(stage, out, shard, renderer):
     )
 
 
-@pytest.mark.parametrize("renderer", ["raycast", pytest.param("blender", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("renderer", ["raycast", "blender"])
 def test_three_at_once_make_the_bytes_of_one_run(stage, whole, make, tmp_path, renderer) -> None:
     if renderer == "blender":
         make(tmp_path / "whole", renderer=renderer)
@@ -120,6 +121,7 @@ def test_a_shard_of_another_partition_is_refused_while_the_manifest_is_there(tmp
     refuse_other_shards(store, other, replaced=False)
 
 
+@pytest.mark.slow
 def test_shards_of_one_folder_are_partitioned_anew_after_a_run_without_shards(make, tmp_path) -> None:
     assert make(tmp_path, "0/4").made
     before = content(tmp_path)

@@ -197,6 +197,7 @@ def test_two_workers_make_no_pass_twice_and_the_same_bytes(stage, whole, tmp_pat
     assert {p.name for p in cached(tmp_path / "two")} == {p.name for p in cached(whole)}
 
 
+@pytest.mark.slow
 def test_two_workers_make_no_pass_of_a_single_frame_twice(stage, tmp_path) -> None:
     """All variants need the first one's labels."""
     assert passes(make(stage, tmp_path / "two", workers=2, frames="0:1")) == (6, 2, 4, 3, 3)
@@ -221,6 +222,7 @@ def test_a_run_says_what_was_shared(stage, tmp_path, spin_usd) -> None:
     assert (report["made"], report["reused"], report["renders"], report["renders_shared"]) == (0, 2, 0, 0)
 
 
+@pytest.mark.slow
 def test_without_a_cache_the_results_are_the_same(stage, whole, tmp_path, spin_usd) -> None:
     out = tmp_path / "dataset"
     assert passes(make(stage, out, keep_cache=False)) == (18, 6, 12, 9, 9)
