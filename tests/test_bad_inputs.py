@@ -331,8 +331,9 @@ def test_a_stage_that_multiplies_without_end_is_refused(tmp_path) -> None:
         for i in range(30)
     )
     (tmp_path / "stage.usda").write_text(HEAD + doubling + 'def "D30"\n{\n}\n' + stage(CAMERA, TARGET, head=""))
+    request = RenderRequest(stage=tmp_path / "stage.usda", effort=Effort())
     with pytest.raises(SpinError, match=r"stage\.usda: has more than 200000 prims"):
-        render(RenderRequest(stage=tmp_path / "stage.usda"), tmp_path / "data", progress=lambda *_: None)
+        render(request, tmp_path / "data", progress=lambda *_: None)
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
 
 

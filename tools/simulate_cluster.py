@@ -25,6 +25,7 @@ from spin_usd.dataset.plan.cost import expected_bytes, expected_work
 from spin_usd.dataset.plan.make_plan import sharing
 from spin_usd.dataset.plan.wall_time import OPEN_S, PLANNED_S, PLANNING_S, START_S
 from spin_usd.dataset.plan.work import RunOptions, Task
+from spin_usd.dataset.process.open_renderer import default_effort
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options
 from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.store.stage_path import existing_stage
@@ -61,6 +62,7 @@ def simulated(options: argparse.Namespace) -> dict[str, Any]:
     request = RenderRequest(
         stage=options.stage,
         variants=tuple(options.variants.split(",")),
+        effort=default_effort(options.renderer),
         renderer=options.renderer,
         frames=f"::{options.every}",
     )

@@ -1,11 +1,12 @@
 """Work out the renderer's setting from samples, an effort, a quality or an error: the ways to ask for one."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from spin_usd.accuracy.measurement import Configuration
 from spin_usd.dataset.plan import effort_choice
 from spin_usd.dataset.plan.effort_choice import Chosen
-from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, default_effort, renderer_entry
 from spin_usd.dataset.store.measurement_file import measurement_file
 from spin_usd.errors import InputError
 from spin_usd.scene.effort import Effort, parse_effort
@@ -34,7 +35,8 @@ def setting_of(
         effort_choice.error_bound(error)  # a wrong one is told before a measurement is asked for
         return effort_choice.by_error(error, measurement_file(stage, measured), renderer=renderer)
     chosen = None
-    tried = Effort() if samples is None else Effort(samples=samples)
+    usual = default_effort(renderer)
+    tried = usual if samples is None else replace(usual, samples=samples)
     if effort is not None:
         tried = parse_effort(_said(effort))
     if quality is not None:

@@ -50,9 +50,9 @@ def render(
         out: the dataset's folder, or a URL that fsspec knows, such as "s3://bucket/name".
         frames: some of the frames, "A:B:STEP" as Python slices.
         variants: names, or patterns such as "noisy_*", or "all"; the stage's own selection if not given.
-        samples: light samples per pixel; 16 by default.
+        samples: light samples per pixel, instead of the 16 of quality "standard"; the denoiser stays on.
         effort: all that a picture may cost, such as "samples=16,denoiser=fast".
-        quality: "preview", "draft", "standard" or "reference".
+        quality: "preview", "draft", "standard" or "reference"; "standard" where nothing else is asked for.
         error: the cheapest effort measured within this relative error, or within "auto".
         measured: a measurement for that, instead of the one beside the stage.
         seed: instead of the stage's own.

@@ -17,7 +17,12 @@ Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the frames, counted from 0 as Python slices.")
 ]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Light samples per pixel; 16 by default.")]
+Samples = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N", help="Light samples per pixel instead of the 16 of quality standard; the denoiser stays on."
+    ),
+]
 EffortText = Annotated[
     str | None,
     typer.Option(
@@ -27,7 +32,8 @@ EffortText = Annotated[
     ),
 ]
 Quality = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Settings by a name: preview, draft, standard or reference.")
+    str | None,
+    typer.Option(metavar="NAME", help="Settings by a name: preview, draft, standard (the default) or reference."),
 ]
 Error = Annotated[
     str | None,

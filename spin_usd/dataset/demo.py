@@ -5,6 +5,7 @@ from pathlib import Path
 
 from spin_usd import resources
 from spin_usd.dataset.process.ask_child import ask_child
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, default_effort
 from spin_usd.dataset.read.contact_sheet import write_contact_sheet
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.render.render import render
@@ -12,10 +13,8 @@ from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
-from spin_usd.scene.effort import Effort
 
 POSES = "tango_speedplus_poses.json"
-SAMPLES = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +37,7 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
         poses = resources.stages() / "examples" / POSES
         folder = str(stage.parent.absolute())
         ask_child("author", reads=poses, poses=str(poses), target="tango", camera="speedplus", out=folder)
-    dataset, request = out / "dataset", RenderRequest(stage=stage, effort=Effort(samples=SAMPLES))
+    dataset, request = out / "dataset", RenderRequest(stage=stage, effort=default_effort(DEFAULT_RENDERER))
     report = render(request, dataset, workers=workers, progress=progress)
     sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")
     return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)

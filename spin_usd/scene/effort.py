@@ -16,7 +16,8 @@ LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, an
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """The settings that decide a render's cost and accuracy. The defaults are those of `render`.
+    """The settings that decide a render's cost and accuracy. The defaults are those of an effort's text, which names
+    what differs from plain path tracing; what `render` does by itself is DEFAULT_QUALITY.
 
     samples: rays through each pixel · adaptive: the noise at which a pixel takes no more of them, 0.01 to 0.1 as usual;
     it is looked at after every 16th, as Cycles measures it in unit light; 0: every pixel takes all · denoiser: quality
@@ -85,6 +86,9 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
     }
 )
 """Efforts that have a name, the cheapest first: chosen from the measured fronts of three stages (README)."""
+
+DEFAULT_QUALITY = "standard"
+"""The quality of a render that is not asked for any."""
 
 
 def parse_effort(text: str) -> Effort:

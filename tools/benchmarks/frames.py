@@ -91,7 +91,7 @@ def start(
     makers = {}
     for name, renderer in ((OURS, "blender"), (LABELS, "raycast")):
         settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
-        kinds = RenderRequest(stage=stage, image=renderer == "blender").kinds
+        kinds = RenderRequest(stage=stage, effort=effort, image=renderer == "blender").kinds
         makers[name] = _ours(stage, folder / renderer, settings, kinds, stack)
     peers, left_out = start_all(first, folder, options.samples, options.mitsuba_python)
     for peer in peers:

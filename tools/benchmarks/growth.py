@@ -117,7 +117,7 @@ def timed(case: Case, stage: Path, out: Path) -> dict[str, float]:
     the largest of them. The folder is emptied again."""
     with tempfile.TemporaryDirectory(dir=out.parent) as fresh:
         variants = ["--variants", "all"] if case.variants > 1 else []
-        done = run("render", stage, "--samples", case.samples, *variants, "--out", Path(fresh) / "dataset")
+        done = run("render", stage, "--effort", f"samples={case.samples}", *variants, "--out", Path(fresh) / "dataset")
     return {"wall_s": done.wall_s, "cpu_s": done.cpu_s, "memory_bytes": done.memory_bytes}
 
 

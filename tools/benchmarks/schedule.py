@@ -25,6 +25,7 @@ from spin_usd.dataset.plan import wall_time
 from spin_usd.dataset.plan.make_plan import sharing
 from spin_usd.dataset.plan.wall_time import Work
 from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, default_effort
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -76,7 +77,7 @@ def of_round(options: argparse.Namespace, matt: Path, earth: Path, folder: Path)
 
 def planning(stage: Path, frames: str | None) -> float:
     began = time.perf_counter()
-    plan(RenderRequest(stage=stage, frames=frames), progress=lambda *_: None)
+    plan(RenderRequest(stage=stage, effort=default_effort(DEFAULT_RENDERER), frames=frames), progress=lambda *_: None)
     return time.perf_counter() - began
 
 
@@ -125,7 +126,7 @@ class Maker:
     nothing."""
 
     def __init__(self, child: Child, renderer: str, stage: Path, out: Path, cpus: Sequence[int]) -> None:
-        request = RenderRequest(stage=stage, renderer=renderer)
+        request = RenderRequest(stage=stage, effort=default_effort(renderer), renderer=renderer)
         settings = RenderSettings(renderer=renderer, effort=request.effort, seed=0)
         options = WorkerOptions(
             root=str(out),

@@ -45,7 +45,7 @@ def of_spec(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[di
     workers = ["--workers", options.workers] if options.workers else []
     for samples in options.samples:
         of = {
-            what: [stage, "--samples", samples, "--variants", ",".join(variants)]
+            what: [stage, "--effort", f"samples={samples}", "--variants", ",".join(variants)]
             for what, variants in (("one", names[:1]), ("all", names))
         }
         case: dict[str, Any] = {"spec": Path(spec).stem, "augmentations": len(names), "samples": samples}

@@ -12,6 +12,7 @@ from platform import python_version
 from typing import TYPE_CHECKING, Any
 
 from spin_usd.errors import InputError, UnsupportedError
+from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
 
 if TYPE_CHECKING:
     from spin_usd.renderers.renderer import Renderer
@@ -91,6 +92,13 @@ def renderer_entry(name: str) -> RendererEntry:
     if name not in RENDERERS:
         raise InputError(f"there is no renderer {name!r}", do=f"choose {' or '.join(RENDERERS)}")
     return RENDERERS[name]
+
+
+def default_effort(name: str) -> Effort:
+    """Return the effort of a render that is not asked for one: DEFAULT_QUALITY, as far as the renderer `name` heeds
+    it. Raises InputError where there is no such renderer."""
+    wanted = QUALITIES[DEFAULT_QUALITY]
+    return Effort(**{setting: getattr(wanted, setting) for setting in renderer_entry(name).effort})
 
 
 def require_renderer(name: str) -> None:

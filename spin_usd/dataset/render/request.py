@@ -26,7 +26,7 @@ class RenderRequest:
     stage: Path
     frames: str | None = None
     variants: tuple[str, ...] = ()
-    effort: Effort = Effort()  # noqa: RUF009 - frozen
+    effort: Effort
     chosen: Chosen | None = None
     seed: int | None = None
     renderer: str = DEFAULT_RENDERER

@@ -11,6 +11,7 @@ from spin_usd.dataset.diff.in_child.selection import Selection
 from spin_usd.dataset.render.request import RenderRequest, plan
 from spin_usd.errors import InputError, SpinError
 from spin_usd.scene.derived.content_keys import KEYS
+from spin_usd.scene.effort import Effort
 from tests.cases.root_layers import over_stage
 
 SETS = """
@@ -117,7 +118,7 @@ def test_what_counts_only_with_others_is_found_by_undoing_it(stage) -> None:
 
 def test_the_keys_that_differ_are_those_of_the_plan(stage) -> None:
     """The plan's exposure keys hold the picture's own seed; the others are the same in both."""
-    request = RenderRequest(stage=stage, variants=("nominal", "turned"), renderer="blender")
+    request = RenderRequest(stage=stage, variants=("nominal", "turned"), effort=Effort())
     pictures = plan(request, progress=quiet).pictures
     of = {name: [p for p in pictures if p.variant == name] for name in request.variants}
     answer = diff(stage, "nominal", "turned")

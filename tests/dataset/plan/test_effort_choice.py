@@ -94,8 +94,9 @@ def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stag
 @pytest.mark.parametrize(
     ("ways", "effort"),
     [
-        ({}, Effort()),
-        ({"samples": 5}, Effort(samples=5)),
+        ({}, QUALITIES["standard"]),
+        ({"samples": 5}, Effort(samples=5, denoiser="fast")),
+        ({"effort": "samples=5"}, Effort(samples=5)),
         ({"effort": "samples=5,denoiser=high,bounces=0"}, Effort(samples=5, denoiser="high", bounces=0)),
     ],
 )

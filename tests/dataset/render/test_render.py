@@ -436,7 +436,7 @@ def test_what_is_no_record_is_not_pruned(shorter, dataset, text) -> None:
         path.write_text(text)
     before = {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()}
     with pytest.raises(InputError, match="precious"):
-        render(RenderRequest(stage=shorter, renderer="raycast"), dataset, prune=True, progress=quiet)
+        render(RenderRequest(stage=shorter, renderer="raycast", effort=FEW), dataset, prune=True, progress=quiet)
     assert {path: path.read_bytes() for path in dataset.rglob("*") if path.is_file()} == before
 
 

@@ -52,7 +52,7 @@ def killing(most):
 
 
 def test_a_planning_child_that_is_killed_is_replaced(small_stage) -> None:
-    request = RenderRequest(stage=small_stage, renderer="raycast")
+    request = RenderRequest(stage=small_stage, renderer="raycast", effort=FEW)
     with killing(most=KILLED - 1) as killed:
         planned = plan(request, progress=ignore)
     assert len(killed) == KILLED - 1
@@ -60,7 +60,7 @@ def test_a_planning_child_that_is_killed_is_replaced(small_stage) -> None:
 
 
 def test_planning_children_that_are_killed_again_and_again_are_not_the_stages_fault(small_stage) -> None:
-    request = RenderRequest(stage=small_stage, renderer="raycast")
+    request = RenderRequest(stage=small_stage, renderer="raycast", effort=FEW)
     with killing(most=100) as killed, pytest.raises(RenderError, match=f"killed|SIGKILL.*, {KILLED} times") as raised:
         plan(request, progress=ignore)
     assert len(killed) == KILLED
