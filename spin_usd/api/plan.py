@@ -9,6 +9,7 @@ from spin_usd.api.request import render_request
 from spin_usd.dataset.render import request as rendering
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.progress import Progress, ignore
+from spin_usd.scene.effort import CPU
 
 
 @checked
@@ -27,6 +28,7 @@ def plan(
     labels: str | Sequence[str] = "default",
     labels_only: bool = False,
     renderer: str | None = None,
+    device: str = CPU,
     radiance: bool = False,
     image_format: str = "png",
     explain: bool = False,
@@ -53,6 +55,7 @@ def plan(
         labels=labels,
         labels_only=labels_only,
         renderer=renderer,
+        device=device,
         radiance=radiance,
         image_format=image_format,
     )

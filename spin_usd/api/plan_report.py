@@ -1,7 +1,7 @@
 """The report that `plan` returns."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.measured_cost import measured_beside
 from spin_usd.dataset.plan.skipped_work import SkippedCount
 from spin_usd.dataset.plan.variant_table import VariantTable, variant_table
+from spin_usd.dataset.process.devices import AUTO
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.render.orphans import orphaned_pictures
 from spin_usd.dataset.render.request import RenderRequest, run_options
@@ -19,7 +20,7 @@ from spin_usd.dataset.render.workers import default_workers
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.scene.derived.view_text import sentences
 from spin_usd.scene.derived.views import Views
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,12 +28,12 @@ class PlanReport:
     """The pictures that a render would make, and about what they cost.
 
     cost: a row for each variant, and their total · pictures: how many are planned of each variant · workers: processes
-    that a render would start · seconds: about the wall-clock time with them · renderer, effort: how the pictures are
-    made · chosen: why with that effort, None where it was given · stages: by variant, what a record says of the stage ·
-    views: what the pictures show, where that is known · notes: sentences on what a user should know · skipped: the work
-    that no picture needs, None where it was not asked for · orphans: records in the dataset of pictures that the stage
-    does not have · other_stage: the inputs and options in which the stage of the dataset's pictures differs from this
-    one.
+    that a render would start · seconds: about the wall-clock time with them · renderer, device, effort: how the
+    pictures are made · chosen: why with that effort, None where it was given · stages: by variant, what a record says
+    of the stage · views: what the pictures show, where that is known · notes: sentences on what a user should know ·
+    skipped: the work that no picture needs, None where it was not asked for · orphans: records in the dataset of
+    pictures that the stage does not have · other_stage: the inputs and options in which the stage of the dataset's
+    pictures differs from this one.
     """
 
     cost: VariantTable
@@ -40,6 +41,7 @@ class PlanReport:
     workers: int
     seconds: float
     renderer: str
+    device: str
     effort: Effort
     chosen: Chosen | None
     stages: Mapping[str, Mapping[str, Any]]
@@ -57,6 +59,7 @@ class PlanReport:
             "orphans": len(self.orphans),
             "other_stage": self.other_stage,
             "renderer": self.renderer,
+            "device": self.device,
             "effort": asdict(self.effort),
             "chosen": self.chosen.as_json(self.stages) if self.chosen else None,
             "notes": self.notes,
@@ -86,12 +89,22 @@ def report_of(request: RenderRequest, plan: Plan, dataset: Path | None, *, expla
         workers=workers,
         seconds=cost.seconds(workers, len(usable_cpus())),
         renderer=request.renderer,
+        device=plan.settings.device,
         effort=request.effort,
         chosen=request.chosen,
         stages=plan.stages,
         views=plan.views,
-        notes=(*doubts(request.chosen, plan.stages), *damage, *plan.notes, *remarks),
+        notes=(*doubts(request.chosen, plan.stages), *damage, *_of_device(request, plan), *plan.notes, *remarks),
         skipped=plan.skipped if explained else None,
         orphans=tuple(orphaned_pictures(store, plan)) if store else (),
         other_stage=other_origin(store, plan) if store else (),
     )
+
+
+def _of_device(request: RenderRequest, plan: Plan) -> Iterator[str]:
+    """Yield which device renders the light, where that was not said, and what is not known of it."""
+    device = plan.settings.device
+    if request.device == AUTO:
+        yield f"--device auto: light is rendered on {device}"
+    if device != CPU:
+        yield f"what a picture costs on {device} is not known: times are those of the CPU"

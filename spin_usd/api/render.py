@@ -10,6 +10,7 @@ from spin_usd.dataset.render.report import RenderReport
 from spin_usd.dataset.shards.shard import Shard
 from spin_usd.files.url import is_url
 from spin_usd.progress import Note, Progress, ignore, unsaid
+from spin_usd.scene.effort import CPU
 
 
 @checked_but_urls("out")
@@ -28,6 +29,7 @@ def render(
     labels: str | Sequence[str] = "default",
     labels_only: bool = False,
     renderer: str | None = None,
+    device: str = CPU,
     radiance: bool = False,
     image_format: str = "png",
     workers: int | None = None,
@@ -59,6 +61,8 @@ def render(
         labels: names, "default", "all" or "none".
         labels_only: write no image.
         renderer: "blender" or "raycast"; blender by default.
+        device: what renders the light: "cpu", "optix", "cuda", "hip", "metal" or "oneapi", or "auto": the best that
+            this machine has for the stage. Labels are the CPU's.
         radiance: write linear radiance too.
         image_format: "png" or "jpg".
         workers: worker processes; as many as fit if not given.
@@ -90,6 +94,7 @@ def render(
         labels=labels,
         labels_only=labels_only,
         renderer=renderer,
+        device=device,
         radiance=radiance,
         image_format=image_format,
     )

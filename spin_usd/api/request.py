@@ -24,6 +24,7 @@ def render_request(
     labels: str | Sequence[str],
     labels_only: bool,
     renderer: str | None,
+    device: str,
     radiance: bool,
     image_format: str,
 ) -> RenderRequest:
@@ -48,6 +49,7 @@ def render_request(
         chosen=chosen,
         seed=seed,
         renderer=setting.renderer,
+        device=device,
         labels=_label_names(labels),
         offered=tuple(CLOUD_LABELS) if "all" in names_in(labels) else (),
         image=not labels_only,

@@ -60,6 +60,14 @@ RendererName = Annotated[
     str | None,
     typer.Option("--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} by default."),
 ]
+DeviceName = Annotated[
+    str,
+    typer.Option(
+        "--device",
+        metavar="NAME",
+        help="What renders the light: cpu, optix, cuda, hip, metal or oneapi; auto for the best that is there.",
+    ),
+]
 RadianceOption = Annotated[bool, typer.Option("--radiance", help="Also write linear radiance as EXR.")]
 NoCache = Annotated[
     bool, typer.Option("--no-cache", help="Keep no renders for later runs; changes no byte of a picture.")

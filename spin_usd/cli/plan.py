@@ -37,6 +37,7 @@ def plan(
     labels: options.Labels = "default",
     labels_only: options.LabelsOnly = False,
     renderer: options.RendererName = None,
+    device: options.DeviceName = "cpu",
     radiance: options.RadianceOption = False,
     image_format: options.ImageFormat = "png",
     explain: Annotated[
@@ -60,6 +61,7 @@ def plan(
             labels=labels,
             labels_only=labels_only,
             renderer=renderer,
+            device=device,
             radiance=radiance,
             image_format=image_format,
             explain=explain,

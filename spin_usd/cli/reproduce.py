@@ -12,21 +12,35 @@ from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.errors import FINDINGS
 
+OTHER_DEVICE = (
+    "made on {}, and made again on {}: the image's bytes may differ, for each device rounds in its own way; labels are "
+    "always the CPU's"
+)
+
 
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
     frame: Annotated[str, typer.Argument(help="A frame's name, such as img000001.")],
     variant: Annotated[str, typer.Option(metavar="NAME", help="The variant of the frame.")] = "nominal",
+    device: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="What renders the light: cpu, optix, cuda ...; the recorded one if not given."
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Make one picture again from its provenance and compare it with the one there."""
-    made = spin_usd.reproduce(dataset, frame, variant=variant)
+    made = spin_usd.reproduce(dataset, frame, variant=variant, device=device)
     if as_json:
         show(json.dumps(made.as_json()))
     else:
         for file in made.files:
             word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
             show(f"{word:9}  {file.path}")
+        recorded, now = made.devices
+        if recorded != now:
+            show_notes([OTHER_DEVICE.format(recorded, now)])
         changed = made.versions.items()
         show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
     if not made.same:

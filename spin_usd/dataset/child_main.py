@@ -116,6 +116,11 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
 
         return asdict(exported(ExportRequest.from_json(request), progress=progress))
 
+    def graphics_processors() -> Any:
+        from spin_usd.dataset.process.open_renderer import graphics_processors as found
+
+        return found()
+
     def measure(what: str, **arguments: Any) -> Any:
         return getattr(measuring, what)(**arguments)
 
@@ -148,6 +153,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         "check_stage": check_stage,
         "diff": diff,
         "export": export,
+        "graphics_processors": graphics_processors,
         "measure": measure,
         "open_measuring": open_measuring,
         "open_worker": open_worker,

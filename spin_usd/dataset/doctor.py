@@ -12,13 +12,15 @@ from pathlib import Path
 import psutil
 
 import spin_usd
-from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import rendering_memory
+from spin_usd.dataset.process.devices import graphics_processors
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.dataset.process.versions import LIBRARIES
 from spin_usd.dataset.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import SpinError
+from spin_usd.scene.effort import CPU
 
 DISK_WANTED = 5 << 30
 
@@ -44,6 +46,7 @@ def examine(folder: Path) -> Iterator[Line]:
         yield _library(name)
     yield from _children()
     yield _processors()
+    yield _devices()
     yield _memory()
     yield _disk(folder)
 
@@ -79,6 +82,17 @@ def _processors() -> Line:
     return Line(
         subject="processors", found=f"{len(usable_cpus())} usable; render would start {default_workers()} workers"
     )
+
+
+def _devices() -> Line:
+    """List what can render light besides the CPU."""
+    try:
+        found = graphics_processors()
+    except ChildDiedError as died:
+        remedy = "look after the graphics driver; --device cpu does not need it"
+        return Line(subject="devices", found=f"{CPU}; the search for others failed: {died}", remedy=remedy)
+    more = [f"{name} ({', '.join(models)})" for name, models in found.items()]
+    return Line(subject="devices", found="; ".join([CPU, *more]))
 
 
 def _memory() -> Line:

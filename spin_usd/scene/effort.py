@@ -7,6 +7,7 @@ from typing import Any
 
 from spin_usd.errors import InputError
 
+CPU = "cpu"  # the device that renders light where no other is asked for
 DENOISERS = ("none", "fast", "balanced", "high")
 MAX_SAMPLES = 1 << 20
 MAX_BOUNCES = 1024  # as many as Cycles takes

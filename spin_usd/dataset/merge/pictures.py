@@ -12,6 +12,7 @@ from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import finite_json
+from spin_usd.scene.effort import CPU
 
 AGAIN = "render that picture again, or leave that dataset out"
 
@@ -86,7 +87,8 @@ def _settings(record: Mapping[str, Any], picture: MergedPicture) -> dict[str, An
         provenance = record["provenance"]
         render = provenance["render"]
         seed = provenance["seed"]["dataset"]
-        return {"renderer": render["renderer"], "effort": render["effort"], "seed": seed}
+        device = render.get("device", CPU)
+        return {"renderer": render["renderer"], "device": device, "effort": render["effort"], "seed": seed}
     except (KeyError, TypeError):
         do = repair_of(picture.source.store.root)
         raise InputError("does not say how it was rendered", where=picture.path, do=do) from None

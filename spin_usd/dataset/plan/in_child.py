@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.plan.device_choice import chosen_device
 from spin_usd.dataset.plan.make_plan import COLUMNS, PLANNING
 from spin_usd.dataset.plan.skipped_work import SkippedWorkCounter
 from spin_usd.dataset.plan.target_coverage import Coverage
@@ -23,6 +24,7 @@ from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.views import ViewCollector
+from spin_usd.scene.effort import CPU
 from spin_usd.scene.finding import in_sentences
 from spin_usd.scene.model import Scene
 from spin_usd.scene.sensor import Sensor
@@ -35,13 +37,20 @@ PROGRESS_EVERY = 500
 
 
 def open_plan(
-    *, stage: str, variants: Sequence[str], frames: str | None, seed: int | None, copy_to: str | None = None
+    *,
+    stage: str,
+    variants: Sequence[str],
+    frames: str | None,
+    seed: int | None,
+    devices: Sequence[str] = (CPU,),
+    copy_to: str | None = None,
 ) -> dict[str, Any]:
     """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
     which of them are chosen, what the stage was made from, and what dataset.json says of the target.
 
-    `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `copy_to`:
-    first copy the stage into that folder and plan from the copy, whose root layer is returned as "root".
+    `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
+    those that may render the light; "device" is the first that can. `copy_to`: first copy the stage into that folder
+    and plan from the copy, whose root layer is returned as "root".
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
     reader = StageReader(root)
@@ -49,10 +58,12 @@ def open_plan(
     if not chosen:
         found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
         raise InputError(found, where=stage, do="count from 0; 0:10 are the first ten")
+    wanted = wanted_variants(variants, reader.variants)
     return {
         "root": str(root),
         "seed": reader.seed if seed is None else seed,
-        "variants": wanted_variants(variants, reader.variants),
+        "variants": wanted,
+        "device": chosen_device(devices, _scenes(root, reader, wanted, chosen)),
         "known_variants": list(reader.variants),
         "names": [frame.name for frame in reader.frames],
         "chosen": [chosen.start, chosen.stop, chosen.step],
@@ -96,6 +107,14 @@ def plan_pictures(
         said = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
         answer.append({"variant": variant, "stage": stage, **said, **planned})
     return answer
+
+
+def _scenes(root: Path, reader: StageReader, variants: Sequence[str], chosen: range) -> Iterator[Scene]:
+    """Yield the scenes of the chosen pictures of the variants."""
+    for variant in variants:
+        reader = StageReader(root, variant=variant, after=reader)
+        for frame in reader.frames[chosen.start : chosen.stop : chosen.step]:
+            yield reader.scene(frame)
 
 
 def _report(progress: Progress, before: int, total: int, done: int) -> None:

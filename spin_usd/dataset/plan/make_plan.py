@@ -17,7 +17,7 @@ from spin_usd.errors import OutputError, SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
 from spin_usd.scene.derived.views import Views, merged
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 
 STATED = ("index", "frame", "time_code")  # by the stage
 COSTLY = ("extent", "light_groups", "features")
@@ -30,7 +30,8 @@ STAGE_SHARE = 2  # of the memory that children merged may take, at most so many 
 @dataclass(frozen=True, kw_only=True)
 class Question:
     """The question that a plan answers: the stage, the variants and the slice of its pictures wanted (as `--frames`),
-    how they are to be rendered, and the image files' extension (None for none). `labels`: those whose keys are
+    how they are to be rendered, and the image files' extension (None for none). `devices`: those that may render the
+    light, the first that can is taken. `labels`: those whose keys are
     asked for. `copy_to`: a folder to copy the stage to first. `explain`: what of the work the scenes do not need."""
 
     stage: Path
@@ -40,6 +41,7 @@ class Question:
     effort: Effort
     seed: int | None
     image_suffix: str | None
+    devices: tuple[str, ...] = (CPU,)
     labels: tuple[str, ...] = ()
     copy_to: Path | None = None
     explain: bool = False
@@ -91,7 +93,9 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
     with Pool[int]() as pool:
         first, opened = _opened(question)
         pool.add(0, first)
-        settings = RenderSettings(renderer=question.renderer, effort=question.effort, seed=opened["seed"])
+        settings = RenderSettings(
+            renderer=question.renderer, effort=question.effort, seed=opened["seed"], device=opened["device"]
+        )
         chosen, variants = range(*opened["chosen"]), opened["variants"]
         count = sharing(len(chosen) * len(variants), processes)
         for number in range(1, count):
@@ -139,6 +143,7 @@ def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
                 variants=question.variants,
                 frames=question.frames,
                 seed=question.seed,
+                devices=question.devices,
                 copy_to=str(question.copy_to) if question.copy_to else None,
                 within_s=PATIENCE_S,
             )

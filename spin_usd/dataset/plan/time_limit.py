@@ -10,20 +10,23 @@ from spin_usd.dataset.plan.wall_time import Work, worker_seconds
 from spin_usd.dataset.plan.work import RunOptions, Task
 
 TIMES, MIN_S = 10.0, 60.0
+GRAPHICS_S = 3600.0  # a driver may compile for minutes before the first picture
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimeLimits:
-    """The time limits of a run's pictures: TIMES as long as each is expected to take, and MIN_S at least.
+    """The time limits of a run's pictures: TIMES as long as each is expected to take.
 
     options: of the run · workers, cores: that share the work · measured: timings of earlier runs and of this one, which
-    grow as it goes on; the slowest counts · given: the user's own limit for all pictures in seconds, None for none.
+    grow as it goes on; the slowest counts · least: seconds that every picture has · given: the user's own limit for all
+    pictures in seconds, None for none.
     """
 
     options: RunOptions
     workers: int
     cores: int
     measured: Sequence[Timings] = ()
+    least: float = MIN_S
     given: float | None = None
 
     def of(self, picture: PlannedPicture, kinds: Sequence[str]) -> float:
@@ -34,4 +37,4 @@ class TimeLimits:
         expected = expected_work(Task(picture=picture, label_pass=True, render=renders), self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
-        return max(MIN_S, TIMES * slowest)
+        return max(self.least, TIMES * slowest)

@@ -25,7 +25,10 @@ from spin_usd.dataset.process.readable import readable
 from spin_usd.errors import RenderError, SpinError
 
 # Whatever else is set (PXR_*, OCIO, OSL*, BLENDER_*, LD_*, PYTHONPATH ...) could change a picture or run foreign code.
-KEPT_VARIABLES = ("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2")
+KEPT_VARIABLES = (
+    *("PATH", "HOME", "LANG", "LC_ALL", "TZ", "SYSTEMROOT", "CYCLES_CPU_NO_AVX2"),
+    *("CUDA_VISIBLE_DEVICES", "HIP_VISIBLE_DEVICES", "ONEAPI_DEVICE_SELECTOR"),
+)
 LOG_TAIL = 2000
 READ_BYTES = 1 << 16
 RSS_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes that ru_maxrss counts

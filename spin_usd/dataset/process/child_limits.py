@@ -18,6 +18,7 @@ PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be ma
 START_PATIENCE_S = 300.0  # for one to open a renderer: Blender is a gigabyte, perhaps on a shared disk
 RENDER_PATIENCE_S = 3600.0  # for one that renders a picture of which nobody said how long it takes
 
+DRIVERS_RESERVE = 1 << 44  # bytes: drivers of graphics processors reserve what all memory of all devices needs
 RESERVED = 4 << 30  # bytes that Blender and its libraries reserve without using them: 2.9 GiB on two processors
 MIN_MEMORY = 2 << 30  # bytes of address space: libraries take 1.3 GiB before they read anything
 MIN_FILES = 64  # open at once
@@ -29,9 +30,10 @@ def reading_memory() -> int:
     return _allowed(max(machine_memory() // 2, MIN_MEMORY))
 
 
-def rendering_memory() -> int:
-    """Return the bytes of address space for a child that renders: all of the memory."""
-    return _allowed(machine_memory() + RESERVED)
+def rendering_memory(*, graphics: bool = False) -> int:
+    """Return the bytes of address space for a child that renders, perhaps on a graphics processor: all of the
+    memory."""
+    return _allowed(machine_memory() + RESERVED + (DRIVERS_RESERVE if graphics else 0))
 
 
 def machine_memory() -> int:

@@ -12,7 +12,7 @@ from platform import python_version
 from typing import TYPE_CHECKING, Any
 
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
+from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
 
 if TYPE_CHECKING:
     from spin_usd.renderers.renderer import Renderer
@@ -25,7 +25,8 @@ class RendererEntry:
     """A renderer's description, used before it is opened.
 
     name: in `--renderer` and in records · module, class_name: where its class is · library, python: the library that it
-    needs and that not every Python has, and the Python that has it · effort: the settings of
+    needs and that not every Python has, and the Python that has it · graphics: the module that lists the graphics
+    processors it can use, "" for one that renders on the CPU alone · effort: the settings of
     scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
     does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
     bands of rows · label_costs, image_costs: seconds of one core for each unit of its two passes, where the units are
@@ -37,6 +38,7 @@ class RendererEntry:
     class_name: str
     library: str = ""
     python: str = ""
+    graphics: str = ""
     effort: frozenset[str] = frozenset({"samples"})
     skips_work: bool = False
     bands: bool = False
@@ -51,6 +53,7 @@ _ALL = (
         class_name="BlenderRenderer",
         library="bpy",
         python="3.13",
+        graphics="spin_usd.renderers.blender.graphics",
         effort=frozenset({"samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"}),
         skips_work=True,
         bands=True,
@@ -112,8 +115,17 @@ def require_renderer(name: str) -> None:
         )
 
 
-def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -> "Renderer":
-    """Open the renderer `name`, one of RENDERERS.
+def graphics_processors() -> dict[str, list[str]]:
+    """Return the models of graphics processors that a renderer can use, by the name of the device; loads Blender."""
+    found: dict[str, list[str]] = {}
+    for entry in _ALL:
+        if entry.graphics:
+            found |= import_module(entry.graphics).graphics_processors()
+    return found
+
+
+def open_renderer(name: str, *, device: str = CPU, crop: bool = True, keep: Collection[str] = ()) -> "Renderer":
+    """Open the renderer `name`, one of RENDERERS, to render light on the `device`.
 
     Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
     bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
@@ -121,5 +133,6 @@ def open_renderer(name: str, *, crop: bool = True, keep: Collection[str] = ()) -
     """
     entry = renderer_entry(name)
     options: dict[str, Any] = {"crop": crop, "keep": keep} if entry.skips_work else {}
+    options |= {"device": device} if entry.graphics else {}
     renderer: Renderer = getattr(import_module(entry.module), entry.class_name)(**options)
     return renderer

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.scene.effort import CPU
 
 
 def command_of(request: RenderRequest, out: Path, picture_timeout: float | None, picture: PlannedPicture) -> str:
@@ -20,6 +21,8 @@ def command_of(request: RenderRequest, out: Path, picture_timeout: float | None,
 def _options(request: RenderRequest) -> Iterator[str]:
     """Yield the options that decide the picture."""
     yield from ("--renderer", request.renderer, "--effort", request.effort.text)
+    if request.device != CPU:
+        yield from ("--device", request.device)
     if request.seed is not None:
         yield from ("--seed", str(request.seed))
     yield from ("--labels", "all" if request.offered else ",".join(request.labels) or "none")

@@ -76,6 +76,7 @@ def make_record(
             "keys": {name: key for name, key in picture.keys.items() if key},
             "render": {
                 "renderer": options.settings.renderer,
+                "device": options.settings.device,
                 "effort": asdict(options.settings.effort),
                 "region": [region.x0, region.y0, region.x1, region.y1],
                 **({"chosen": options.chosen.recorded} if options.chosen else {}),

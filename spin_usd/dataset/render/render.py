@@ -17,6 +17,7 @@ from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.errors import InputError
 from spin_usd.files.url import is_url
 from spin_usd.progress import Note, Progress, unsaid
+from spin_usd.scene.effort import CPU
 
 
 def render(
@@ -52,6 +53,9 @@ def render(
     if shard and cluster is not None:
         do = "give one of them: a cluster shares out all pictures by itself"
         raise InputError("--shard and --cluster are given together", do=do)
+    if cluster is not None and request.device != CPU:
+        do = "leave --device out: the workers of a cluster render on processors"
+        raise InputError("--device and --cluster are given together", do=do)
     if workers is not None:
         refuse_workers(workers)
     require_renderer(request.renderer)

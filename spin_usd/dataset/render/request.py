@@ -8,12 +8,13 @@ from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, RADIANCE
 from spin_usd.dataset.plan.effort_choice import Chosen
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import RunOptions
-from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, renderer_entry
+from spin_usd.dataset.process.devices import AUTO, refuse_unknown_device, require_device, usable_devices
+from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS, renderer_entry
 from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.errors import InputError
 from spin_usd.labels.table import CLOUD_LABELS, DEFAULT_LABELS, LABELS, LABELS_OF_SEVERAL, PIXEL_LABELS
 from spin_usd.progress import Progress
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 
 IMAGE_SUFFIXES = (".png", ".jpg")
 
@@ -21,7 +22,8 @@ IMAGE_SUFFIXES = (".png", ".jpg")
 @dataclass(frozen=True, kw_only=True)
 class RenderRequest:
     """The request that a user makes to `render` or `plan`. chosen: why the effort is what it is, where it was not
-    given · offered: labels that are made too where the stage has what they are made of."""
+    given · device: renders the light, one of renderers.device.DEVICES or AUTO · offered: labels that are made too where
+    the stage has what they are made of."""
 
     stage: Path
     frames: str | None = None
@@ -30,6 +32,7 @@ class RenderRequest:
     chosen: Chosen | None = None
     seed: int | None = None
     renderer: str = DEFAULT_RENDERER
+    device: str = CPU
     labels: tuple[str, ...] = DEFAULT_LABELS
     offered: tuple[str, ...] = ()
     image: bool = True
@@ -40,6 +43,9 @@ class RenderRequest:
         for label in self.labels:
             if label not in LABELS:
                 raise InputError(f"there is no label {label!r}", do=f"choose among {', '.join(LABELS)}")
+        refuse_unknown_device(self.device, AUTO)
+        if self.device not in (CPU, AUTO):
+            self._refuse_device()
         heeded = renderer_entry(self.renderer).effort
         if unused := set(self.effort.unusual) - heeded:
             found = f"{self.renderer} has no {' and no '.join(sorted(unused))}"
@@ -49,6 +55,24 @@ class RenderRequest:
             raise InputError(f"images cannot be {self.image_suffix[1:]!r}", do=f"choose {formats}")
         if not self.kinds:
             raise InputError("no file is asked for", do="ask for labels, the image, or both")
+
+    def _refuse_device(self) -> None:
+        """Raise InputError where no light is rendered on the device that is named."""
+        if not (self.image or self.radiance):
+            raise InputError(f"device {self.device} is given where no light is rendered", do="leave it out")
+        if not renderer_entry(self.renderer).graphics:
+            able = " or ".join(f"--renderer {name}" for name, entry in RENDERERS.items() if entry.graphics)
+            found = f"the renderer {self.renderer} renders on the CPU alone, and the device {self.device} is asked for"
+            raise InputError(found, do=f"leave --device out, or choose {able}")
+
+    def devices(self) -> tuple[str, ...]:
+        """Return the devices of this machine that may render the light, the best first. Raises UnsupportedError where
+        the one that is asked for is not there."""
+        if self.device == AUTO and (self.image or self.radiance) and renderer_entry(self.renderer).graphics:
+            return tuple(usable_devices())
+        name = CPU if self.device == AUTO else self.device
+        require_device(name)
+        return (name,)
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -77,6 +101,7 @@ def plan(
         renderer=request.renderer,
         effort=request.effort,
         seed=request.seed,
+        devices=request.devices(),
         image_suffix=request.image_suffix if request.image else None,
         labels=tuple(kind for kind in LABELS if kind in (*request.labels, *request.offered, *had)),
         copy_to=copy_to,

@@ -11,8 +11,9 @@ from spin_usd.dataset.picture.brightness import faults
 from spin_usd.dataset.plan.cost import read_measured, write_measured
 from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.plan.make_plan import Plan
-from spin_usd.dataset.plan.time_limit import TimeLimits
+from spin_usd.dataset.plan.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.dataset.plan.wall_time import one_core
+from spin_usd.dataset.process.devices import AUTO
 from spin_usd.dataset.process.processors import MAX_WORKERS, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.command import command_of
@@ -37,6 +38,7 @@ from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
 from spin_usd.progress import Note, Progress
+from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import postponed
 
 
@@ -80,6 +82,8 @@ class DatasetRun:
             whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
         except OutputError as e:  # about a file of the copy, in a folder that is gone by now
             raise OutputError(f"the stage's copy {e.found}", where=self._store.root, do=e.do) from e
+        if self._request.device == AUTO:
+            self._note(f"--device auto: light is rendered on {whole.settings.device}")
         kinds = wanted_kinds(self._request, whole)
         root = (Path(STAGE) / whole.root.relative_to(self._copied)).as_posix()
         planned, manifest = self._part(whole)
@@ -149,6 +153,7 @@ class DatasetRun:
             workers=count,
             cores=cores,
             measured=(read_measured(self._store.folder, MEASURED), listener.measured),
+            least=MIN_S if planned.settings.device == CPU else GRAPHICS_S,
             given=self._options.picture_timeout,
         )
         if not self._options.keep_cache:

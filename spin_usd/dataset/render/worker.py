@@ -68,7 +68,7 @@ class Worker:
         self._on_open = on_open
         self.options = WorkerOptions.from_json(options)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
-        self.renderer = open_renderer(self.options.settings.renderer)
+        self.renderer = open_renderer(self.options.settings.renderer, device=self.options.settings.device)
         self.versions = library_versions() | self.renderer.versions()
         self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
         self.facts = FactMaker(self.renderer)

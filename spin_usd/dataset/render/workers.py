@@ -13,6 +13,7 @@ from spin_usd.dataset.render.supervise import WorkerLimits, supervise
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.dataset_folder import Lease
+from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import StopRequest
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
@@ -42,7 +43,8 @@ def make_pictures(
         listener.progress(f"starting {options.settings.renderer}: worker", number + 1, room())
         if elsewhere:
             return elsewhere(number)
-        child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=rendering_memory())
+        memory = rendering_memory(graphics=options.settings.device != CPU)
+        child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=memory)
         child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 

@@ -10,7 +10,7 @@ from spin_usd.dataset.plan.effort_choice import Basis, Chosen
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.repair.damage import Records
 from spin_usd.labels.table import LABELS
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 
 
 def requests(stage: Path, names: Iterable[str], records: Records) -> dict[RenderRequest, set[str]]:
@@ -41,6 +41,7 @@ def _request(stage: Path, record: Mapping[str, Any]) -> RenderRequest:
         chosen=_chosen(render["chosen"]) if "chosen" in render else None,
         seed=record["provenance"]["seed"]["dataset"],
         renderer=render["renderer"],
+        device=render.get("device", CPU),
         labels=tuple(kind for kind in LABELS if kind in kinds),
         image=IMAGE in kinds,
         radiance=RADIANCE in kinds,

@@ -15,8 +15,9 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.effort import Effort
 
 
-def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str, Any]:
-    """Render into `folder` from the dataset's stage with the record's settings, and compare digests."""
+def make_again(*, dataset: str, record: dict[str, Any], folder: str, device: str) -> dict[str, Any]:
+    """Render into `folder` from the dataset's stage with the record's settings, light on the `device`, and compare
+    digests."""
     provenance = record["provenance"]
     render, kinds = provenance["render"], tuple(record["files"])
     options = WorkerOptions(
@@ -25,7 +26,10 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str) -> dict[str
         stage=str(Folder(Path(dataset)).path(provenance["stage"]["root"])),
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
         settings=RenderSettings(
-            renderer=render["renderer"], effort=Effort(**render["effort"]), seed=provenance["seed"]["dataset"]
+            renderer=render["renderer"],
+            effort=Effort(**render["effort"]),
+            seed=provenance["seed"]["dataset"],
+            device=device,
         ),
     )
     worker = Worker(options=options.as_json())

@@ -8,11 +8,13 @@ from typing import Any
 
 from spin_usd.dataset.process.ask_child import ask_child
 from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S, rendering_memory
+from spin_usd.dataset.process.devices import refuse_unknown_device, require_device
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import record_of
+from spin_usd.scene.effort import CPU
 from spin_usd.scene.model import NOMINAL
 
 
@@ -34,10 +36,12 @@ class Comparison:
 @dataclass(frozen=True, kw_only=True)
 class Reproduction:
     """A picture made again. files: a comparison of each · versions: the libraries that are another version now, by
-    name, with the recorded version and today's, "" where there is none."""
+    name, with the recorded version and today's, "" where there is none · devices: what rendered the light, as recorded
+    and now."""
 
     files: tuple[Comparison, ...]
     versions: Mapping[str, tuple[str, str]]
+    devices: tuple[str, str]
 
     @property
     def same(self) -> bool:
@@ -46,27 +50,35 @@ class Reproduction:
 
     def as_json(self) -> dict[str, Any]:
         files = [{**asdict(file), "same": file.same} for file in self.files]
-        return {"files": files, "versions": self.versions}
+        return {"files": files, "versions": self.versions, "devices": self.devices}
 
 
-def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL) -> Reproduction:
-    """Make the picture again in a child process. Raises InputError where the dataset has no such picture."""
+def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL, device: str | None = None) -> Reproduction:
+    """Make the picture again in a child process, its light on the `device`, the recorded one if not given. Raises
+    InputError where the dataset has no such picture, UnsupportedError where there is no such device."""
+    if device is not None:
+        refuse_unknown_device(device)
     store = Store(root=dataset.absolute())
     store.refuse_strange()
     Dataset(dataset).require(frame, variant)
     record = read_json(store.folder, record_of(variant, frame), "record-1")
-    require_renderer(record["provenance"]["render"]["renderer"])
+    render = record["provenance"]["render"]
+    require_renderer(render["renderer"])
+    recorded = render.get("device", CPU)
+    require_device(device or recorded)
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         answer = ask_child(
             "reproduce",
             reads=store.root,
-            memory=rendering_memory(),
+            memory=rendering_memory(graphics=(device or recorded) != CPU),
             within_s=RENDER_PATIENCE_S,
             dataset=str(store.root),
             record=record,
             folder=folder,
+            device=device or recorded,
         )
     return Reproduction(
         files=tuple(Comparison(**comparison) for comparison in answer["files"]),
-        versions={name: (recorded, now) for name, (recorded, now) in answer["versions"].items()},
+        versions={name: (before, now) for name, (before, now) in answer["versions"].items()},
+        devices=(recorded, device or recorded),
     )

@@ -11,6 +11,7 @@ from spin_usd.dataset.plan.work import RunOptions
 from spin_usd.dataset.shards.manifest import Manifest, digest_of
 from spin_usd.dataset.shards.partition import partition
 from spin_usd.dataset.shards.shard import Shard
+from spin_usd.scene.effort import CPU
 
 
 def plan_of_shard(
@@ -24,6 +25,7 @@ def plan_of_shard(
         "renderer": plan.settings.renderer,
         "effort": asdict(plan.settings.effort),
         "seed": plan.settings.seed,
+        **({"device": plan.settings.device} if plan.settings.device != CPU else {}),
         "kinds": list(options.kinds),
         "image": image_suffix,
     }

@@ -31,13 +31,16 @@ class CameraSetup:
         scene.collection.objects.link(self._object)
         scene.camera = self._object
 
-    def aim(self, view: View, *, plain: bool) -> None:
-        """Make the scene's camera that of `view`: Blender's own where it is to be `plain` and Blender can."""
+    def aim(self, view: View, *, plain: bool) -> bool:
+        """Make the scene's camera that of `view`: Blender's own where it is to be `plain` and Blender can. Return
+        whether it is the camera shader."""
         render = {"resolution_x": view.camera.width, "resolution_y": view.camera.height}
         assign(self._scene.render, render)
         assign(self._data, {"clip_start": CLIP_START, "clip_end": CLIP_SLACK * view.depth + 2 * CLIP_START})
-        if not (plain and self._aim_plain(view.camera)):
+        shaded = not (plain and self._aim_plain(view.camera))
+        if shaded:
             self._aim_shader(view)
+        return shaded
 
     def crop(self, region: Region) -> None:
         """Render only the pixels of `region`."""

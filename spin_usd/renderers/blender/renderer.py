@@ -1,6 +1,6 @@
 """The Blender renderer: Cycles, held open from frame to frame."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,22 +20,25 @@ from spin_usd.renderers.blender.cycles.passes import Readback, face_indices, scr
 from spin_usd.renderers.blender.cycles.settings import (
     LABEL,
     LABEL_LAYERS,
+    ON_CPU,
     TRANSPARENT_BOUNCES,
     cycles_effort,
     cycles_scene,
 )
+from spin_usd.renderers.blender.graphics import LightDevice
 from spin_usd.renderers.blender.lights.light import LightSetup
 from spin_usd.renderers.blender.lights.light_links import needs_groups
 from spin_usd.renderers.blender.materials.material import black_material, label_material
 from spin_usd.renderers.blender.world import WorldSetup
 from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.crop import label_bands, picture_bands
+from spin_usd.renderers.device import DEVICES, shader_refusal
 from spin_usd.renderers.skipped.material_needs import surfaces_of
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.renderers.skipped.rules import check_rule_names
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.derived.nearest import nearest
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.model import Scene
 from spin_usd.scene.passes import Radiance, Visibility
 
@@ -43,7 +46,8 @@ Float32 = NDArray[np.float32]
 
 
 class BlenderRenderer:
-    """Cycles on the CPU. Blender's state is the process's: a second renderer ends the one before it.
+    """Cycles: light on the `device`, one of renderers.device.DEVICES, the rest on the CPU. Blender's state is the
+    process's: a second renderer ends the one before it.
 
     Without `crop` it renders the whole frame for each picture instead of the bodies' bands, to the same result.
     `keep`: names in renderers.skipped.rules.RULES of work that it does even where the scene does not need it, to
@@ -52,9 +56,10 @@ class BlenderRenderer:
 
     name = "blender"
 
-    def __init__(self, *, crop: bool = True, keep: Collection[str] = ()) -> None:
+    def __init__(self, *, device: str = CPU, crop: bool = True, keep: Collection[str] = ()) -> None:
         self._crop, self._keep = crop, check_rule_names(keep)
         bpy.ops.wm.read_factory_settings(use_empty=True)
+        self._device = LightDevice(device)
         self._scratch = scratch_folder()
         folder = Path(self._scratch.name)
         # One Blender scene for both passes: alternating between two cost 30 ms of CPU more per frame.
@@ -96,7 +101,9 @@ class BlenderRenderer:
         if region.empty:
             return Radiance.dark(region, groups=len(names))
         required = Requirements.of(scene, effort, self._keep)
-        self._prepare(required, {**cycles_effort(effort), **_settings(required)}, effort)
+        if not self._device.proven:
+            self._prove_device(required)
+        self._prepare(required, effort, self._device.cycles)
         self._scene.cycles.seed = seed
         if not required.shading:
             self._split_light([], guided=False)
@@ -116,6 +123,7 @@ class BlenderRenderer:
             "blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}",
             "OpenImageIO": str(OpenImageIO.VERSION_STRING),
             "numpy": np.__version__,
+            **self._device.versions,
         }
 
     def close(self) -> None:
@@ -123,12 +131,24 @@ class BlenderRenderer:
         self._scratch.cleanup()
         bpy.ops.wm.read_factory_settings(use_empty=True)
 
-    def _prepare(self, required: Requirements, settings: dict[str, Any], effort: Effort) -> None:
+    def _prove_device(self, required: Requirements) -> None:
+        """Render the picture's coverage by one ray a pixel, on the CPU and on the device, which has to agree."""
+        effort, seen = Effort(samples=1), []
+        for device in (ON_CPU, self._device.cycles):
+            self._prepare(required, effort, device)
+            self._split_light([], guided=False)
+            seen.append(self._planes(required.scene, effort, [])[1])
+        self._device.prove(*seen)
+
+    def _prepare(self, required: Requirements, effort: Effort, device: Mapping[str, Any]) -> None:
         """Make Blender's scene what is required, but for the seed and the passes."""
-        scene, bodies = required.scene, self._bodies
+        scene, bodies, settings = required.scene, self._bodies, {**cycles_effort(effort), **_settings(required)}
+        settings |= device
         view = View.blurred(scene)
         bodies.show(scene, view, required.primvars, split=needs_groups(scene.lights))
-        self._camera.aim(view, plain=view.plain and not required.camera_shader)
+        shaded = self._camera.aim(view, plain=view.plain and not required.camera_shader)
+        if shaded and not DEVICES[self._device.name].shaders:
+            raise shader_refusal(self._device.name, scene)
         bodies.dress(scene, required.materials, emissive_lights=required.emissive_lights)
         self._lights.shine(scene.lights, required.lights, view, bodies.groups, shadows=required.shadows)
         self._world.shine(required.surroundings, there=required.world, sampled=required.world_sampling)

@@ -15,7 +15,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
-from spin_usd.scene.effort import Effort
+from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import AreaLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
@@ -26,11 +26,12 @@ KEYS = ("geometry", "radiance", "exposure")
 
 @dataclass(frozen=True, kw_only=True)
 class RenderSettings:
-    """The choices of a user about a render; `seed` is the dataset's."""
+    """The choices of a user about a render; `seed` is the dataset's, `device` what renders the light."""
 
     renderer: str
     effort: Effort
     seed: int
+    device: str = CPU
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> "RenderSettings":
@@ -43,9 +44,9 @@ class Keys:
     """The three keys of a picture, and the key of what its record says of the targets.
 
     geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
-    where light comes from, depth of field, shutter, effort and seed; not how strong or of what colour the lights are ·
-    exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor and seed ·
-    targets: poses, meshes and keypoints of all targets, also where no picture shows them.
+    where light comes from, depth of field, shutter, effort, seed and device; not how strong or of what colour the
+    lights are · exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor
+    and seed · targets: poses, meshes and keypoints of all targets, also where no picture shows them.
     """
 
     geometry: str
@@ -70,7 +71,8 @@ class KeyMaker:
         shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
         if scene.others:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
-        radiance = digest([geometry, shading, self._effort, settings.seed, frame.name])
+        elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
+        radiance = digest([geometry, shading, self._effort, settings.seed, frame.name, *elsewhere])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])

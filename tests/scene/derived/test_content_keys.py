@@ -90,7 +90,14 @@ def test_scene(change) -> None:
 
 @pytest.mark.parametrize(
     ("change", "expected"),
-    [({}, NOTHING), ({"effort": Effort(samples=5)}, PICTURE), ({"seed": 8}, PICTURE), ({"renderer": "blender"}, ALL)],
+    [
+        ({}, NOTHING),
+        ({"device": "cpu"}, NOTHING),
+        ({"device": "optix"}, PICTURE),
+        ({"effort": Effort(samples=5)}, PICTURE),
+        ({"seed": 8}, PICTURE),
+        ({"renderer": "blender"}, ALL),
+    ],
 )
 def test_settings(change, expected) -> None:
     before, after = keys(base()), keys(base(), replace(SETTINGS, **change))

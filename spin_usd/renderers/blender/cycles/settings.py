@@ -14,8 +14,9 @@ TRANSPARENT_BOUNCES = 64  # surfaces one ray may pass through
 ADAPTIVE_FROM = 1
 LABEL_LAYERS = 1024  # holes that one ray of the labels may pass through: as many as Blender takes
 
+ON_CPU: Mapping[str, Any] = {"device": "CPU"}
 CYCLES: Mapping[str, Any] = {
-    "device": "CPU",
+    **ON_CPU,
     "use_denoising": False,
     "sampling_pattern": "TABULATED_SOBOL",
     "use_animated_seed": False,
@@ -63,6 +64,7 @@ EXR: Mapping[str, Any] = {"color_mode": "RGBA", "color_depth": "32", "exr_codec"
 IMAGE: Mapping[str, Any] = {"media_type": "IMAGE", "file_format": "OPEN_EXR", **EXR}
 LAYERS: Mapping[str, Any] = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYER", **EXR}
 LABEL: Mapping[str, Any] = {  # one ray per pixel that stops where it lands; Cycles sends the first through the centre
+    **ON_CPU,
     "samples": 1,
     "seed": 0,
     "use_adaptive_sampling": False,
