@@ -13,8 +13,8 @@ from pathlib import Path
 
 from benchmarks import agreement, calibrate, frames, growth, labels, plan, predict, schedule, sensor, stages, variants
 
+from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
-from spin_usd.dataset.process.versions import LIBRARIES
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module

@@ -1,4 +1,4 @@
-"""Labels of one picture against those of another renderer."""
+"""Labels of one picture against those of another pass."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -37,8 +37,8 @@ class Viewpoint:
 def agreement(
     ours: LabelImages, theirs: LabelImages, sight: Viewpoint, *, frame: str, renderer: str, against: str
 ) -> LabelFigures:
-    """Return the agreement of the labels `ours` of `renderer` with those of the renderer `against`; two empty
-    silhouettes agree."""
+    """Return the agreement of the labels `ours`, of the pass of `renderer`, with `theirs`, of that of `against`; two
+    empty silhouettes agree."""
     union, both = ours.seen | theirs.seen, ours.seen & theirs.seen
     apart = np.abs(ours.depth[both].astype(np.float64) - theirs.depth[both])
     return LabelFigures(

@@ -100,8 +100,9 @@ class Figures:
 
 @dataclass(frozen=True, kw_only=True)
 class LabelFigures:
-    """Labels of a picture against another renderer's: silhouette's intersection over union; of the pixels both see,
-    worst |difference| in depth, metres; worst reprojection of the dense pose, pixels; pixels whose part differs."""
+    """Labels of a picture by a renderer's own pass against another pass: silhouette's intersection over union; of the
+    pixels both see, worst |difference| in depth, metres; worst reprojection of the dense pose, pixels; pixels whose
+    part differs."""
 
     frame: str
     renderer: str

@@ -14,7 +14,7 @@ SETTINGS = (
 )
 SHORT = ("setting", "front", "CPU s", "MB", "error", "bias", "noise", "DN", "detector's DN")
 FRAMES = ("picture", "region", "target's pixels", "reference's samples", "reference's error", "detector's noise, DN")
-LABELS = ("picture", "renderer", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
+LABELS = ("picture", "pass of", "against", "IoU", "depth, m", "reprojection, px", "part, pixels")
 EXECUTION = ("processes x threads", "crop to the region", "wall s", "same bytes")
 FAILURES = ("what", "picture", "why")
 SAVINGS = ("skipped", "picture", "CPU s without", "CPU s with", "with / without", "difference", "another seed's")
@@ -34,7 +34,7 @@ def in_full(measurement: Measurement) -> str:
     """Return the whole measurement in Markdown."""
     tables = (
         ("Pictures and their references", FRAMES, _frames(measurement)),
-        ("Labels, one renderer against another", LABELS, _labels(measurement)),
+        ("Labels, by one pass against another", LABELS, _labels(measurement)),
         ("Execution, which changes no byte", EXECUTION, _execution(measurement)),
         ("Work that the scene does not need", SAVINGS, _savings(measurement)),
         ("What could not be measured", FAILURES, _failures(measurement)),

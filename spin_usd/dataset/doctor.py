@@ -12,12 +12,12 @@ from pathlib import Path
 import psutil
 
 import spin_usd
+from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.dataset.process.devices import graphics_processors
 from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.dataset.process.processors import usable_cpus
-from spin_usd.dataset.process.versions import LIBRARIES
 from spin_usd.dataset.render.workers import MEMORY_PER_WORKER, default_workers
 from spin_usd.errors import SpinError
 from spin_usd.scene.effort import CPU

@@ -1,6 +1,6 @@
-"""The interface of renderers; `raycast` and `blender` implement it."""
+"""The interface of renderers, which `raycast` and `blender` implement, and that of what finds the faces of labels."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
@@ -10,20 +10,16 @@ from spin_usd.scene.passes import Radiance, Visibility
 class Renderer(Protocol):
     """Renders scenes one after another, keeping open whatever does not change between them.
 
-    Both methods look only at the scene's region of that kind, and raise RenderError when the renderer fails.
+    It makes images alone. The labels of a run are of no renderer: see LabelPass.
     """
 
     name: str
-
-    def visibility(self, scene: Scene) -> Visibility:
-        """Return the face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
-        ...
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
         """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square with so
         much effort, by rays that `seed` spreads. Nothing that lies behind the target is in it. It is given by light
         group: one plane for each of scene.light_groups.Groups.of(scene), in that order, also for a group whose light
-        does not reach the target."""
+        does not reach the target. Raises RenderError when the renderer fails."""
         ...
 
     def versions(self) -> dict[str, str]:
@@ -32,4 +28,19 @@ class Renderer(Protocol):
 
     def close(self) -> None:
         """Release everything."""
+        ...
+
+
+@runtime_checkable
+class LabelPass(Protocol):
+    """Finds the face that each pixel shows, from which labels are made.
+
+    That of every run is Embree's (embree.caster). Cycles' (blender.renderer) shares no code with it and checks it: in
+    tests, in `measure`, and in `check --cross`.
+    """
+
+    name: str
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """Return the face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
         ...

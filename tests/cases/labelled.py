@@ -6,13 +6,13 @@ import numpy as np
 
 from spin_usd.labels.labelled_picture import LabelledPicture
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.part_classes import class_of_parts
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.photometry.sunlight import sunlight
 
-CASTER = RaycastRenderer()
+CASTER = EmbreeCaster()
 
 
 def sun(direction=(0.0, 0.0, 1.0), **fields):
@@ -25,13 +25,13 @@ def followed(scene, T_cam_body, *, camera=None, target=None):
     return replace(scene, next_frame=later)
 
 
-def surface_of(scene, renderer=CASTER):
-    return visible_surface(scene, renderer.visibility(scene), CASTER)
+def surface_of(scene, label_pass=CASTER):
+    return visible_surface(scene, label_pass.visibility(scene), CASTER)
 
 
-def labels_of(scene, renderer=CASTER):
+def labels_of(scene, label_pass=CASTER):
     """All labels by name."""
-    surface = surface_of(scene, renderer)
+    surface = surface_of(scene, label_pass)
     return {name: label.make(scene, surface) for name, label in PIXEL_LABELS.items()}
 
 

@@ -1,4 +1,4 @@
-"""How far a renderer's labels are from the truth, and how far arithmetic allows them to be.
+"""How far a pass's labels are from the truth, and how far arithmetic allows them to be.
 
 All bounds are of roundings: half a unit in the last place of a double, U64, or of a float32, U32, times how many of
 them there can be in a row, times the size of the numbers that are rounded. None is taken from a result.
@@ -46,20 +46,20 @@ class Judged:
     nearest: float
 
 
-def judged(case, renderer):
-    """The labels of a `case` by a renderer."""
+def judged(case, label_pass):
+    """The labels of a `case` by a label pass."""
     s = case.scene()
-    visibility = renderer.visibility(s)
+    visibility = label_pass.visibility(s)
     surface = visible_surface(s, visibility)
     face = np.full(s.camera.frame.shape, -1)
     face[surface.rows, surface.columns] = surface.face
     labels = depth(s, surface).ravel(), dense_pose(s, surface).reshape(-1, 3)
-    return _Judge(case, s, truth(case), face.ravel()).judged(*labels, blender=renderer.name == "blender")
+    return _Judge(case, s, truth(case), face.ravel()).judged(*labels, blender=label_pass.name == "blender")
 
 
 @lru_cache
 def truth(case):
-    """Once for all renderers."""
+    """Once for all passes."""
     return exact.hits(case.camera, case.q, case.t, *case.mesh)
 
 

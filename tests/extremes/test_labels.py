@@ -1,4 +1,4 @@
-"""Every case's labels against the truth: within the roundings of float64 and float32, in both renderers."""
+"""Every case's labels against the truth: within the roundings of float64 and float32, by both passes."""
 
 import json
 from dataclasses import replace
@@ -17,9 +17,7 @@ from tests.extremes.judged import judged
 
 REPORT = REPOSITORY / "tools" / "figures" / "extremes.json"  # of tools/report_extremes
 ROWS = {
-    (f"{row['extreme']}: {row['case']}", row["renderer"]): row
-    for row in json.loads(REPORT.read_text())
-    if "extreme" in row
+    (f"{row['extreme']}: {row['case']}", row["pass"]): row for row in json.loads(REPORT.read_text()) if "extreme" in row
 }
 THREE_DIGITS = 6e-3  # as the report has them
 SEEN = 30  # pixels that a case must show, or it would prove nothing
@@ -27,9 +25,9 @@ OPENCV_PX = 1e-9  # OpenCV's doubles
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_labels_are_within_what_arithmetic_allows_and_are_what_the_report_says(case, renderer) -> None:
-    found = judged(case, renderer)
-    row = ROWS[str(case), renderer.name]
+def test_labels_are_within_what_arithmetic_allows_and_are_what_the_report_says(case, label_pass) -> None:
+    found = judged(case, label_pass)
+    row = ROWS[str(case), label_pass.name]
     assert (row["pixels"], row["within_float32"]) == (found.seen, found.near)
     assert found.seen >= SEEN
     assert found.unexcused == 0
@@ -49,7 +47,7 @@ def test_the_truth_sees_through_lenses_as_opencv_does(case) -> None:
 
 
 def test_the_report_has_no_other_cases() -> None:
-    assert set(ROWS) == set(product(map(str, CASES), ("raycast", "blender")))
+    assert set(ROWS) == set(product(map(str, CASES), ("embree", "blender")))
 
 
 def test_the_truth_is_finer_than_what_it_judges() -> None:
@@ -60,10 +58,10 @@ def test_the_truth_is_finer_than_what_it_judges() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("away", "focal"), [(5.0, 4e-4), (1e5, 8.0)])
-def test_a_real_mesh(shared, renderer, away, focal) -> None:
+def test_a_real_mesh(shared, label_pass, away, focal) -> None:
     """23,360 faces of a model as it was built, needles and shared surfaces among them."""
     case = tango(shared / "data" / "tango" / "tango.obj", away, focal)
-    found = judged(case, renderer)
+    found = judged(case, label_pass)
     assert found.seen >= SEEN
     assert found.unexcused == 0
     assert all((errors <= found.bounds[quantity]).all() for quantity, errors in found.errors.items())
@@ -71,7 +69,7 @@ def test_a_real_mesh(shared, renderer, away, focal) -> None:
 
 @lru_cache
 def tango(file, away, focal):
-    """Once for both renderers, so that its truth is. The file's unit is the centimetre."""
+    """Once for both passes, so that its truth is. The file's unit is the centimetre."""
     model: trimesh.Trimesh = trimesh.load_mesh(file, process=False)
     through = replace(camera(focal), width=16, height=12, cx=8.3, cy=5.7)
     mesh = np.asarray(model.vertices) / 100, np.asarray(model.faces)

@@ -10,7 +10,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from spin_usd.labels.instance import faults
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from tests.cases.bodies import moved, three_bodies, without
 from tests.cases.labelled import labels_of, picture_of
 from tests.cases.scenes import BARREL, box, pose, target
@@ -69,9 +69,9 @@ def test_labels_beside_an_occluder_are_those_without_it(scene, labels) -> None:
 
 
 def test_what_each_body_shows_alone_is_known(scene) -> None:
-    found = RaycastRenderer().visibility(scene)
+    found = EmbreeCaster().visibility(scene)
     for one, visibility in zip(scene.apart, found.apart, strict=True):
-        np.testing.assert_array_equal(visibility.face, RaycastRenderer().visibility(one).face)
+        np.testing.assert_array_equal(visibility.face, EmbreeCaster().visibility(one).face)
     assert sum((each.face >= 0).sum() for each in found.apart) > (found.face >= 0).sum() > 0
 
 

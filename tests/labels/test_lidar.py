@@ -8,7 +8,7 @@ from scipy import stats
 
 from spin_usd.labels.lidar import POINT, faults, point_cloud
 from spin_usd.labels.table import CLOUD_LABELS, PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.ranging.echoes import echoes
@@ -29,7 +29,7 @@ def measured(lidar, made=None):
     """The scene of a wall of 12 m at 5 m, or of `made`, with the LiDAR, what that meets, and its points."""
     made = made or scene(target(*box((-6, -6, 1), (6, 6, 2))))
     made = replace(made, lidar=lidar)
-    met = echoes(made, RaycastRenderer().first_faces)
+    met = echoes(made, EmbreeCaster().first_faces)
     return made, met, point_cloud(made, met, rng())
 
 
@@ -89,7 +89,7 @@ def pictured():
     made = scene(target(points, faces, parts=parts), camera=BARREL, T_cam_body=pose((0.5, -0.3, 0.7, 0.2), (0, 0, 4)))
     lidar = replace(a_lidar(elevation_deg=(-30, 30), **NOISY), T_cam_lidar=mounted(position=(0.1, 0, 0)))
     made, _, cloud = measured(lidar, made)
-    surface = visible_surface(made, RaycastRenderer().visibility(made))
+    surface = visible_surface(made, EmbreeCaster().visibility(made))
     labels = {name: PIXEL_LABELS[name].make(made, surface) for name in ("depth", "segmentation")}
     return made, {**labels, "lidar": cloud}
 

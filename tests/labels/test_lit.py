@@ -7,8 +7,9 @@ import pytest
 
 from spin_usd.labels.lit import SunState, faults
 from spin_usd.labels.table import PIXEL_LABELS
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.effort import Effort
-from tests.cases.labelled import CASTER, labels_of, picture_of, sun
+from tests.cases.labelled import labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, box, boxes, pose, scene, target
 
 OBLIQUE = sun((0.6, 0.36, np.sqrt(0.5104)))
@@ -33,7 +34,7 @@ def test_every_state_is_there(labelled) -> None:
 def test_lit_pixels_have_light_in_a_preview(labelled) -> None:
     """One ray through each pixel's centre."""
     made, labels = labelled
-    light = CASTER.radiance(made, Effort(samples=1), seed=0)
+    light = RaycastRenderer().radiance(made, Effort(samples=1), seed=0)
     states = labels["lit"][light.region.slices]
     np.testing.assert_array_equal(light.rgb[..., 0] > DARK, states == SunState.LIT)
 

@@ -8,7 +8,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from spin_usd.labels.range import faults
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from tests.cases.labelled import followed, labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, pose, scene, soup, target
 
@@ -19,14 +19,14 @@ ASIDE = pose((0.5, -0.3, 0.7, 0.2), (1.6, -0.9, 3))
 FINEST = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-14)
 
 
-@pytest.fixture(params=["raycast", "blender"])
+@pytest.fixture(params=["embree", "blender"])
 def labelled(request):
-    """A scene, partly outside the frame, and its labels as the renderer's visible faces make them."""
-    renderer = RaycastRenderer() if request.param == "raycast" else request.getfixturevalue("blender")
+    """A scene, partly outside the frame, and its labels as the visible faces of a label pass make them."""
+    label_pass = EmbreeCaster() if request.param == "embree" else request.getfixturevalue("blender")
     points, faces, parts = soup(11, count=60)
     made = scene(target(points, faces, parts=parts), camera=BARREL, T_cam_body=ASIDE, lights=[sun((0.6, 0.0, 0.8))])
     made = followed(made, pose((0.5, -0.35, 0.7, 0.25), (1.3, -0.7, 3.2)))
-    labels = labels_of(made, renderer)
+    labels = labels_of(made, label_pass)
     assert (labels["depth"] > 0).sum() > 5000
     return made, labels
 

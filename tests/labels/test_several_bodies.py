@@ -8,9 +8,10 @@ import pytest
 from spin_usd.labels.flow import NextState
 from spin_usd.labels.lit import SunState
 from spin_usd.labels.table import PIXEL_LABELS
+from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.body import OCCLUDER, Body
 from spin_usd.scene.effort import Effort
-from tests.cases.labelled import CASTER, labels_of, picture_of, sun
+from tests.cases.labelled import labels_of, picture_of, sun
 from tests.cases.scenes import BARREL, box, pose, scene, target
 
 CUBE = target(*box())
@@ -71,7 +72,7 @@ def test_amodal_masks_are_renders_without_the_others(made, labels) -> None:
 
 def test_bodies_shade_one_another(made, labels) -> None:
     """As a preview has it, which casts the same rays from the render's side."""
-    light = CASTER.radiance(made, Effort(samples=1), seed=0)
+    light = RaycastRenderer().radiance(made, Effort(samples=1), seed=0)
     states = labels["lit"][light.region.slices]
     np.testing.assert_array_equal(light.rgb[..., 0] > DARK, states == SunState.LIT)
     by_themselves = labels_of(replace(made.apart[1], next_frame=None))["lit"]

@@ -71,6 +71,7 @@ def test_blender_is_refused_in_a_sentence(stages: dict[str, Path], tmp_path: Pat
     said = spin_usd(PYTHON, "render", stages["3.11"], "--out", tmp_path / "out", code=2)
     assert "the renderer blender needs bpy, which this Python 3.11" in said
     assert "Traceback" not in said
+    spin_usd(PYTHON, "render", stages["3.11"], "--out", tmp_path / "labels", "--labels-only")
     assert not (tmp_path / "out").exists()
     assert "needs bpy" in spin_usd(PYTHON, "measure", stages["3.11"], "--out", tmp_path / "measured", code=2)
 

@@ -12,7 +12,7 @@ import pytest
 from spin_usd.dataset.picture.make_picture import Stopwatch, make_labels
 from spin_usd.formats.image_file import read_image
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
@@ -47,7 +47,7 @@ def dataset(stage, spin_usd):
 @pytest.fixture(scope="module")
 def rendered(stage, dataset):
     """The arrays by path: labels as they are made, not as they lie in files; images and radiance as we read them."""
-    reader, renderer, found = StageReader(stage), RaycastRenderer(), {}
+    reader, renderer, found = StageReader(stage), EmbreeCaster(), {}
     for frame in reader.frames:
         scene = reader.scene(frame, with_next=True)
         for kind, array, _ in make_labels(scene, renderer, tuple(PIXEL_LABELS), Stopwatch(), renderer):

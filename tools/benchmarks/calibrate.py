@@ -143,6 +143,7 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
         if "opening" not in taken:
             of = work_units(making, method)
             yield Sample(renderer=renderer, work_units=of, expected=expected_work(making, method), taken=taken)
+    assert worker.renderer
     worker.renderer.close()
 
 

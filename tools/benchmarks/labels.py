@@ -20,7 +20,7 @@ import spin_usd
 from spin_usd import resources
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import Surface, visible_surface
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
@@ -45,7 +45,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         stage = author(options, Path(name) / "stage")
         dataset = Path(name) / "dataset"
         asked("render", stage, "--out", dataset, "--renderer", "raycast", "--labels", "depth", "--labels-only")
-        reader, caster = StageReader(stage), RaycastRenderer()
+        reader, caster = StageReader(stage), EmbreeCaster()
         scenes = [reader.scene(frame, with_next=True) for frame in reader.frames]
         caster.visibility(scenes[0])  # builds what all share
         taken = [
@@ -70,7 +70,7 @@ def author(options: argparse.Namespace, out: Path) -> Path:
     return Path(asked("author", *model, *chosen, "--out", out)["root"])
 
 
-def of_labels(scene: Scene, caster: RaycastRenderer, rounds: int) -> dict[str, float]:
+def of_labels(scene: Scene, caster: EmbreeCaster, rounds: int) -> dict[str, float]:
     """Seconds by kind of work. What labels share, such as normals, counts for the first that takes it."""
     visibility = caster.visibility(scene)
     found = {
@@ -85,7 +85,7 @@ def of_labels(scene: Scene, caster: RaycastRenderer, rounds: int) -> dict[str, f
     return found | {name: statistics.median(each) for name, each in runs.items()}
 
 
-def visible(scene: Scene, caster: RaycastRenderer) -> Surface:
+def visible(scene: Scene, caster: EmbreeCaster) -> Surface:
     return visible_surface(scene, caster.visibility(scene), caster)
 
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from spin_usd.dataset.cluster.worker_folder import Output, WorkerFolder
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.process.readable import readable
-from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.publish_picture import publish_picture
 from spin_usd.errors import InputError, SpinError
 

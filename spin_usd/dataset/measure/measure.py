@@ -19,6 +19,7 @@ from spin_usd.dataset.measure.renders import SUBJECT, RenderStore, is_render_fil
 from spin_usd.dataset.measure.report import PLOT, TABLES, write_report
 from spin_usd.dataset.measure.time_limit import time_limit
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
 from spin_usd.dataset.plan.work import NOISE
 from spin_usd.dataset.process.child import Child
@@ -26,7 +27,6 @@ from spin_usd.dataset.process.child_limits import rendering_memory
 from spin_usd.dataset.process.machine import machine
 from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import refuse_workers, share_of, usable_cpus
-from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Lease, Store, refuse_strange
 from spin_usd.dataset.store.measurement_file import FILE, read_measurement

@@ -71,7 +71,7 @@ class PictureTask:
         for setting, series in self._settings.items():
             by_kind[series.kind][setting] = series
         made = self._rendered(processes, by_kind[BLENDER])
-        labels = self._asked(processes, BLENDER, "labels", against=RAYCAST.renderer)
+        labels = self._asked(processes, BLENDER, "labels")
         saved = self._savings
         if saved:
             saved.render(processes)

@@ -17,7 +17,8 @@ from spin_usd.dataset.picture.render_file import in_order
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.peak_memory import watch_memory
 from spin_usd.dataset.process.processors import hold_to
-from spin_usd.renderers.renderer import Renderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.renderers.renderer import LabelPass, Renderer
 from spin_usd.renderers.skipped.requirements import Requirements
 from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -90,15 +91,14 @@ class MeasuringWorker:
         radiance = self._render(self._scene(index), Effort(**effort), seed)
         return digest(radiance.groups, radiance.coverage)
 
-    def labels(self, *, index: int, against: str) -> dict[str, Any]:
-        """Compare this renderer's labels of picture `index`, of its first target alone, with those of the renderer
-        `against`; return LabelFigures as JSON."""
-        scene, other = self._scene(index).apart[0], open_renderer(against)
+    def labels(self, *, index: int) -> dict[str, Any]:
+        """Compare the labels of picture `index`, of its first target alone, by this renderer's own label pass with
+        those that datasets hold; return LabelFigures as JSON."""
+        scene, own, usual = self._scene(index).apart[0], self.renderer, EmbreeCaster()
+        assert isinstance(own, LabelPass), f"{own.name} makes images alone"
         sight = Viewpoint(camera=scene.camera, T_cam_body=scene.T_cam_body)
-        ours, theirs = _labels(scene, self.renderer), _labels(scene, other)
-        other.close()
-        names = {"frame": scene.frame.name, "renderer": self.renderer.name, "against": against}
-        return asdict(agreement(ours, theirs, sight, **names))
+        names = {"frame": scene.frame.name, "renderer": own.name, "against": usual.name}
+        return asdict(agreement(_labels(scene, own), _labels(scene, usual), sight, **names))
 
     def errors(self, *, index: int, reference: Sequence[str], runs: Sequence[Sequence[str]]) -> dict[str, Any]:
         """Return mean square errors, relative: the reference's own, and of each setting's runs, all given by their
@@ -181,7 +181,7 @@ class MeasuringWorker:
         return in_order(render_in(in_unit_light(scene), self.renderer, settings, Stopwatch()))
 
 
-def _labels(scene: Scene, renderer: Renderer) -> LabelImages:
+def _labels(scene: Scene, label_pass: LabelPass) -> LabelImages:
     kinds = ("depth", "segmentation", "dense_pose")
-    made = {kind: array for kind, array, _ in make_labels(scene, renderer, kinds, Stopwatch())}
+    made = {kind: array for kind, array, _ in make_labels(scene, label_pass, kinds, Stopwatch())}
     return LabelImages(depth=made["depth"], part=made["segmentation"], body=made["dense_pose"])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.bounds import NEAR
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import surface_points
 from spin_usd.scene.model import Scene
 
@@ -35,9 +35,7 @@ class KeypointState(StrEnum):
     BEHIND = "behind"
 
 
-def keypoint_states(
-    scenes: Sequence[Scene], own: int, caster: RaycastRenderer
-) -> tuple[Float, tuple[KeypointState, ...]]:
+def keypoint_states(scenes: Sequence[Scene], own: int, caster: EmbreeCaster) -> tuple[Float, tuple[KeypointState, ...]]:
     """Return the pixels (N, 2), NaN where the lens sees none, and the states of the keypoints of the target of
     `scenes[own]`; each of the scenes holds one body alone."""
     camera, points = scenes[own].camera, scenes[own].T_cam_body.points(scenes[own].target.keypoints)
@@ -51,7 +49,7 @@ def keypoint_states(
     return uv, tuple(KeypointState(state) for state in states)
 
 
-def _hiding(scenes: Sequence[Scene], own: int, points: Float, caster: RaycastRenderer) -> NDArray[np.intp]:
+def _hiding(scenes: Sequence[Scene], own: int, points: Float, caster: EmbreeCaster) -> NDArray[np.intp]:
     """Return (N,) the place of the body that stands first before each of the points (N, 3), camera frame, of the target
     of `scenes[own]`; -1 where none does."""
     xy = points[:, :2] / points[:, 2:]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, PIXEL_LABELS
 from spin_usd.renderers.background.sky import sky
 from spin_usd.renderers.downscale import enlarged, reduced
-from spin_usd.renderers.renderer import Renderer
+from spin_usd.renderers.renderer import LabelPass, Renderer
 from spin_usd.scene.derived.content_keys import RenderSettings, picture_seed, render_seed
 from spin_usd.scene.derived.light_groups import UnitLight
 from spin_usd.scene.derived.shadows import RayCaster
@@ -69,14 +69,15 @@ Made = tuple[str, NDArray[Any], Channels]
 
 
 def make_labels(
-    scene: Scene, renderer: Renderer, kinds: Sequence[str], watch: Stopwatch, caster: RayCaster | None = None
+    scene: Scene, label_pass: LabelPass, kinds: Sequence[str], watch: Stopwatch, caster: RayCaster | None = None
 ) -> Iterator[Made]:
-    """Make the labels of pixels among `kinds`, from one pass; those that cast rays of their own by the `caster`."""
+    """Make the labels of pixels among `kinds` from one `label_pass`; those that cast rays of their own by the
+    `caster`."""
     labels = [label for kind, label in PIXEL_LABELS.items() if kind in kinds]
     if not labels:
         return
     with watch(LABEL_PASS):
-        visibility = renderer.visibility(scene)
+        visibility = label_pass.visibility(scene)
     with watch("labels"):
         surface = visible_surface(scene, visibility, caster)
     for label in labels:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from spin_usd.geometry.region import Region
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.body_faces import by_body
 from spin_usd.scene.model import Scene
 
@@ -57,7 +57,7 @@ def shown_by_label(scene: Scene, kind: str, array: NDArray[Any]) -> ShownBodies 
     return None
 
 
-def shown_by_rays(scene: Scene, caster: RaycastRenderer) -> ShownBodies:
+def shown_by_rays(scene: Scene, caster: EmbreeCaster) -> ShownBodies:
     """Return the bodies that the pixels' own rays meet, where no label says so."""
     seen = caster.visibility(scene)
     ids = np.full(seen.face.size, NOTHING, np.int32)

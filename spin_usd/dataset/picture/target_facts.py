@@ -9,8 +9,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.picture.keypoint_states import KeypointState, keypoint_states
 from spin_usd.dataset.picture.pixel_counts import PixelCounts, count_pixels
 from spin_usd.dataset.picture.shown_bodies import ShownBodies, shown_by_rays
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
-from spin_usd.renderers.renderer import Renderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import cut_off, surface_box
 from spin_usd.scene.mesh import BOX
 from spin_usd.scene.model import Scene
@@ -53,20 +52,14 @@ class TargetFacts:
         }
 
 
-class FactMaker:
-    """Makes the facts of picture after picture. `caster`: the `renderer` itself where it is the ray caster."""
-
-    def __init__(self, renderer: Renderer) -> None:
-        self.caster = renderer if isinstance(renderer, RaycastRenderer) else RaycastRenderer()
-
-    def facts(self, scene: Scene, shown: ShownBodies | None) -> list[TargetFacts]:
-        """Return the facts of each of the scene's targets, in order of their ids. `shown`: what its labels show; None
-        where no label says so."""
-        shown = shown or shown_by_rays(scene, self.caster)
-        return [_facts(scene, place, shown, self.caster) for place in range(len(scene.targets))]
+def target_facts(scene: Scene, shown: ShownBodies | None, caster: EmbreeCaster) -> list[TargetFacts]:
+    """Return the facts of each of the scene's targets, in order of their ids. `shown`: what its labels show; None where
+    no label says so."""
+    shown = shown or shown_by_rays(scene, caster)
+    return [_facts(scene, place, shown, caster) for place in range(len(scene.targets))]
 
 
-def _facts(scene: Scene, place: int, shown: ShownBodies, caster: RaycastRenderer) -> TargetFacts:
+def _facts(scene: Scene, place: int, shown: ShownBodies, caster: EmbreeCaster) -> TargetFacts:
     """Return the facts of the target with that place among the scene's bodies."""
     alone, body = scene.apart[place], scene.bodies[place].id
     box = surface_box(alone, lambda xy: caster.cast(alone, xy) >= 0)

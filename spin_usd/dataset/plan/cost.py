@@ -28,6 +28,7 @@ EVERYWHERE: Costs = {
     "files": {"pixel": 2e-8},
     "labels": {"pixel": 5e-8, "target": 2.5e-7, **_OF_LABELS},
     "facts": {"picture": 0.015},
+    LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
     BEAM_PASS: {"picture": 0.03},
     "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
     "sensor": {
@@ -48,9 +49,8 @@ MIN_MEASURED_S = 0.05  # of a kind of work, from which it says anything
 
 
 def tracing_costs(renderer: str) -> Costs:
-    """Return seconds a unit of each kind of work in the two passes of the renderer `renderer`."""
-    entry = renderer_entry(renderer)
-    return {LABEL_PASS: entry.label_costs, BEAUTY_PASS: entry.image_costs}
+    """Return seconds a unit of a render by the renderer `renderer`."""
+    return {BEAUTY_PASS: renderer_entry(renderer).image_costs}
 
 
 def expected_work(task: Task, options: RunOptions) -> dict[str, float]:

@@ -12,7 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.directions import half_sphere
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.model import Scene
 
 SIDES = 128  # directions looked from: some 13 degrees apart
@@ -37,7 +37,7 @@ class Coverage:
         target, pose = scene.target, scene.T_cam_body
         key = target.mesh.key, target.cut_out_key
         if key not in self._filled:
-            renderer = RaycastRenderer()
+            renderer = EmbreeCaster()
             self._filled[key] = np.array([filled(scene, side, renderer) for side in self._sides])
         towards = pose.rotation.T @ pose.points(target.mesh.centre)
         along = (self._sides @ towards / max(float(np.linalg.norm(towards)), 1e-300)) ** SHARPNESS
@@ -45,7 +45,7 @@ class Coverage:
         return scene.outline_pixels * (float(along @ self._filled[key]) / total if total else 1.0)
 
 
-def filled(scene: Scene, side: Float, renderer: RaycastRenderer) -> float:
+def filled(scene: Scene, side: Float, renderer: EmbreeCaster) -> float:
     """Return the share of its outline that the target fills for one who looks at it, from afar, along `side` (3,),
     unit, in body axes."""
     mesh = scene.target.mesh

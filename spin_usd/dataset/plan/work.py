@@ -86,7 +86,8 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
     found: dict[str, Units] = {work: {"picture": 1} for work in ("stage", "cache", "facts")}
     found["files"] = {"pixel": files * frame}
     if task.label_pass:
-        found[LABEL_PASS] = {"picture": 1, **_traced(picture, options.renderer, samples=1)}
+        beside = picture.region_pixels - picture.target_pixels
+        found[LABEL_PASS] = {"picture": 1, "beside": beside, "target": picture.target_pixels}
         if any(kind in CLOUD_LABELS for kind in options.kinds):
             found[BEAM_PASS] = {"picture": 1}
         costly = {name: picture.target_pixels for name in options.labels if LABELS[name].target_s}

@@ -15,7 +15,8 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
 
 if TYPE_CHECKING:
-    from spin_usd.renderers.renderer import Renderer
+    from spin_usd.renderers.embree.caster import EmbreeCaster
+    from spin_usd.renderers.renderer import LabelPass, Renderer
 
 UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
 
@@ -29,8 +30,9 @@ class RendererEntry:
     processors it can use, "" for one that renders on the CPU alone · effort: the settings of
     scene.effort.Effort that it heeds; others are refused · skips_work: whether its class takes `crop` and `keep`, and
     does only the work that a scene needs, as renderers.skipped says · bands: whether it cuts the target's region into
-    bands of rows · label_costs, image_costs: seconds of one core for each unit of its two passes, where the units are
-    those of plan.work; `tools/bench calibrate` measures them, and units that do not stand here cost nothing.
+    bands of rows · casts: whether its class takes the `caster` of the run's labels, and casts its own rays by it ·
+    image_costs: seconds of one core for each unit of a render, where the units are those of plan.work; `tools/bench
+    calibrate` measures them, and units that do not stand here cost nothing.
     """
 
     name: str
@@ -42,7 +44,7 @@ class RendererEntry:
     effort: frozenset[str] = frozenset({"samples"})
     skips_work: bool = False
     bands: bool = False
-    label_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
+    casts: bool = False
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
 
 
@@ -57,7 +59,6 @@ _ALL = (
         effort=frozenset({"samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"}),
         skips_work=True,
         bands=True,
-        label_costs={"picture": 0.012, "box": 0.018, "beside": 4e-7, "target": 9e-7},
         image_costs={
             "picture": 0.017,
             "box": 0.02,
@@ -82,12 +83,13 @@ _ALL = (
         module="spin_usd.renderers.raycast.renderer",
         class_name="RaycastRenderer",
         effort=frozenset({"samples", "reduction"}),
-        label_costs={"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
+        casts=True,
         image_costs={"picture": 0.1, "beside": 2e-7, "target": 1.9e-6, "several lights": 5e-7},
     ),
 )
 RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
 DEFAULT_RENDERER = "blender"
+CHECKING = "blender"  # whose own label pass shares no code with that of runs
 
 
 def renderer_entry(name: str) -> RendererEntry:
@@ -124,15 +126,31 @@ def graphics_processors() -> dict[str, list[str]]:
     return found
 
 
-def open_renderer(name: str, *, device: str = CPU, crop: bool = True, keep: Collection[str] = ()) -> "Renderer":
+def open_renderer(
+    name: str,
+    *,
+    device: str = CPU,
+    crop: bool = True,
+    keep: Collection[str] = (),
+    caster: "EmbreeCaster | None" = None,
+) -> "Renderer":
     """Open the renderer `name`, one of RENDERERS, to render light on the `device`.
 
     Without `crop` a renderer that skips work renders whole frames instead of the target's part of them, to the same
     bytes; with `keep` it does the work that these rules would skip, to the same picture as surely as each rule says.
+    One that casts rays shares the `caster` of the labels where it is given, and what that made of the meshes.
     Raises InputError for any other name.
     """
     entry = renderer_entry(name)
     options: dict[str, Any] = {"crop": crop, "keep": keep} if entry.skips_work else {}
     options |= {"device": device} if entry.graphics else {}
+    options |= {"caster": caster} if entry.casts else {}
     renderer: Renderer = getattr(import_module(entry.module), entry.class_name)(**options)
     return renderer
+
+
+def open_check_pass() -> "LabelPass":
+    """Open Cycles' own label pass, which checks the labels of runs."""
+    entry = RENDERERS[CHECKING]
+    label_pass: LabelPass = getattr(import_module(entry.module), entry.class_name)()
+    return label_pass

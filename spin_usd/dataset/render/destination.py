@@ -10,8 +10,8 @@ from spin_usd.dataset.cluster.ray_cluster import RayCluster
 from spin_usd.dataset.cluster.remote_child import RemoteChild
 from spin_usd.dataset.cluster.worker_actor import WorkerOpening
 from spin_usd.dataset.cluster.worker_folder import Output, PublishedFromNode, PublishedHere, SharedFolder
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.process.child_protocol import ChildProtocol
-from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.publish.mirror import Mirror, mirrored
 from spin_usd.dataset.publish.node_folder import stage_sums
 from spin_usd.dataset.render.worker_options import WorkerOptions

@@ -58,7 +58,8 @@ def render(
         raise InputError("--device and --cluster are given together", do=do)
     if workers is not None:
         refuse_workers(workers)
-    require_renderer(request.renderer)
+    if request.lit:
+        require_renderer(request.renderer)
     options = DatasetOptions(
         workers=workers,
         keep_cache=keep_cache and not is_url(out),

@@ -80,6 +80,11 @@ class RenderRequest:
         wanted = {*self.labels, *([IMAGE] if self.image else []), *([RADIANCE] if self.radiance else [])}
         return tuple(kind for kind in KINDS if kind in wanted)
 
+    @property
+    def lit(self) -> bool:
+        """Whether pictures are asked for that show light: labels alone take no renderer."""
+        return self.image or self.radiance
+
 
 def plan(
     request: RenderRequest,

@@ -14,6 +14,7 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.devices import AUTO
+from spin_usd.dataset.process.open_renderer import require_renderer
 from spin_usd.dataset.process.processors import MAX_WORKERS, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.command import command_of
@@ -160,7 +161,7 @@ class DatasetRun:
             _keep_only_shared_renders(tasks)
         if self._destination.mirror:
             _keep_only_shared_labels(tasks)
-        for_workers = self._worker_options(planned, root)
+        for_workers = self._worker_options(planned, root, lit=any(task.renders for task in tasks))
         with postponed() as stop:
             try:
                 make_pictures(for_workers, tasks, count, self._lease, listener, limits, self._destination, stop)
@@ -179,13 +180,16 @@ class DatasetRun:
             return count, count
         return min(self._options.workers or default_workers(), tasks), len(usable_cpus())
 
-    def _worker_options(self, planned: Plan, root: str) -> WorkerOptions:
+    def _worker_options(self, planned: Plan, root: str, *, lit: bool) -> WorkerOptions:
+        if lit:  # a picture made again keeps the image that it had, whatever is asked for
+            require_renderer(self._request.renderer)
         return WorkerOptions(
             root=str(self._store.root),
             work=str(self._lease.work),
             stage=root,
             image_suffix=self._request.image_suffix,
             settings=planned.settings,
+            lit=lit,
             chosen=self._request.chosen,
         )
 

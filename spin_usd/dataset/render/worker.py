@@ -1,4 +1,4 @@
-"""A worker: one renderer kept open, pictures made one after another, each written and recorded."""
+"""A worker: one renderer and one ray caster kept open, pictures made one after another, each written and recorded."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -24,11 +24,11 @@ from spin_usd.dataset.picture.make_picture import (
 )
 from spin_usd.dataset.picture.render_file import RENDER_SUFFIX, in_order, read_render, write_render
 from spin_usd.dataset.picture.shown_bodies import TELLING, ShownBodies, shown_by_label
-from spin_usd.dataset.picture.target_facts import FactMaker
+from spin_usd.dataset.picture.target_facts import target_facts
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.plan.in_child import stage_provenance
 from spin_usd.dataset.process.open_renderer import open_renderer
 from spin_usd.dataset.process.processors import hold_to
-from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.render.record import CurrentPicture, make_record
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.atomic import link_atomically, write_atomically, write_json
@@ -41,6 +41,8 @@ from spin_usd.errors import InputError
 from spin_usd.files.changes import remove_file
 from spin_usd.formats.arrays.array_file import read_array, write_array
 from spin_usd.labels.table import CLOUD_LABELS, LABELS, own_keys, take_next_frame
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.renderers.renderer import Renderer
 from spin_usd.scene.derived.content_keys import KeyMaker, render_seed
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.model import Scene
@@ -68,10 +70,10 @@ class Worker:
         self._on_open = on_open
         self.options = WorkerOptions.from_json(options)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
-        self.renderer = open_renderer(self.options.settings.renderer, device=self.options.settings.device)
-        self.versions = library_versions() | self.renderer.versions()
+        self.caster = EmbreeCaster()
+        self.renderer = self._open_renderer() if self.options.lit else None
+        self.versions = library_versions() | (self.renderer.versions() if self.renderer else {})
         self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
-        self.facts = FactMaker(self.renderer)
         self._reader: StageReader | None = None
         self._keys = KeyMaker(self.options.settings)
 
@@ -121,6 +123,10 @@ class Worker:
             "faults": faults(record),
         }
 
+    def _open_renderer(self) -> Renderer:
+        settings = self.options.settings
+        return open_renderer(settings.renderer, device=settings.device, caster=self.caster)
+
     def _write_all(self, picture: CurrentPicture) -> dict[str, dict[str, Any]]:
         """Write each file as soon as it is made; returns their entries in the record. Where one fails none stays:
         without a record they would be nobody's."""
@@ -129,7 +135,7 @@ class Worker:
             with ThreadPoolExecutor(max_workers=WRITERS) as writers:  # labels are written while the image is rendered
                 self._labels(picture, writers, writing)
                 with picture.watch("facts"):
-                    picture.facts = self.facts.facts(picture.scene, picture.shown)
+                    picture.facts = target_facts(picture.scene, picture.shown, self.caster)
                 kept = self._image(picture, writers, writing)
                 with picture.watch("files"):
                     kept.result()
@@ -160,9 +166,9 @@ class Worker:
 
     def _made_labels(self, picture: CurrentPicture, kinds: Sequence[str]) -> Iterator[Made]:
         """Make the labels of these kinds."""
-        yield from make_labels(picture.scene, self.renderer, kinds, picture.watch, self.facts.caster)
+        yield from make_labels(picture.scene, self.caster, kinds, picture.watch, self.caster)
         if any(kind in CLOUD_LABELS for kind in kinds):
-            seed, beams = render_seed(picture.scene, self.options.settings), self.facts.caster.first_faces
+            seed, beams = render_seed(picture.scene, self.options.settings), self.caster.first_faces
             yield from make_clouds(picture.scene, beams, kinds, picture.watch, seed=seed)
 
     def _shown_by_cached(self, picture: CurrentPicture, found: Mapping[str, CacheEntry]) -> ShownBodies | None:
@@ -190,6 +196,7 @@ class Worker:
             rendered = self._cached_render(key, scene, groups=len(light.gains))
         picture.passes["render"] = "shared" if rendered else "made"
         if rendered is None:
+            assert self.renderer, "the run was said to have no picture that shows light"
             rendered = in_order(render_in(light, self.renderer, settings, picture.watch))
             if picture.keep_render:
                 write = partial(write_render, radiance=rendered)

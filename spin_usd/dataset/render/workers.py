@@ -40,7 +40,8 @@ def make_pictures(
     elsewhere, cluster = destination.start(options, lease, workers), destination.cluster
 
     def start(number: int) -> ChildProtocol:
-        listener.progress(f"starting {options.settings.renderer}: worker", number + 1, room())
+        started = options.settings.renderer if options.lit else "labels"
+        listener.progress(f"starting {started}: worker", number + 1, room())
         if elsewhere:
             return elsewhere(number)
         memory = rendering_memory(graphics=options.settings.device != CPU)

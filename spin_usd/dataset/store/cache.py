@@ -18,6 +18,7 @@ from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.versions import LABELLING
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.names import CACHE
@@ -87,10 +88,13 @@ class Cache:
 
 
 def made_by(versions: Mapping[str, str], kind: str) -> str:
-    """Return the digest in the names of files of that `kind` that software of these versions made. A label's also
-    covers how it is written, for the same surface in other channels is another file."""
-    written = [LABELS[kind].channels.header(kind)] if kind in LABELS else []
-    return digest(dict(versions), *written)[:VERSION_DIGITS]
+    """Return the digest in the names of files of that `kind` that software of these versions made. A label's leaves
+    out the renderer's, which has no part in it, and also covers how it is written, for the same surface in other
+    channels is another file."""
+    if kind not in LABELS:
+        return digest(dict(versions))[:VERSION_DIGITS]
+    labelling = {name: number for name, number in versions.items() if name in LABELLING}
+    return digest(labelling, LABELS[kind].channels.header(kind))[:VERSION_DIGITS]
 
 
 def entries(store: Store) -> Iterator[CacheEntry]:

@@ -7,7 +7,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-import OpenImageIO
 from numpy.typing import NDArray
 
 from spin_usd.geometry.region import Region
@@ -74,7 +73,8 @@ class BlenderRenderer:
         self._kept: Any = None
 
     def visibility(self, scene: Scene) -> Visibility:
-        """Return the face behind every pixel centre of `scene.region`. Raises RenderError, UnsupportedError."""
+        """Return the face behind every pixel centre of `scene.region`: an independent check of the labels, which are
+        not made of it. Raises RenderError, UnsupportedError."""
         return nearest(scene, [self._visibility(place, one) for place, one in enumerate(scene.apart)])
 
     def _visibility(self, place: int, scene: Scene) -> Visibility:
@@ -119,12 +119,7 @@ class BlenderRenderer:
 
     def versions(self) -> dict[str, str]:
         """Return names and versions of the software that decides the result."""
-        return {
-            "blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}",
-            "OpenImageIO": str(OpenImageIO.VERSION_STRING),
-            "numpy": np.__version__,
-            **self._device.versions,
-        }
+        return {"blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}", **self._device.versions}
 
     def close(self) -> None:
         """Free the scene and the temporary folder."""

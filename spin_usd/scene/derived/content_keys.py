@@ -20,6 +20,7 @@ from spin_usd.scene.light import AreaLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
 
+VISIBILITY = "embree 1"  # what decides which face a pixel shows; its number grows where it may decide otherwise
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
 
@@ -43,10 +44,10 @@ class RenderSettings:
 class Keys:
     """The three keys of a picture, and the key of what its record says of the targets.
 
-    geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, shading, materials,
-    where light comes from, depth of field, shutter, effort, seed and device; not how strong or of what colour the
-    lights are · exposure: decides the image's numbers: radiance, lights as they are, what lies behind, optics, sensor
-    and seed · targets: poses, meshes and keypoints of all targets, also where no picture shows them.
+    geometry: as `geometry_key` · radiance: decides the target's radiance in unit light: geometry, renderer, shading,
+    materials, where light comes from, depth of field, shutter, effort, seed and device; not how strong or of what
+    colour the lights are · exposure: decides the image's numbers: radiance, lights as they are, what lies behind,
+    optics, sensor and seed · targets: poses, meshes and keypoints of all targets, also where no picture shows them.
     """
 
     geometry: str
@@ -66,13 +67,14 @@ class KeyMaker:
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""
         settings, frame = self.settings, scene.frame
-        geometry = geometry_key(scene, settings.renderer)
+        geometry = geometry_key(scene)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
         shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
         if scene.others:  # those that do not show are seen in reflections, and cast shadows
             shading += [[placed(body), self._shading(body)] for body in scene.bodies]
         elsewhere = [settings.device] if settings.device != CPU else []  # which rounds, and adds up, in other ways
-        radiance = digest([geometry, shading, self._effort, settings.seed, frame.name, *elsewhere])
+        how = [settings.renderer, self._effort, settings.seed, *elsewhere]
+        radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])
@@ -112,15 +114,17 @@ class KeyMaker:
         return cached[1]
 
 
-def geometry_key(scene: Scene, renderer: str) -> str:
-    """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and the renderer that resolves
-    visibility. Of several bodies those count that lie in the frame."""
+def geometry_key(scene: Scene) -> str:
+    """Digest what decides the labels: mesh, parts, cut-outs, pose, camera, and what finds the faces, which is the same
+    for all renderers. Of several bodies those count that lie in the frame."""
     if not scene.others:
         target, pose = scene.target, scene.T_cam_body
-        return digest(renderer, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key)
+        return digest(
+            VISIBILITY, target.mesh.key, target.cut_out_key, pose.rotation, pose.translation, scene.camera.key
+        )
     each = zip(scene.bodies, scene.parts_before, scene.apart, strict=True)
     shown = [[*placed(body), before] for body, before, one in each if not one.region.empty]
-    return digest(renderer, shown, scene.camera.key)
+    return digest(VISIBILITY, shown, scene.camera.key)
 
 
 def placed(body: Body) -> list[Any]:

@@ -12,9 +12,9 @@ from spin_usd.dataset.cluster.local_connection import LocalConnection
 from spin_usd.dataset.cluster.remote_child import RemoteChild
 from spin_usd.dataset.cluster.worker_actor import WorkerOpening
 from spin_usd.dataset.cluster.worker_folder import SharedFolder
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.process.child import ChildDiedError, DeathCause
 from spin_usd.dataset.process.pool import Answered, Failed, Pool
-from spin_usd.dataset.process.versions import library_versions
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.errors import InputError
 from spin_usd.scene.derived.content_keys import RenderSettings

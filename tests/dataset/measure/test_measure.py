@@ -363,7 +363,7 @@ def opened(small_stage, tmp_path):
 @pytest.mark.slow
 def test_a_crash_ends_one_job(opened) -> None:
     digest = Job(kind=RAYCAST, what="render_digest", arguments={"index": 0, "effort": {"samples": 1}, "seed": 5})
-    dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
+    dies = Job(kind=RAYCAST, what="labels", arguments={"index": 0})
     wrong = Job(kind=RAYCAST, what="errors", arguments={"index": 0, "reference": ["a", "b"], "runs": []})
     with Processes(1, partial(opened, Dying), within_s=60.0) as processes:
         first, crashed, refused, last = processes.run([digest, dies, wrong, digest])
@@ -396,7 +396,7 @@ def test_the_time_limit_grows_with_the_samples() -> None:
 
 
 def test_where_no_process_opens_it_is_said(opened) -> None:
-    job = Job(kind=RAYCAST, what="labels", arguments={"index": 0, "against": "raycast"})
+    job = Job(kind=RAYCAST, what="labels", arguments={"index": 0})
     with (
         Processes(1, partial(opened, Child, variant="nothing"), within_s=60.0) as processes,
         pytest.raises(StageError, match="nothing"),

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.picture.keypoint_states import SKIN, keypoint_states
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from tests.authorities.first_hit import first_hit
 from tests.cases.scenes import FOLDING, SMALL, box, pose, scene, soup, target
 
-CASTER = RaycastRenderer()
+CASTER = EmbreeCaster()
 DOUBT = 1e-5  # where a surface is so near, rounding may decide
 CENTRE, CORNER = (0, 0, 0), (0.5, 0.5, 0.5)
 

@@ -6,19 +6,18 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.picture.shown_bodies import shown_by_label, shown_by_rays
-from spin_usd.dataset.picture.target_facts import FactMaker
+from spin_usd.dataset.picture.target_facts import target_facts
 from spin_usd.geometry.camera import Camera
 from spin_usd.labels.dense_pose import DENSE_POSE
 from spin_usd.labels.depth import DEPTH
 from spin_usd.labels.instance import INSTANCE
 from spin_usd.labels.segmentation import SEGMENTATION
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
 from tests.cases.scenes import SMALL, box, pose, scene, target
 
-CASTER = RaycastRenderer()
-MAKER = FactMaker(CASTER)
+CASTER = EmbreeCaster()
 CUBE = target(*box())
 
 
@@ -50,7 +49,7 @@ def enlarged(camera, by):
 
 def test_one_target_alone_hides_nothing_of_itself() -> None:
     s = scene(CUBE)
-    (facts,) = MAKER.facts(s, None)
+    (facts,) = target_facts(s, None, CASTER)
     pixels = silhouette(s)
     assert facts.counts.visible == facts.counts.amodal == pixels.sum()
     assert facts.counts.visible_fraction == 1
@@ -85,14 +84,14 @@ def test_labels_of_several_bodies_show_what_rays_meet() -> None:
     by_instance = shown_by_label(s, "instance", INSTANCE.make(s, surface))
     assert np.array_equal(by_instance.ids, np.maximum(rays.ids, 0))
     assert shown_by_label(s, "depth", DEPTH.make(s, surface)) is None
-    found, expected = ([facts.as_json() for facts in MAKER.facts(s, shown)] for shown in (by_instance, rays))
+    found, expected = ([facts.as_json() for facts in target_facts(s, shown, CASTER)] for shown in (by_instance, rays))
     assert found == expected
 
 
 @pytest.mark.parametrize("x", [2.4, -2.5, 6.0])
 def test_the_visible_fraction_counts_pixels_outside_the_frame(x) -> None:
     s = scene(CUBE, T_cam_body=pose((0.9, 0.2, 0.3, 0.1), (x, 0.3, 4.5)))
-    (facts,) = MAKER.facts(s, None)
+    (facts,) = target_facts(s, None, CASTER)
     whole = silhouette(replace(s, camera=enlarged(SMALL, 200)))
     assert whole.any()
     inside = whole[200:-200, 200:-200].sum()
@@ -104,7 +103,7 @@ def test_the_visible_fraction_counts_pixels_outside_the_frame(x) -> None:
 def test_a_target_far_larger_than_the_frame_is_sampled() -> None:
     s = scene(CUBE, T_cam_body=pose(t=(0, 0, 0.58)))
     camera = Camera(width=64, height=48, fx=70, fy=71, cx=31, cy=25)
-    (facts,) = MAKER.facts(replace(s, camera=camera), None)
+    (facts,) = target_facts(replace(s, camera=camera), None, CASTER)
     side = 1 / 0.08  # the face before the camera hides all others
     assert facts.counts.visible_fraction == pytest.approx(64 * 48 / (side * 70 * side * 71), rel=1e-2)
 
@@ -114,7 +113,7 @@ def test_what_stands_before_a_target_hides_it() -> None:
     arm = Body(id=0, target=target(*box((-2, -0.1, -0.1), (2, 0.1, 0.1))), T_cam_body=pose(t=(0, 0.2, 2)))
     s = scene(CUBE, others=(other, arm))
     shown = shown_by_rays(s, CASTER)
-    first, second = MAKER.facts(s, shown)
+    first, second = target_facts(s, shown, CASTER)
     for facts, alone, body in ((first, s.apart[0], 1), (second, s.apart[1], 2)):
         pixels = silhouette(alone)
         assert facts.counts.amodal == pixels.sum()
@@ -125,7 +124,7 @@ def test_what_stands_before_a_target_hides_it() -> None:
 
 
 def test_nothing_is_known_of_a_target_that_is_not_seen() -> None:
-    (facts,) = MAKER.facts(scene(CUBE, T_cam_body=pose(t=(0, 0, -4))), None)
+    (facts,) = target_facts(scene(CUBE, T_cam_body=pose(t=(0, 0, -4))), None, CASTER)
     found = facts.as_json()
     assert found["pixels"] == {"visible": 0, "amodal": 0}
     assert found["visible_fraction"] is None
@@ -135,6 +134,6 @@ def test_nothing_is_known_of_a_target_that_is_not_seen() -> None:
 
 def test_the_corners_of_the_box_go_from_least_to_greatest() -> None:
     s = scene(target(*box((-0.1, -0.2, -0.3), (0.4, 0.5, 0.6))))
-    (facts,) = MAKER.facts(s, None)
+    (facts,) = target_facts(s, None, CASTER)
     corners = [[x, y, z] for x in (-0.1, 0.4) for y in (-0.2, 0.5) for z in (-0.3, 0.6)]
     np.testing.assert_allclose(facts.corners, s.camera.project(s.T_cam_body.points(corners)), atol=1e-12)

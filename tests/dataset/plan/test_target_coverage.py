@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from spin_usd.dataset.plan.target_coverage import Coverage
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.scenes import SPEEDPLUS
 
@@ -13,7 +13,7 @@ USUAL, MOST = 0.02, 0.05  # off, of the pixels that are there, as the module say
 
 
 def test_the_estimate_is_near_what_a_renderer_finds(small_stage) -> None:
-    reader, coverage, renderer = StageReader(small_stage), Coverage(), RaycastRenderer()
+    reader, coverage, renderer = StageReader(small_stage), Coverage(), EmbreeCaster()
     scenes = [replace(reader.scene(frame), camera=SPEEDPLUS) for frame in reader.frames]
     found = np.array([np.count_nonzero(renderer.visibility(scene).face >= 0) for scene in scenes])
     off = np.abs(np.array([coverage.target_pixels(scene) for scene in scenes]) / found - 1)

@@ -121,7 +121,7 @@ def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmente
     for picture in alone.pictures:
         reader = StageReader(augmented, variant=picture.variant)
         scene, region = reader.scene(reader.frames[picture.index]), picture.region
-        assert picture.geometry == geometry_key(scene, SETTINGS.renderer)
+        assert picture.geometry == geometry_key(scene)
         assert picture.radiance == KeyMaker(SETTINGS).keys(scene).radiance
         assert picture.exposure == KeyMaker(SETTINGS).keys(scene).exposure
         assert region == (*(getattr(scene.picture_region, side) for side in ("x0", "y0", "x1", "y1")),)

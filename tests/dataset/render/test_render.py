@@ -106,6 +106,25 @@ def test_the_independent_oracle_accepts_the_labels(blender_dataset, shared) -> N
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_labels_are_of_no_renderer(small_stage, blender_dataset, rendered, tmp_path) -> None:
+    """They have the same bytes and keys whatever renders the image, and alone they are made without Blender."""
+    make(small_stage, tmp_path / "alone", frames="0:4", renderer="blender", image=False)
+    alone = records_of(tmp_path / "alone")
+    assert len(alone) == 4
+    for record in alone:
+        files, keys = record["files"], record["provenance"]["keys"]
+        assert set(files) == {"depth", "segmentation", "dense_pose"}
+        assert "blender" not in record["provenance"]["versions"]
+        for other in (record_of_frame(blender_dataset, record), record_of_frame(rendered, record)):
+            assert {kind: other["files"][kind] for kind in files} == files
+            assert other["provenance"]["keys"]["geometry"] == keys["geometry"]
+            assert other["provenance"]["versions"].items() >= record["provenance"]["versions"].items()
+
+
+def record_of_frame(dataset, record):
+    return next(each for each in records_of(dataset) if each["frame"] == record["frame"])
+
+
 def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tmp_path) -> None:
     make(small_stage, tmp_path / "one", renderer="blender", workers=1, radiance=True)
     assert digests(tmp_path / "one") == digests(blender_dataset)

@@ -12,9 +12,10 @@ from functools import partial
 import numpy as np
 import pytest
 
+from spin_usd.dataset.picture.versions import library_versions
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.store.cache import Cache, entries
+from spin_usd.dataset.store.cache import RENDERS, Cache, entries, made_by
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.files.folder import Folder
 from spin_usd.formats.image_file import read_image, write_image
@@ -301,6 +302,13 @@ def test_a_file_of_other_software_is_not_served(whole, tmp_path) -> None:
     own, other = (of_versions(versions=found) for found in (versions, versions | {"spin_usd": "0"}))
     assert own.find(purpose.kind, purpose.key) == entry
     assert other.find(purpose.kind, purpose.key) is None
+
+
+def test_a_label_serves_every_renderer_and_a_render_its_own_alone() -> None:
+    one, other = library_versions(), library_versions() | {"blender": "5.2.3"}
+    assert made_by(one, "depth") == made_by(other, "depth")
+    assert made_by(one, "depth") != made_by(one | {"embreex": "3"}, "depth")
+    assert made_by(one, RENDERS) != made_by(other, RENDERS)
 
 
 def test_a_label_in_other_channels_is_not_served(whole, tmp_path, monkeypatch) -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
@@ -34,7 +35,7 @@ def test_labels_are_those_of_the_ray_caster(blender, away) -> None:
         T_cam_body=further(SCENE.T_cam_body, away),
         others=tuple(replace(body, T_cam_body=further(body.T_cam_body, away)) for body in SCENE.others),
     )
-    ours, theirs = blender.visibility(far), RaycastRenderer().visibility(far)
+    ours, theirs = blender.visibility(far), EmbreeCaster().visibility(far)
     assert (ours.face != theirs.face).sum() <= EDGE_PIXELS
     assert set(visible_surface(far, ours).target.tolist()) == {0, 1, 2}
     for own, other in zip(ours.apart, theirs.apart, strict=True):

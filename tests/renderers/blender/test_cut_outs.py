@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.camera import Camera
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
@@ -52,7 +53,7 @@ def layers(make_scene, square, count, *, apart=0.1, **fields):
 def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count) -> None:
     """By both renderers, and by the chequer itself."""
     scene = layers(make_scene, square, count)
-    cast, rendered = RaycastRenderer().visibility(scene), blender.visibility(scene)
+    cast, rendered = EmbreeCaster().visibility(scene), blender.visibility(scene)
     assert (cast.face != rendered.face).sum() <= SEAM_PIXELS
     assert {0, 1, 2 * count, 2 * count + 1} <= set(np.unique(cast.face))
     seen = visible_surface(scene, cast)
@@ -69,7 +70,7 @@ def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count)
 
 def test_holes_in_layers_that_almost_touch(blender, make_scene, square) -> None:
     scene = layers(make_scene, square, 6, apart=2e-5)
-    cast, rendered = RaycastRenderer().visibility(scene).face, blender.visibility(scene).face
+    cast, rendered = EmbreeCaster().visibility(scene).face, blender.visibility(scene).face
     assert (cast != rendered).sum() <= SEAM_PIXELS
 
 
@@ -79,7 +80,7 @@ def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, the
     value = Primvar(name="opacity") if as_primvar else opacity
     holed = replace(HOLED, opacity=value)
     scene = make_scene(*square, materials=[holed], primvars={"opacity": np.full((2, 3, 1), opacity)})
-    for renderer in (blender, RaycastRenderer()):
+    for renderer in (blender, EmbreeCaster()):
         assert (renderer.visibility(scene).face >= 0).any() == there
 
 
@@ -99,7 +100,7 @@ def test_the_preview_lets_light_through_holes(make_scene, square) -> None:
     scene = layers(make_scene, square, 1, lights=[SUN], q=(1, 0, 0, 0), t=(0, 0, 3e5),
                    camera=replace(CAMERA, fx=170e5, fy=170e5))  # fmt: skip
     renderer = RaycastRenderer()
-    seen = visible_surface(scene, renderer.visibility(scene))
+    seen = visible_surface(scene, EmbreeCaster().visibility(scene))
     rgb = renderer.radiance(scene, Effort(samples=1), seed=0).rgb[
         seen.rows - scene.region.y0, seen.columns - scene.region.x0
     ]
@@ -120,5 +121,5 @@ def test_size_costs_no_holes(make_scene, square, size) -> None:
     mesh = replace(other.target.mesh, points=points)
     pose = replace(other.T_cam_body, translation=other.T_cam_body.translation * size)
     other = replace(other, T_cam_body=pose, target=replace(other.target, mesh=mesh))
-    renderer = RaycastRenderer()
+    renderer = EmbreeCaster()
     assert (renderer.visibility(one).face != renderer.visibility(other).face).sum() <= SEAM_PIXELS

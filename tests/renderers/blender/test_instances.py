@@ -8,6 +8,7 @@ import pytest
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.crop import label_bands
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.faces import corners_of, groups_of, materials_of, normals_of, parts_of, primvar_of
 from spin_usd.scene.derived.surface import visible_surface
@@ -82,16 +83,15 @@ def test_keys_tell_places_apart(scene) -> None:
 
 
 def test_labels_and_preview_are_those_of_the_mesh_made_out(scene) -> None:
-    renderer = RaycastRenderer()
-    assert_same_labels(scene, renderer)
+    assert_same_labels(scene, EmbreeCaster())
     lit = replace(scene, lights=(SUN,))
-    mine, theirs = (renderer.radiance(s, Effort(samples=2), seed=3) for s in (lit, expanded(lit)))
+    mine, theirs = (RaycastRenderer().radiance(s, Effort(samples=2), seed=3) for s in (lit, expanded(lit)))
     np.testing.assert_array_equal(mine.coverage, theirs.coverage)
     np.testing.assert_allclose(mine.rgba, theirs.rgba, atol=FLOAT32)
 
 
 def test_bands_hold_all_that_is_seen(scene) -> None:
-    there = RaycastRenderer().visibility(scene)
+    there = EmbreeCaster().visibility(scene)
     inside = np.zeros(there.face.shape, bool)
     for band in label_bands(scene):
         rows, columns = band.y0 - there.region.y0, band.x0 - there.region.x0

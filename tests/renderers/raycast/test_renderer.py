@@ -1,4 +1,4 @@
-"""The ray caster against every triangle tried in double precision, and light worked out by hand."""
+"""The preview's light, worked out by hand."""
 
 from dataclasses import replace
 
@@ -7,146 +7,27 @@ import pytest
 import trimesh
 
 from spin_usd.geometry.camera import Camera
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.renderers.raycast.renderer import RaycastRenderer
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
-from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
+from tests.cases.scenes import box, pose, scene, soup, target
 
-EDGE = 2e-6  # of a triangle, in barycentric weights: float32 may take a ray that passes so near an edge for either side
 RADIANCE = 1e-6  # relative: float32 of the result
 SILHOUETTE = 0.02  # relative: area of a triangle counted by 64 rays for each of 2,000 pixels of its rim
 
-RENDERER = RaycastRenderer()
+CASTER = EmbreeCaster()
+RENDERER = RaycastRenderer(caster=CASTER)
 WHITE = Material(path="/white", diffuse_color=(1, 1, 1))
-
-
-def faces_by_trial(s):
-    """First face (rows, columns) by trying each triangle in double precision (Moeller and Trumbore, 1997), or -1; and
-    the pixels whose ray passes an edge of any triangle in front too near to call."""
-    region, mesh = s.region, s.target.mesh
-    rays = np.insert(s.camera.centres(region).reshape(-1, 2), 2, 1.0, axis=1)
-    nearest, face = np.full(len(rays), np.inf), np.full(len(rays), -1)
-    unsure = np.zeros(len(rays), bool)
-    for i, (a, b, c) in enumerate(s.T_cam_body.points(mesh.points)[mesh.faces]):
-        p = np.cross(rays, c - a)
-        det = p @ (b - a)
-        q = np.cross(-a, b - a)
-        u, v, z = (p @ -a) / det, (rays @ q) / det, ((c - a) @ q) / det
-        weights = np.stack([u, v, 1 - u - v], -1).min(-1)
-        near_edge = (np.abs(weights) < EDGE) & (z > 0)
-        closer = (weights >= 0) & (z > 0) & (z < nearest)
-        nearest, face = np.where(closer, z, nearest), np.where(closer, i, face)
-        unsure |= near_edge
-    return face.reshape(region.shape), unsure.reshape(region.shape)
-
-
-def assert_sees_what_trial_sees(s, least=50) -> None:
-    face, unsure = faces_by_trial(s)
-    found = RENDERER.visibility(s)
-    assert found.region == s.region
-    np.testing.assert_array_equal(found.face[~unsure], face[~unsure])
-    assert unsure.mean() < 0.01
-    assert (face >= 0).sum() >= least
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("camera", [SMALL, BARREL])
-def test_sees_the_nearest_triangle(seed, camera) -> None:
-    q = np.random.default_rng(seed).normal(size=4)
-    points, faces, parts = soup(seed)
-    assert_sees_what_trial_sees(
-        scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(q, (0.4, -0.3, 5)))
-    )
-
-
-@pytest.mark.parametrize("z", [1.0, 1e3, 1e5, 1e7])
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_range_and_size_cost_no_precision(z, size) -> None:
-    """A long lens shows the same at 10,000 km as a wide one nearby, and a millimetre as a kilometre; far off axis."""
-    points, faces, parts = soup(7, size=0.2)
-    focal, aside = 60 * z, 0.3
-    camera = Camera(width=64, height=48, fx=focal, fy=focal, cx=30 - aside * focal, cy=25 + aside * focal)
-    s = scene(
-        target(points * size, faces, parts=parts),
-        camera=camera,
-        T_cam_body=pose((0.3, 0.5, -0.2, 0.7), np.array((aside * z, -aside * z, z)) * size),
-    )
-    assert_sees_what_trial_sees(s, least=300)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_camera_among_the_triangles_sees_none_behind_it(seed) -> None:
-    points, faces, parts = soup(seed, count=60)
-    q = np.random.default_rng(seed).normal(size=4)
-    s = scene(target(points, faces, parts=parts), T_cam_body=pose(q, (0.1, 0.2, 0.3)))
-    assert s.region == s.camera.frame
-    assert_sees_what_trial_sees(s)
-    assert (visible_surface(s, RENDERER.visibility(s)).z > 0).all()
-
-
-@pytest.mark.parametrize("z", [2.5, 1e6])
-def test_a_closed_body_has_no_holes(z) -> None:
-    """No ray slips between two triangles that share an edge."""
-    ball = trimesh.creation.icosphere(subdivisions=4)
-    focal = 150 * z
-    camera = Camera(width=400, height=400, fx=focal, fy=focal, cx=200, cy=200)
-    face = RENDERER.visibility(
-        scene(target(ball.vertices, ball.faces), camera=camera, T_cam_body=pose((0.1, 0.7, 0.3, -0.2), (0, 0, z)))
-    ).face
-    rows = (face >= 0).any(axis=1)
-    assert rows.sum() > 250
-    first, last = (face >= 0).argmax(1), face.shape[1] - 1 - (face >= 0)[:, ::-1].argmax(1)
-    columns = np.arange(face.shape[1])
-    inside = rows[:, None] & (columns >= first[:, None]) & (columns <= last[:, None])
-    assert (face[inside] >= 0).all()
-
-
-def test_rays_aimed_at_edges_do_not_slip_between_the_triangles() -> None:
-    """Through the edges of a ball's near half one would see its far half; where no random ray goes."""
-    ball = trimesh.creation.icosphere(subdivisions=4)
-    s = scene(target(ball.vertices, ball.faces), T_cam_body=pose((0.1, 0.7, 0.3, -0.2), (0.3, -0.2, 4)))
-    share = np.random.default_rng(0).random((len(ball.edges_unique), 20, 1))
-    start, end = ball.vertices[ball.edges_unique].swapaxes(0, 1)[:, :, None]
-    points = s.T_cam_body.points(start + share * (end - start)).reshape(-1, 3)
-    points = points[points[:, 2] < 3.5]
-    face = RENDERER.cast(s, points[:, :2] / points[:, 2:])
-    assert len(points) > 30_000
-    middles = s.T_cam_body.points(s.target.mesh.points[s.target.mesh.faces].mean(1))
-    assert (face >= 0).all()
-    assert (middles[face, 2] < 4).all()
-
-
-def test_the_same_faces_whatever_the_region() -> None:
-    """A pixel's face does not depend on which other pixels are rendered with it."""
-    points, faces, parts = soup(2)
-    s = scene(target(points, faces, parts=parts))
-    whole = RENDERER.visibility(s)
-    row = s.region.shape[0] // 2
-    one = RENDERER.cast(s, s.camera.centres(s.region)[row, 20:21])
-    assert one[0] == whole.face[row, 20]
+SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
+SQUARE_FACES = np.array([[0, 2, 1], [0, 3, 2]])  # seen from -z
 
 
 def test_nothing_in_view_is_an_empty_picture() -> None:
     s = scene(target(*box()), T_cam_body=pose(t=(0, 0, -5)))
-    assert RENDERER.visibility(s).face.shape == (0, 0)
     assert RENDERER.radiance(s, Effort(samples=2), seed=0).rgb.shape == (0, 0, 3)
-
-
-def test_meshes_are_kept_apart_and_let_go() -> None:
-    renderer = RaycastRenderer()
-    near, far = scene(target(*box())), scene(target(*box((-0.1,) * 3, (0.1,) * 3)))
-    first = renderer.visibility(near).face
-    assert (renderer.visibility(far).face >= 0).sum() < (first >= 0).sum()
-    np.testing.assert_array_equal(renderer.visibility(near).face, first)
-    assert len(renderer._opened) == 2
-    del near, far
-    assert len(renderer._opened) == 0
-
-
-SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
-SQUARE_FACES = np.array([[0, 2, 1], [0, 3, 2]])  # seen from -z
 
 
 def sun(direction, irradiance=(1361.0, 1361.0, 1361.0)):
@@ -204,7 +85,7 @@ def test_shadows_are_hard_and_where_they_belong(size) -> None:
         T_cam_body=pose(t=np.array((0, 0, 4)) * size),
         lights=[sun((1, 0, 1))],
     )
-    surface = visible_surface(s, RENDERER.visibility(s))
+    surface = visible_surface(s, CASTER.visibility(s))
     lit = (
         RENDERER.radiance(s, Effort(samples=1), seed=0).rgb[
             surface.rows - s.region.y0, surface.columns - s.region.x0, 0
@@ -223,7 +104,7 @@ def test_a_round_body_does_not_shade_itself() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
     normals = np.asarray(ball.vertices)[ball.faces]
     s = scene(target(ball.vertices, ball.faces, corner_normals=normals, materials=(WHITE,)), lights=[sun((0, 0, 1))])
-    surface = visible_surface(s, RENDERER.visibility(s))
+    surface = visible_surface(s, CASTER.visibility(s))
     rgb = RENDERER.radiance(s, Effort(samples=1), seed=0).rgb[surface.rows - s.region.y0, surface.columns - s.region.x0]
     facing = surface.body[:, 2] < -0.1
     assert facing.sum() > 500
@@ -256,8 +137,8 @@ def test_one_sample_is_the_pixel_centre() -> None:
     points, faces, parts = soup(4)
     s = scene(target(points, faces, parts=parts, materials=(replace(WHITE, emissive_color=(1, 1, 1)),)))
     bright = RENDERER.radiance(s, Effort(samples=1), seed=9).rgb[..., 0] > 0
-    np.testing.assert_array_equal(bright, RENDERER.visibility(s).face >= 0)
+    np.testing.assert_array_equal(bright, CASTER.visibility(s).face >= 0)
 
 
 def test_versions_name_what_decides() -> None:
-    assert set(RENDERER.versions()) == {"embreex", "numpy"}
+    assert set(RENDERER.versions()) == {"embreex"}

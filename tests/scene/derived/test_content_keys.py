@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from spin_usd.arrays import digest
-from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, geometry_key, picture_seed, render_seed
+from spin_usd.scene.derived.content_keys import (
+    VISIBILITY,
+    KeyMaker,
+    RenderSettings,
+    geometry_key,
+    picture_seed,
+    render_seed,
+)
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
@@ -77,7 +84,7 @@ CHANGES = {
 
 def keys(s, settings=SETTINGS):
     made = KeyMaker(settings).keys(s)
-    assert made.geometry == geometry_key(s, settings.renderer)
+    assert made.geometry == geometry_key(s)
     return made.geometry, made.radiance, made.exposure
 
 
@@ -96,7 +103,7 @@ def test_scene(change) -> None:
         ({"device": "optix"}, PICTURE),
         ({"effort": Effort(samples=5)}, PICTURE),
         ({"seed": 8}, PICTURE),
-        ({"renderer": "blender"}, ALL),
+        ({"renderer": "blender"}, PICTURE),  # whose labels are the same
     ],
 )
 def test_settings(change, expected) -> None:
@@ -127,7 +134,7 @@ class TestSeveralBodies:
         alone = replace(self.scene, others=())
         target, T = alone.target, alone.T_cam_body
         parts = (target.mesh.key, target.cut_out_key, T.rotation, T.translation, alone.camera.key)
-        assert geometry_key(alone, "raycast") == digest("raycast", *parts)
+        assert geometry_key(alone) == digest(VISIBILITY, *parts)
 
     @pytest.mark.parametrize("place", [1, 2])
     def test_a_body_that_moves_in_the_frame_changes_labels_and_light(self, place) -> None:

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import geometric_normals, shading_normals, visible_surface
 from spin_usd.scene.passes import Visibility
 from tests.cases.scenes import SMALL, SPEEDPLUS, pose, scene, soup, target
@@ -50,7 +50,7 @@ def at_range(z, seed):
 def test_points_are_exact_at_any_range(z, seed) -> None:
     """On their own ray and on their own triangle, to the rounding of the range."""
     s = at_range(z, seed)
-    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    surface = visible_surface(s, EmbreeCaster().visibility(s))
     rays = s.camera.rays(np.stack([surface.columns + 0.5, surface.rows + 0.5], -1))
     rounding = ROUNDINGS * EPSILON * (z + s.target.mesh.radius)
     checked = 0
@@ -68,7 +68,7 @@ def test_points_are_exact_at_any_range(z, seed) -> None:
 @pytest.mark.parametrize("z", RANGES)
 def test_points_project_onto_their_own_pixels(z) -> None:
     s = at_range(z, 2)
-    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    surface = visible_surface(s, EmbreeCaster().visibility(s))
     uv = s.camera.project(s.T_cam_body.points(surface.body))
     np.testing.assert_allclose(uv, np.stack([surface.columns + 0.5, surface.rows + 0.5], -1), rtol=0, atol=1e-6)
 
@@ -76,7 +76,7 @@ def test_points_project_onto_their_own_pixels(z) -> None:
 def test_rows_columns_and_parts_are_those_of_the_pixels() -> None:
     points, faces, parts = soup(3)
     s = scene(target(points, faces, parts=parts))
-    visibility = RaycastRenderer().visibility(s)
+    visibility = EmbreeCaster().visibility(s)
     surface = visible_surface(s, visibility)
     frame = np.full(s.camera.frame.shape, -1)
     frame[visibility.region.slices] = visibility.face
@@ -99,7 +99,7 @@ def test_a_triangle_seen_edge_on_keeps_its_own_depth() -> None:
 
 def test_nothing_visible_is_no_points() -> None:
     s = scene(target(*soup(0)[:2]), T_cam_body=pose(t=(0, 0, -9)))
-    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    surface = visible_surface(s, EmbreeCaster().visibility(s))
     assert s.region.empty
     assert surface.z.shape == (0,)
     assert surface.body.shape == (0, 3)
@@ -114,7 +114,7 @@ def sphere():
 @pytest.mark.parametrize("camera", [SMALL, SPEEDPLUS])
 def test_shading_normals_of_a_sphere_are_its_radii(camera) -> None:
     s = scene(sphere(), camera=camera, T_cam_body=pose((0.3, 0.2, -0.7, 0.5), (0.4, 0.1, 6)))
-    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    surface = visible_surface(s, EmbreeCaster().visibility(s))
     normals = shading_normals(s, surface.face, surface.body)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=1e-12)
     radii = surface.body / np.linalg.norm(surface.body, axis=1, keepdims=True)
@@ -127,7 +127,7 @@ def test_shading_normals_of_a_sphere_are_its_radii(camera) -> None:
 def test_normals_face_the_camera_from_either_side() -> None:
     points, faces, parts = soup(5)
     s = scene(target(points, faces, parts=parts))
-    surface = visible_surface(s, RaycastRenderer().visibility(s))
+    surface = visible_surface(s, EmbreeCaster().visibility(s))
     towards = s.T_cam_body.inverse().translation - surface.body
     own = s.target.mesh.corner_normals[surface.face, 0]
     for normals in (shading_normals(s, surface.face, surface.body), geometric_normals(s, surface.face)):

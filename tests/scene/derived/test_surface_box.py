@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from spin_usd.geometry.camera import Camera
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface_box import BEYOND_PX, cut_off, surface_box
 from tests.cases.instanced import expanded, placed
 from tests.cases.scenes import BARREL, FOLDING, GREY, SMALL, box, pose, scene, soup, target
 
 PLAIN = Camera(width=64, height=48, fx=70, fy=71, cx=31, cy=25)
 SAMPLED_PX = 0.2  # samples on a triangle, 1/400 of it apart
-CASTER = RaycastRenderer()
+CASTER = EmbreeCaster()
 
 
 def box_of(s):

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.facing import facing_share, few_axes
 from spin_usd.geometry.triangles import normals
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.lit_share import lit_shares
 from spin_usd.scene.derived.surface import geometric_normals, visible_surface
 from spin_usd.scene.derived.view_text import sentences, size_text, summary
@@ -135,7 +135,7 @@ def test_which_way_corners_go_round_does_not_matter() -> None:
 def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
     """Two boxes in front of a plate, which shade one another: what is said is of their faces alone, so of pictures that
     show much light none is told, and of those without any nearly all are."""
-    target, renderer, rng = scenes.target(*scenes.boxes()), RaycastRenderer(), np.random.default_rng(3)
+    target, renderer, rng = scenes.target(*scenes.boxes()), EmbreeCaster(), np.random.default_rng(3)
     told, lit = [], []
     for rotation in Rotation.random(150, random_state=rng).as_matrix():
         pose = replace(scenes.pose(t=(0, 0, 8)), rotation=rotation)

@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.errors import GeometryError
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.lidar.lidar import Lidar
 from spin_usd.scene.ranging.echoes import echoes
@@ -24,7 +24,7 @@ def mounted(rotation=FORWARD, position=(0.0, 0, 0)):
 
 
 def seen_by(made, lidar):
-    return replace(made, lidar=lidar), echoes(replace(made, lidar=lidar), RaycastRenderer().first_faces)
+    return replace(made, lidar=lidar), echoes(replace(made, lidar=lidar), EmbreeCaster().first_faces)
 
 
 def against_exact_rays(made, lidar, found):
@@ -91,7 +91,7 @@ def test_the_nearer_of_two_bodies_answers_with_its_own_ids() -> None:
 
 def test_a_scene_without_lidar_has_none() -> None:
     with pytest.raises(GeometryError, match="no LiDAR"):
-        echoes(scene(target(*box())), RaycastRenderer().first_faces)
+        echoes(scene(target(*box())), EmbreeCaster().first_faces)
 
 
 @pytest.mark.parametrize(

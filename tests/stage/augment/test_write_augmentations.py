@@ -234,7 +234,7 @@ def test_isda_differs_in_light_materials_and_background_with_the_same_labels(sta
     for three in zip(*variants, strict=True):
         assert len({scene.lights[0].direction_cam for scene in three}) == 3
         assert len({scene.target.key for scene in three}) == 3
-        assert len({geometry_key(scene, SETTINGS.renderer) for scene in three}) == 1
+        assert len({geometry_key(scene) for scene in three}) == 1
         for scene in three:
             to_sun = -np.array(scene.lights[0].direction_cam)
             assert to_sun[2] <= np.cos(np.radians(30)) + 1e-6

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.directions import sphere
 from spin_usd.geometry.triangles import areas, unit_normals
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.coincidence import GAP, coincident_faces, evenly_spread
 from spin_usd.scene.derived.faces import corners_of, parts_of
 from spin_usd.scene.finding import WARNING, Finding
@@ -66,7 +66,7 @@ def _in_the_open(target: Target, face: NDArray[np.intp]) -> NDArray[np.bool_]:
     faces, which = np.unique(face, return_inverse=True)
     corners = corners_of(target.mesh, faces)
     middles, normals = corners.mean(1), unit_normals(corners)
-    renderer, open_faces = RaycastRenderer(), np.zeros(len(faces), bool)
+    renderer, open_faces = EmbreeCaster(), np.zeros(len(faces), bool)
     for way in sphere(WAYS):
         cosine = normals @ way
         tried = np.flatnonzero(~open_faces & (np.abs(cosine) > GRAZING))

@@ -14,7 +14,7 @@ from spin_usd.dataset.author.sample.part_pictures import part_pictures, sample_p
 from spin_usd.dataset.author.sample.spec import open_spec
 from spin_usd.errors import InputError
 from spin_usd.formats.poses.read_pose_list import read_pose_list
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.resources import bundled, bundled_names, schemas, stages
 from spin_usd.scene.source.poses import FRAME_NAME, repeated_name
 from spin_usd.stage.augment import sampled_layer
@@ -83,7 +83,7 @@ def test_an_example_names_its_schema_for_editors(name) -> None:
 def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
     report = author_sample(sample=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
-    reader, renderer = StageReader(report.root), RaycastRenderer()
+    reader, renderer = StageReader(report.root), EmbreeCaster()
     chosen = part_pictures(open_spec(name), 3)
     assert [frame.name for frame in reader.frames] == [shot.name for shot in chosen]
     for scene, _, _ in lit(report.root):

@@ -13,19 +13,19 @@ from spin_usd.dataset.check.in_child.checked_target import targets_of
 from spin_usd.dataset.check.in_child.keypoints import depths_around, keypoint_findings
 from spin_usd.dataset.check.in_child.pixel_counts import count_findings
 from spin_usd.dataset.check.in_child.pose import MIN_DEGREES, pose_error, pose_findings
-from spin_usd.dataset.picture.target_facts import FactMaker
+from spin_usd.dataset.picture.target_facts import target_facts
 from spin_usd.dataset.plan.in_child import described_parts, described_target
 from spin_usd.dataset.render.record import recorded_camera, recorded_target
 from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from spin_usd.labels.table import PIXEL_LABELS
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.surface import visible_surface
 from tests.cases.scenes import BARREL, SPEEDPLUS, boxes, pose, scene, target
 
 RULES = (pose_findings, box_findings, count_findings, keypoint_findings)
 KINDS = ("depth", "segmentation", "dense_pose", "instance")
-CASTER = RaycastRenderer()
+CASTER = EmbreeCaster()
 
 
 def craft():
@@ -55,7 +55,7 @@ PLACES = {
 def picture_of(s, tmp_path):
     """The picture of a scene as `check` sees it."""
     surface = visible_surface(s, CASTER.visibility(s))
-    facts = FactMaker(CASTER).facts(s, None)
+    facts = target_facts(s, None, CASTER)
     targets = [recorded_target(body, each) for body, each in zip(s.targets, facts, strict=True)]
     record = {"camera": recorded_camera(s.camera), "pose": targets[0]["pose"], "targets": targets}
     description = {"targets": [described_target(body) for body in s.targets], "parts": dict(described_parts(s))}

@@ -65,7 +65,7 @@ def test_poses_follow_the_trajectory_over_the_exposure(reader) -> None:
 def test_labels_are_those_of_a_still_stage_at_the_middle(reader) -> None:
     blurred, still = at(reader(shutter_text(0.0, 2.0)), 3), at(reader(name="still.usda"), 4)
     assert np.array_equal(blurred.T_cam_body.matrix, still.T_cam_body.matrix)
-    assert geometry_key(blurred, "blender") == geometry_key(still, "blender")
+    assert geometry_key(blurred) == geometry_key(still)
     settings = RenderSettings(renderer="blender", effort=Effort(samples=1), seed=0)
     assert KeyMaker(settings).keys(blurred).radiance != KeyMaker(settings).keys(still).radiance
     assert blurred.frame.time_code == 3  # the picture keeps its own time code

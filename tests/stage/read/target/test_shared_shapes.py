@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spin_usd.renderers.raycast.renderer import RaycastRenderer
+from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.stage.read.target.assembly import MIN_SHARED_FACES
 
@@ -76,7 +76,7 @@ def read(make_stage):
 
 
 def labels(scene):
-    surface = visible_surface(scene, RaycastRenderer().visibility(scene))
+    surface = visible_surface(scene, EmbreeCaster().visibility(scene))
     return surface.rows, surface.columns, surface.z.astype(np.float32), surface.body.astype(np.float32), surface.part
 
 

@@ -1,0 +1,112 @@
+"""Embree: which triangle each ray meets first, of pixels, beams, and rays to light. It makes the labels of every run.
+
+Embree computes in float32. Rays are given to it in body axes around the target's centre, in units of the target's
+radius, and start where they enter its bounding sphere: so every number is near one, and range costs no precision.
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.renderers.embree.holes import first_stop
+from spin_usd.renderers.embree.rays import Float32, rays_entering, rays_in_target_units
+from spin_usd.scene.derived.faces import groups_of
+from spin_usd.scene.derived.lookup import is_there
+from spin_usd.scene.derived.nearest import nearest, nearest_faces
+from spin_usd.scene.light import Links
+from spin_usd.scene.mesh import Mesh
+from spin_usd.scene.model import Scene
+from spin_usd.scene.passes import Visibility
+from spin_usd.scene.target import Target
+
+
+class EmbreeCaster:
+    """Casts rays at targets, and keeps what Embree made of each mesh for as long as the mesh is there."""
+
+    name = "embree"
+
+    def __init__(self) -> None:
+        self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
+
+    def visibility(self, scene: Scene) -> Visibility:
+        """Return the face behind every pixel centre of `scene.region`."""
+        return nearest(scene, [self._visibility(one) for one in scene.apart])
+
+    def _visibility(self, scene: Scene) -> Visibility:
+        """Return the face of the scene's target alone."""
+        region = scene.region
+        face = np.full(region.shape, -1, np.int32)
+        for band in region.bands():
+            xy = scene.camera.centres(band)
+            face[band.y0 - region.y0 : band.y1 - region.y0] = self._cast(scene, xy.reshape(-1, 2)).reshape(band.shape)
+        return Visibility(region=region, face=face)
+
+    def cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
+        """Return the first face (N,) that is there on the camera's rays (x, y, 1) of `xy` (N, 2), numbered as a
+        Visibility's; -1 for none."""
+        return nearest_faces(scene, [self._cast(one, xy) for one in scene.apart], xy)
+
+    def first_faces(self, target: Target, origin: Float, directions: Float) -> NDArray[np.int32]:
+        """Return the first face (N,) of the `target` that is there on the rays from `origin` (3,), body axes around the
+        mesh's centre, metres, along the unit `directions` (N, 3), which may be any; -1 for none."""
+        return self._first_there(target, *rays_entering(origin / target.mesh.radius, directions))
+
+    def shadowed(
+        self, target: Target, body: Float, to_light: Float, distance: Float | None = None, blockers: Links = None
+    ) -> NDArray[np.bool_]:
+        """Return (N,) True where the target stands between the `body` points (N, 3) and a light towards `to_light` (3,)
+        or (N, 3), unit, `distance` (N,) metres away, else far. Only the face groups `blockers` block light, where
+        given."""
+        mesh = target.mesh
+        origins = ((body - mesh.centre) / mesh.radius).astype(np.float32)
+        directions = np.atleast_2d(to_light).astype(np.float32)
+        max_distance = None if distance is None else (distance / mesh.radius).astype(np.float32)
+        embree = self._embree(mesh)
+        if not target.cut_out_key and blockers is None:
+            return np.asarray(embree.run(origins, directions, dists=max_distance, query="OCCLUDED") != -1)
+        blocking = mesh.groups if blockers is None else blockers
+        directions = np.broadcast_to(directions, origins.shape)
+        hit = first_stop(
+            embree,
+            origins,
+            directions,
+            lambda f, w: np.isin(groups_of(mesh, f), list(blocking)) & is_there(target, f, w),
+            max_distance,
+        )
+        return np.asarray(hit != -1)
+
+    def close(self) -> None:
+        """Release what was made of the meshes."""
+        self._opened.clear()
+
+    def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
+        """Return the first face (N,) of the scene's target alone."""
+        return self._first_there(scene.target, *rays_in_target_units(scene, xy))
+
+    def _first_there(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
+        embree = self._embree(target.mesh)
+        if not target.cut_out_key:
+            return np.asarray(embree.run(origins, directions), np.int32)
+        return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
+
+    def _embree(self, mesh: Mesh) -> EmbreeScene:
+        if mesh not in self._opened:
+            scene = EmbreeScene(robust=True)
+            TriangleMesh(scene, *_in_target_units(mesh))
+            self._opened[mesh] = scene
+        return self._opened[mesh]
+
+
+def _in_target_units(mesh: Mesh) -> tuple[Float32, NDArray[np.int32]]:
+    """Points (P, 3) and faces (F, 3) of all of `mesh`: Embree's binding places nothing twice, so instances are made out
+    for it, in its own 70 bytes a face."""
+    points, faces, first = [], [], 0
+    for placed, indices in mesh.placed:
+        points.append(((placed - mesh.centre) / mesh.radius).astype(np.float32))
+        faces.append(indices + np.int32(first))
+        first += len(placed)
+    return np.concatenate(points), np.concatenate(faces)

@@ -1,0 +1,136 @@
+"""The caster of rays against every triangle tried in double precision."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from spin_usd.geometry.camera import Camera
+from spin_usd.renderers.embree.caster import EmbreeCaster
+from spin_usd.scene.derived.surface import visible_surface
+from tests.cases.scenes import BARREL, SMALL, box, pose, scene, soup, target
+
+EDGE = 2e-6  # of a triangle, in barycentric weights: float32 may take a ray that passes so near an edge for either side
+
+CASTER = EmbreeCaster()
+
+
+def faces_by_trial(s):
+    """First face (rows, columns) by trying each triangle in double precision (Moeller and Trumbore, 1997), or -1; and
+    the pixels whose ray passes an edge of any triangle in front too near to call."""
+    region, mesh = s.region, s.target.mesh
+    rays = np.insert(s.camera.centres(region).reshape(-1, 2), 2, 1.0, axis=1)
+    nearest, face = np.full(len(rays), np.inf), np.full(len(rays), -1)
+    unsure = np.zeros(len(rays), bool)
+    for i, (a, b, c) in enumerate(s.T_cam_body.points(mesh.points)[mesh.faces]):
+        p = np.cross(rays, c - a)
+        det = p @ (b - a)
+        q = np.cross(-a, b - a)
+        u, v, z = (p @ -a) / det, (rays @ q) / det, ((c - a) @ q) / det
+        weights = np.stack([u, v, 1 - u - v], -1).min(-1)
+        near_edge = (np.abs(weights) < EDGE) & (z > 0)
+        closer = (weights >= 0) & (z > 0) & (z < nearest)
+        nearest, face = np.where(closer, z, nearest), np.where(closer, i, face)
+        unsure |= near_edge
+    return face.reshape(region.shape), unsure.reshape(region.shape)
+
+
+def assert_sees_what_trial_sees(s, least=50) -> None:
+    face, unsure = faces_by_trial(s)
+    found = CASTER.visibility(s)
+    assert found.region == s.region
+    np.testing.assert_array_equal(found.face[~unsure], face[~unsure])
+    assert unsure.mean() < 0.01
+    assert (face >= 0).sum() >= least
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("camera", [SMALL, BARREL])
+def test_sees_the_nearest_triangle(seed, camera) -> None:
+    q = np.random.default_rng(seed).normal(size=4)
+    points, faces, parts = soup(seed)
+    assert_sees_what_trial_sees(
+        scene(target(points, faces, parts=parts), camera=camera, T_cam_body=pose(q, (0.4, -0.3, 5)))
+    )
+
+
+@pytest.mark.parametrize("z", [1.0, 1e3, 1e5, 1e7])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_range_and_size_cost_no_precision(z, size) -> None:
+    """A long lens shows the same at 10,000 km as a wide one nearby, and a millimetre as a kilometre; far off axis."""
+    points, faces, parts = soup(7, size=0.2)
+    focal, aside = 60 * z, 0.3
+    camera = Camera(width=64, height=48, fx=focal, fy=focal, cx=30 - aside * focal, cy=25 + aside * focal)
+    s = scene(
+        target(points * size, faces, parts=parts),
+        camera=camera,
+        T_cam_body=pose((0.3, 0.5, -0.2, 0.7), np.array((aside * z, -aside * z, z)) * size),
+    )
+    assert_sees_what_trial_sees(s, least=300)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_camera_among_the_triangles_sees_none_behind_it(seed) -> None:
+    points, faces, parts = soup(seed, count=60)
+    q = np.random.default_rng(seed).normal(size=4)
+    s = scene(target(points, faces, parts=parts), T_cam_body=pose(q, (0.1, 0.2, 0.3)))
+    assert s.region == s.camera.frame
+    assert_sees_what_trial_sees(s)
+    assert (visible_surface(s, CASTER.visibility(s)).z > 0).all()
+
+
+@pytest.mark.parametrize("z", [2.5, 1e6])
+def test_a_closed_body_has_no_holes(z) -> None:
+    """No ray slips between two triangles that share an edge."""
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    focal = 150 * z
+    camera = Camera(width=400, height=400, fx=focal, fy=focal, cx=200, cy=200)
+    face = CASTER.visibility(
+        scene(target(ball.vertices, ball.faces), camera=camera, T_cam_body=pose((0.1, 0.7, 0.3, -0.2), (0, 0, z)))
+    ).face
+    rows = (face >= 0).any(axis=1)
+    assert rows.sum() > 250
+    first, last = (face >= 0).argmax(1), face.shape[1] - 1 - (face >= 0)[:, ::-1].argmax(1)
+    columns = np.arange(face.shape[1])
+    inside = rows[:, None] & (columns >= first[:, None]) & (columns <= last[:, None])
+    assert (face[inside] >= 0).all()
+
+
+def test_rays_aimed_at_edges_do_not_slip_between_the_triangles() -> None:
+    """Through the edges of a ball's near half one would see its far half; where no random ray goes."""
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    s = scene(target(ball.vertices, ball.faces), T_cam_body=pose((0.1, 0.7, 0.3, -0.2), (0.3, -0.2, 4)))
+    share = np.random.default_rng(0).random((len(ball.edges_unique), 20, 1))
+    start, end = ball.vertices[ball.edges_unique].swapaxes(0, 1)[:, :, None]
+    points = s.T_cam_body.points(start + share * (end - start)).reshape(-1, 3)
+    points = points[points[:, 2] < 3.5]
+    face = CASTER.cast(s, points[:, :2] / points[:, 2:])
+    assert len(points) > 30_000
+    middles = s.T_cam_body.points(s.target.mesh.points[s.target.mesh.faces].mean(1))
+    assert (face >= 0).all()
+    assert (middles[face, 2] < 4).all()
+
+
+def test_the_same_faces_whatever_the_region() -> None:
+    """A pixel's face does not depend on which other pixels are rendered with it."""
+    points, faces, parts = soup(2)
+    s = scene(target(points, faces, parts=parts))
+    whole = CASTER.visibility(s)
+    row = s.region.shape[0] // 2
+    one = CASTER.cast(s, s.camera.centres(s.region)[row, 20:21])
+    assert one[0] == whole.face[row, 20]
+
+
+def test_nothing_in_view_is_an_empty_picture() -> None:
+    s = scene(target(*box()), T_cam_body=pose(t=(0, 0, -5)))
+    assert CASTER.visibility(s).face.shape == (0, 0)
+
+
+def test_meshes_are_kept_apart_and_let_go() -> None:
+    caster = EmbreeCaster()
+    near, far = scene(target(*box())), scene(target(*box((-0.1,) * 3, (0.1,) * 3)))
+    first = caster.visibility(near).face
+    assert (caster.visibility(far).face >= 0).sum() < (first >= 0).sum()
+    np.testing.assert_array_equal(caster.visibility(near).face, first)
+    assert len(caster._opened) == 2
+    del near, far
+    assert len(caster._opened) == 0
