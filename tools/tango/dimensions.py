@@ -29,8 +29,10 @@ Y_MIDDLE = (Y_BACK + Y_FRONT) / 2
 DECK = 0.010
 BLANKET_INSET = 0.0080
 BLANKET_WRINKLE = 0.0075
-BLANKET_CELL = 0.048
-TAPE_WIDTH, TAPE_THICKNESS = 0.014, 0.0012
+BLANKET_CELL = 0.021
+SEAM_X, SEAM_HEIGHT = (-0.185, 0.185), 0.0026  # seams up the y walls, and how far tape stands above held foil
+BUTTON_RADIUS, BUTTON_HEIGHT = 0.0080, 0.0030
+TAPE_WIDTH = 0.014
 
 # Solar panel: a honeycomb plate with a rim; two halves of 4 x 18 cells (80 x 40 mm class, two corners cropped).
 PANEL_Y = 0.385
@@ -41,12 +43,15 @@ CELL_AREA_X = (0.022, 0.350)
 CELL_AREA_Y = (-0.369, 0.369)
 CELL_COLUMNS, CELL_ROWS = 4, 18
 CELL_GAP = 0.0020
-CELL_CROP = 0.009
+CELL_CROP = 0.006
+COVERGLASS_EDGE = 0.00015
+TABS, TAB_SIZE = 4, (0.0055, 0.0046)  # interconnects from each cell to the next, each over gap and rims
+BUS_BAR_Y, RIVET_X = 0.3740, 0.3570
 CELL_SIZE = tuple(
     (high - low) / count - CELL_GAP for (low, high), count in ((CELL_AREA_X, CELL_COLUMNS), (CELL_AREA_Y, CELL_ROWS))
 )
 CELL_TILT = 0.3  # degrees, either way: no two cells lie quite alike, so each has its own glint
-CELL_TONES = (4, 2)  # shades of cells, side by side in their texture, and how much st that texture covers
+CELL_TONES = (4, 6)  # shades of cells, side by side in their texture, and how much st that texture covers
 CELL_ATLAS = (CELL_TONES[0] * CELL_SIZE[0], CELL_TONES[1] * CELL_SIZE[1])
 
 # Main antennas: where each rod starts, its radii at base and tip, and the height of the collar at its base.

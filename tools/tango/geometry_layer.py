@@ -6,12 +6,12 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade, Vt
 
 from tango.dimensions import OFFICIAL_POINTS
+from tango.parts.spacecraft import Part
 from tango.paths import ROOT
-from tango.shape import Array
-from tango.spacecraft import Part
+from tango.shapes.shape import Array
 
-# Decimals that reach the text: ten micrometres, a hundredth of a degree, a tenth of a millimetre.
-POINT_DECIMALS, NORMAL_DECIMALS, ST_DECIMALS = 5, 4, 4
+# Decimals that reach the text: ten micrometres, three hundredths of a degree, a tenth of a millimetre.
+POINT_DECIMALS, NORMAL_DECIMALS, ST_DECIMALS = 5, 3, 4
 
 
 def geometry(stage: Usd.Stage, parts: Sequence[Part]) -> None:

@@ -9,11 +9,11 @@ from pxr import Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, label, rounded, vectors
 from tango.look_layer import look
 from tango.materials import DEFAULT_LOOK, LOOKS
+from tango.parts.spacecraft import Part
 from tango.paths import LOOK_SET, MATERIALS, ROOT
-from tango.spacecraft import Part
 from tango.textures import write_textures
 
-VERSION = "1.1.0"
+VERSION = "1.2.0"
 ABOUT_LOOKS = {
     "matt": "Tango as simple simulators draw it: one colour a material, Lambert, nothing shines.",
     "reflective": "Tango with cells under coverglass, crinkled foil, brushed metal, black and white paint.",

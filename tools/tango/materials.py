@@ -57,7 +57,9 @@ MATT: dict[str, MaterialValues] = {
     "PanelSubstrate": _matt(0.38),
     "GoldMli": _matt(0.60),
     "KaptonTape": _matt(0.45),
+    "Silver": _matt(0.70),
     "BlackMli": _matt(0.05),
+    "CableJacket": _matt(0.55),
     "BlackPaint": _matt(0.06),
     "BrushedAluminium": _matt(0.50),
     "WhitePaint": _matt(0.80),
@@ -90,11 +92,13 @@ REFLECTIVE: dict[str, MaterialValues] = {
         roughness=0.30,
         normal=Picture(file="foil_normal.png", metres=(0.30, 0.30)),
     ),
+    "Silver": MaterialValues(colour=(0.88, 0.87, 0.84), metallic=1.0, roughness=0.30),
     "BlackMli": MaterialValues(
         colour=(0.030, 0.030, 0.032),
         roughness=0.28,
         normal=Picture(file="foil_normal.png", metres=(0.36, 0.36), degrees=-31.0),
     ),
+    "CableJacket": MaterialValues(colour=(0.66, 0.65, 0.61), roughness=0.38),
     "BlackPaint": MaterialValues(colour=(0.040, 0.040, 0.043), roughness=0.42),
     "BrushedAluminium": MaterialValues(
         colour=(0.66, 0.67, 0.68),

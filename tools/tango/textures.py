@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay
 
 from spin_usd.scene.photometry import srgb
 from tango import dimensions as d
-from tango.shape import Array
+from tango.shapes.shape import Array
 
 FOIL_PIXELS = 448
 BRUSHED_PIXELS = 128

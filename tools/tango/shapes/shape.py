@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Face: TypeAlias = tuple[int, ...]
-Point: TypeAlias = Sequence[float]
+Point: TypeAlias = Sequence[float] | Array
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
 
@@ -37,12 +37,12 @@ def surface(
     """A Shape from points and faces: normals smooth across edges flatter than `crease` (degrees), st projected along
     the axis that each face looks along most, in metres, unless given."""
     faces = tuple(faces)
-    flat = np.array([_area_vector(points[list(face)]) for face in faces])
+    flat = np.array([area_vector(points[list(face)]) for face in faces])
     return Shape(
         points=points,
         faces=faces,
         normals=_corner_normals(faces, flat, np.cos(np.radians(crease))),
-        st=_projected(points, faces, flat) if st is None else st,
+        st=projected(points, faces, flat) if st is None else st,
         materials=(material,) * len(faces),
     )
 
@@ -62,7 +62,7 @@ def joined(shapes: Iterable[Shape]) -> Shape:
     )
 
 
-def _area_vector(polygon: Array) -> Array:
+def area_vector(polygon: Array) -> Array:
     """Newell: along the normal, as long as the area; also for quads that are not flat."""
     return np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0) / 2
 
@@ -82,7 +82,14 @@ def _corner_normals(faces: tuple[Face, ...], flat: Array, cos_crease: float) -> 
     return total / np.linalg.norm(total, axis=1, keepdims=True)
 
 
-def _projected(points: Array, faces: tuple[Face, ...], flat: Array) -> Array:
+def split(polygon: Face) -> list[Face]:
+    """A convex polygon in quads, and a triangle where one corner is left."""
+    n = len(polygon)
+    return [tuple(polygon[k] for k in (0, i, i + 1, i + 2) if k < n) for i in range(1, n - 1, 2)]
+
+
+def projected(points: Array, faces: tuple[Face, ...], flat: Array) -> Array:
+    """st of each face corner, in metres: `flat` (F, 3) says along which axis each face looks most."""
     axes = ((1, 2), (0, 2), (0, 1))
     return np.concatenate(
         [points[list(face)][:, axes[int(np.abs(n).argmax())]] for face, n in zip(faces, flat, strict=True)]

@@ -1,14 +1,18 @@
 """The black struts outside the body: corner trusses, panel brackets, side trusses. All are flat bars on the walls."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from itertools import count
 from typing import TypeAlias
 
-from tango import dimensions as d
-from tango.shape import Shape, joined
-from tango.solids import box, strut
+import numpy as np
 
-Segments: TypeAlias = Iterable[tuple[tuple[float, float], tuple[float, float]]]
+from tango import dimensions as d
+from tango.shapes.fasteners import head, heads
+from tango.shapes.shape import Shape, joined
+from tango.shapes.solids import box, strut
+
+Segments: TypeAlias = Sequence[tuple[tuple[float, float], tuple[float, float]]]
+Place: TypeAlias = tuple[float, float, float]
 
 PAINT = "BlackPaint"
 
@@ -65,24 +69,29 @@ def antenna_plate() -> Iterator[Shape]:
 def on_x_wall(bars: Segments, sx: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
     """Bars given by their ends (y, z), lying on the wall at x = sx X."""
     x = sx * (d.X - 0.002)
-    for ((y0, z0), (y1, z1)), more in zip(bars, _growth(), strict=False):
-        yield strut((x, y0, z0), (x, y1, z1), (sx, 0.0, 0.0), width + more, d.STRUT_THICKNESS + more, PAINT)
+    yield from _bars([((x, y0, z0), (x, y1, z1)) for (y0, z0), (y1, z1) in bars], (float(sx), 0.0, 0.0), width)
 
 
 def on_y_wall(bars: Segments, wall: float, sy: int, width: float = d.STRUT_WIDTH) -> Iterator[Shape]:
     """Bars given by their ends (x, z), lying on the wall at this y, which looks along sy."""
     y = wall - sy * 0.002
-    for ((x0, z0), (x1, z1)), more in zip(bars, _growth(), strict=False):
-        yield strut((x0, y, z0), (x1, y, z1), (0.0, sy, 0.0), width + more, d.STRUT_THICKNESS + more, PAINT)
+    yield from _bars([((x0, y, z0), (x1, y, z1)) for (x0, z0), (x1, z1) in bars], (0.0, float(sy), 0.0), width)
 
 
-def _growth() -> Iterator[float]:
-    """Each bar a little thicker than the last: bars that cross may not end in one plane, where it would be chance
-    which of two coincident faces a ray meets."""
-    return count(0.0, 0.0002)
+def _bars(bars: Sequence[tuple[Place, Place]], outwards: Place, width: float) -> Iterator[Shape]:
+    """Bars along a wall, each a little thicker than the last, and a bolt wherever bars end.
+
+    Bars that cross may not end in one plane, where it would be chance which of two coincident faces a ray meets.
+    """
+    for (start, end), more in zip(bars, count(0.0, 0.0002), strict=False):
+        yield strut(start, end, outwards, width + more, d.STRUT_THICKNESS + more, PAINT)
+    ends = dict.fromkeys(end for bar in bars for end in bar)
+    top = d.STRUT_THICKNESS + 0.0002 * (len(bars) - 1)
+    places = np.array(list(ends)) + top * np.array(outwards)
+    yield from heads(places, outwards, head(0.32 * width, 0.0016, "BrushedAluminium", sunk=0.00313))
 
 
-def plate(a: tuple[float, float, float], b: tuple[float, float, float]) -> Shape:
-    """A sharp box between any two opposite corners."""
+def plate(a: Place, b: Place) -> Shape:
+    """A box between any two opposite corners."""
     low, high = zip(*(sorted(pair) for pair in zip(a, b, strict=True)), strict=True)
     return box(low, high, PAINT)

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
-from tango.antennas import corner_antenna, patch, wall_antenna, whip
-from tango.bus import body, deck, radiator, separation_ring
-from tango.instruments import optical_heads, sun_sensors
-from tango.panel import solar_panel
-from tango.shape import HALF_TURN, Shape
-from tango.structure import brackets
+from tango.parts.antennas import corner_antenna, patch, wall_antenna, whip
+from tango.parts.bus import body, deck, radiator, separation_ring
+from tango.parts.harness import harness
+from tango.parts.instruments import optical_heads, sun_sensors
+from tango.parts.panel import solar_panel
+from tango.parts.structure import brackets
+from tango.shapes.shape import HALF_TURN, Shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +35,7 @@ def parts() -> tuple[Part, ...]:
         Part(name="PatchMinusX", kind="omni_antenna", shape=patch().moved((0, 0, 0), HALF_TURN)),
         Part(name="WhipPlusX", kind="omni_antenna", shape=whip()),
         Part(name="WhipMinusX", kind="omni_antenna", shape=whip().moved((0, 0, 0), HALF_TURN)),
+        Part(name="Harness", kind="main_body", shape=harness()),
         Part(name="OpticalHeads", kind="payload", shape=optical_heads()),
         Part(name="SunSensors", kind="payload", shape=sun_sensors()),
         Part(name="SeparationRing", kind="adapter_ring", shape=separation_ring()),

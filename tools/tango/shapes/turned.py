@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tango.shape import Array, Face, Point, Shape, surface
+from tango.shapes.shape import Array, Face, Point, Shape, surface
 
 Profile: TypeAlias = Sequence[tuple[float, float]]
 
@@ -34,7 +34,7 @@ def rod(start: Point, end: Point, profile: Profile, segments: int, material: str
     return turned(profile, segments, material).moved(start, frame(np.subtract(end, start)))
 
 
-def frame(axis: Point | Array) -> Array:
+def frame(axis: Point) -> Array:
     """A rotation (3, 3) that takes +z to this axis; which way x then looks is arbitrary but fixed."""
     z = np.array(axis, float) / np.linalg.norm(axis)
     x = np.cross((0.0, 0.0, 1.0) if abs(z[2]) < 0.9 else (0.0, 1.0, 0.0), z)

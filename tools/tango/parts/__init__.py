@@ -1,0 +1,1 @@
+"""The parts of the spacecraft, each a function that returns its surface."""

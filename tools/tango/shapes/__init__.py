@@ -1,0 +1,1 @@
+"""Closed surfaces: solids, foil, tape, cables, and the heads of screws."""
