@@ -27,13 +27,32 @@ def check(
             "(render --verify does so from the stage that it is given.)",
         ),
     ] = False,
+    cross: Annotated[
+        bool,
+        typer.Option(
+            "--cross",
+            help="Also cast a dataset's labels again through Cycles, which has no part in making them, and find where "
+            "they differ: some 0.3 s a picture.",
+        ),
+    ] = False,
+    cross_pictures: Annotated[
+        int | None,
+        typer.Option("--cross-pictures", metavar="N", help="With --cross: of so many pictures, evenly spread."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
     from spin_usd.scene.derived.view_text import summary
 
     with shown(context.obj["quiet"]) as progress:
-        checked = spin_usd.check(path, repair=repair, on_progress=progress, on_note=lambda note: show_notes([note]))
+        checked = spin_usd.check(
+            path,
+            repair=repair,
+            cross=cross,
+            cross_pictures=cross_pictures,
+            on_progress=progress,
+            on_note=lambda note: show_notes([note]),
+        )
     findings, views = checked.findings, checked.views
     errors = [finding for finding in findings if finding.severity == "error"]
     if as_json:

@@ -92,6 +92,11 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
 
         return picture_findings(**arguments)
 
+    def cross_picture(**arguments: Any) -> Any:
+        from spin_usd.dataset.check.in_child.cross import cross_findings
+
+        return cross_findings(**arguments)
+
     def diff(**arguments: Any) -> Any:
         from spin_usd.dataset.diff.in_child.compare import compare
 
@@ -151,6 +156,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         "author_sample": author_sample,
         "check_picture": check_picture,
         "check_stage": check_stage,
+        "cross_picture": cross_picture,
         "diff": diff,
         "export": export,
         "graphics_processors": graphics_processors,

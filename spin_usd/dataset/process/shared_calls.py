@@ -1,7 +1,7 @@
 """Many calls shared out among a few children, with their results in order."""
 
 from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
@@ -21,16 +21,24 @@ class Call(NamedTuple):
     arguments: Mapping[str, Any]
 
 
-def results_of(calls: Sequence[Call], children: int, *, progress: Progress) -> Iterator[Any]:
+def results_of(
+    calls: Sequence[Call],
+    children: int,
+    *,
+    progress: Progress,
+    start: Callable[[], Child] = Child,
+    within_s: float = PATIENCE_S,
+) -> Iterator[Any]:
     """Yield the result of each call, in their order: a SpinError where it failed, which is a ChildDiedError where a
     child died of it, and another after it.
 
-    `progress` hears what the children report. Raises ChildInternalError for a defect of ours.
+    `progress` hears what the children report. `start` starts a child, which is given up where it says nothing for
+    `within_s` seconds. Raises ChildInternalError for a defect of ours.
     """
     with Pool[int]() as pool:
-        shared = _SharedCalls(calls, pool, progress)
+        shared = _SharedCalls(calls, pool, progress, start, within_s)
         for number in range(min(children, len(calls))):
-            pool.add(number, Child())
+            pool.add(number, start())
         for place in range(len(calls)):
             yield shared.result(place)
 
@@ -38,8 +46,16 @@ def results_of(calls: Sequence[Call], children: int, *, progress: Progress) -> I
 class _SharedCalls:
     """The calls that wait, those that children do, and the results that nobody has taken."""
 
-    def __init__(self, calls: Sequence[Call], pool: Pool[int], progress: Progress) -> None:
+    def __init__(
+        self,
+        calls: Sequence[Call],
+        pool: Pool[int],
+        progress: Progress,
+        start: Callable[[], Child],
+        within_s: float,
+    ) -> None:
         self._calls, self._pool, self._progress = calls, pool, progress
+        self._start, self._within_s = start, within_s
         self._waiting = deque(range(len(calls)))
         self._doing: dict[int, int] = {}  # place of the call by the child's number
         self._retries = defaultdict[int, Retries](lambda: Retries(READING_TRIES))
@@ -57,7 +73,8 @@ class _SharedCalls:
         for number in self._pool.idle():
             if self._waiting and self._waiting[0] < before:
                 place = self._doing[number] = self._waiting.popleft()
-                self._pool.send(number, self._calls[place].name, within_s=PATIENCE_S, **self._calls[place].arguments)
+                call = self._calls[place]
+                self._pool.send(number, call.name, within_s=self._within_s, **call.arguments)
 
     def _hear(self, event: Reported[int] | Answered[int] | Failed[int]) -> None:
         match event:
@@ -67,7 +84,7 @@ class _SharedCalls:
                 self._results[self._doing.pop(number)] = result
             case Failed(key=number, reason=ChildDiedError() as died):
                 place = self._doing.pop(number)
-                self._pool.add(number, Child())
+                self._pool.add(number, self._start())
                 if self._retries[place].may_try_again(died):
                     self._waiting.appendleft(place)
                 else:

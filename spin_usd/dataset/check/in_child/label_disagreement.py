@@ -1,0 +1,110 @@
+"""How far labels are from those of another label pass, held to what two exact passes may differ by.
+
+Both passes cast a ray through each pixel's centre. Cycles' misses it by 1e-3 px at most, by float32 (the first ray of
+its own camera by 0.0007 px, the lens's inverse by 1e-4 px). So where an edge passes as near to a pixel's centre either
+answer is right: of the pixels at an edge that happens to 2 in 1,000. Elsewhere the point on the surface moves by as
+much, and by more where the surface is seen at a flat angle: up to ten times where its slope is ten.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.arrays import Float
+from spin_usd.geometry.camera import Camera
+
+SLIDE_PX = 0.01  # ten times what rays are apart: on a surface whose slope is ten
+ROUNDINGS = 4 * 2.0**-24  # of float32 in the files, relative
+EDGE_SHARE = 0.01  # of the pixels at an edge: five times as many as may be expected
+FEW = 3  # pixels that may differ in any picture: a short edge may lie right across the centres
+
+Mask = NDArray[np.bool_]
+Labels = Mapping[str, NDArray[Any]]
+"""Some of segmentation (H, W), depth (H, W) and dense_pose (H, W, 3), as their files hold them, by name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Disagreement:
+    """What differs: of `quantity` in so many `pixels`, where `allowed` may. worst: by how much at the most, with its
+    unit; "" for what is the same or is not."""
+
+    quantity: str
+    pixels: int
+    allowed: int
+    worst: str = ""
+
+
+def disagreements(ours: Labels, theirs: Labels, camera: Camera, *, coincident: Mask) -> Iterator[Disagreement]:
+    """Yield what differs in more pixels than may. `coincident` (H, W): where surfaces of several parts lie in one
+    another, which of them is seen is either's choice."""
+    seen, other = _seen(ours), _seen(theirs)
+    allowed = FEW + int(EDGE_SHARE * np.count_nonzero(_edges(ours, camera)))
+    both = seen & other
+    yield from _counted("silhouette", seen != other, allowed)
+    if "segmentation" in ours:
+        differs = both & (ours["segmentation"] != theirs["segmentation"]) & ~coincident
+        yield from _counted("part", differs, allowed)
+    if "depth" in ours:
+        depth = theirs["depth"].astype(np.float64)
+        off = np.abs(ours["depth"] - depth)
+        yield from _counted("depth", both & (off > _slide(depth, camera) + ROUNDINGS * depth), allowed, off)
+    if "dense_pose" in ours:
+        yield from _body(ours, theirs, camera, allowed)
+
+
+def _body(ours: Labels, theirs: Labels, camera: Camera, allowed: int) -> Iterator[Disagreement]:
+    """Yield the disagreement of body points, where both have one and how far away they are is known."""
+    mine, other = ours["dense_pose"].astype(np.float64), theirs["dense_pose"].astype(np.float64)
+    depth = theirs["depth"].astype(np.float64)
+    both = mine.any(-1) & other.any(-1)
+    off = np.linalg.norm(mine - other, axis=-1)
+    rounding = ROUNDINGS * np.linalg.norm(other, axis=-1)
+    yield from _counted("body point", both & (off > _slide(depth, camera) + rounding), allowed, off)
+
+
+def _counted(quantity: str, differs: Mask, allowed: int, off: Float | None = None) -> Iterator[Disagreement]:
+    pixels = int(np.count_nonzero(differs))
+    if pixels > allowed:
+        worst = "" if off is None else f"{off[differs].max():.2g} m"
+        yield Disagreement(quantity=quantity, pixels=pixels, allowed=allowed, worst=worst)
+
+
+def _seen(labels: Labels) -> Mask:
+    """Return (H, W) where anything is seen."""
+    for kind in ("segmentation", "depth"):
+        if kind in labels:
+            return np.asarray(labels[kind] > 0)
+    return np.asarray(labels["dense_pose"].any(-1))
+
+
+def _slide(depth: Float, camera: Camera) -> Float:
+    """Return (H, W) metres by which points on a surface at that depth may differ."""
+    return SLIDE_PX / min(camera.fx, camera.fy) * depth
+
+
+def _edges(labels: Labels, camera: Camera) -> Mask:
+    """Return (H, W) the pixels beside one of which another part or nothing is seen, or which is another surface."""
+    edges = np.zeros((camera.height, camera.width), bool)
+    planes = [_seen(labels).astype(np.float64)]
+    planes += [labels["segmentation"].astype(np.float64)] if "segmentation" in labels else []
+    for plane in planes:
+        edges |= _steps(plane, np.zeros_like(plane))
+    if "depth" in labels:
+        depth = labels["depth"].astype(np.float64)
+        edges |= _steps(depth, 10 / min(camera.fx, camera.fy) * depth)  # steeper than a slope of ten
+    return edges
+
+
+def _steps(plane: Float, least: Float) -> Mask:
+    """Return (H, W) where the plane differs from a neighbour's, across or down, by more than `least`."""
+    steps = np.zeros(plane.shape, bool)
+    across, down = np.abs(np.diff(plane, axis=1)), np.abs(np.diff(plane, axis=0))
+    right, below = across > least[:, 1:], down > least[1:]
+    steps[:, 1:] |= right
+    steps[:, :-1] |= right
+    steps[1:] |= below
+    steps[:-1] |= below
+    return steps

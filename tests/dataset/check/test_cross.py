@@ -1,0 +1,34 @@
+"""`check --cross` on a real dataset: Cycles agrees with what Embree made, and finds what was changed."""
+
+import json
+
+import numpy as np
+import pytest
+
+import spin_usd as package
+from spin_usd.errors import InputError
+from spin_usd.formats.arrays.array_file import write_array
+from spin_usd.labels.table import LABELS
+
+
+@pytest.fixture(scope="module")
+def made(small_stage, tmp_path_factory):
+    out = tmp_path_factory.mktemp("cross") / "dataset"
+    package.render(small_stage, out=out, frames="0:3", labels_only=True, workers=1)
+    return out
+
+
+def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
+    """The second picture's depth is moved by a pixel; its digest, which `check` holds too, is another finding."""
+    picture = package.Dataset(made)[1]
+    moved = np.roll(picture.label("depth"), 1, axis=1)
+    write_array(made / picture.files["depth"].path, moved, kind="depth", channels=LABELS["depth"].channels)
+    findings = json.loads(spin_usd("check", made, "--cross", "--json", code=1).stdout)["findings"]
+    crossed = [finding for finding in findings if finding["code"] == "cross"]
+    assert {finding["where"] for finding in crossed} == {"records/nominal/img000002.json"}
+    assert any("the depth differs" in finding["message"] for finding in crossed)
+
+
+def test_a_stage_is_not_crossed(small_stage) -> None:
+    with pytest.raises(InputError, match="--cross is for those"):
+        package.check(small_stage, cross=True)
