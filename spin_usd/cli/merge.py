@@ -12,7 +12,6 @@ from spin_usd.cli import options
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.progress import shown
-from spin_usd.dataset.shards.missing import missing_in_words
 from spin_usd.errors import FINDINGS
 
 
@@ -39,7 +38,9 @@ def merge(
     else:
         added = f"{counted(report.added, 'picture')} added, {report.kept} already there"
         show(f"{out}   ({added}, in {report.seconds:.1f} s)")
-    for shard, count in report.missing.items():
-        tell(missing_in_words(count, shard))
     if report.missing:
+        from spin_usd.dataset.shards.missing import missing_in_words
+
+        for shard, count in report.missing.items():
+            tell(missing_in_words(count, shard))
         raise typer.Exit(FINDINGS)

@@ -4,7 +4,6 @@ import colorsys
 from collections.abc import Sequence
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +33,8 @@ def by_distance(metres: NDArray[np.float32]) -> RGB:
 
 def _distance_colours(metres: NDArray[np.float32]) -> RGB:
     """Return the colours (N, 3) of so many distances, of which there is one at least."""
+    import cv2  # not above: cv2 is slow to load, and few need it
+
     z = metres.astype(np.float64)
     away = (z - z.min()) / max(float(np.ptp(z)), np.finfo(np.float64).tiny)
     level = np.rint(255 * (NEAREST + (FARTHEST - NEAREST) * away)).astype(np.uint8)
@@ -100,6 +101,8 @@ def by_direction(directions: NDArray[np.float32]) -> RGB:
 def by_motion(flow: NDArray[np.float32]) -> RGB:
     """Flow (H, W, 3), pixels, and what becomes of the point: its direction as the hue, its length, of the longest, as
     the saturation; 0 in the third channel is black."""
+    import cv2  # not above: cv2 is slow to load, and few need it
+
     known = flow[..., 2] > 0
     length = np.hypot(flow[..., 0], flow[..., 1])
     turn = np.arctan2(flow[..., 1], flow[..., 0]) / (2 * np.pi) % 1
@@ -127,6 +130,8 @@ def contact_sheet(rows: Sequence[Sequence[RGB]], *, width: int = 480) -> RGB:
 
 def reduced(picture: RGB, width: int) -> RGB:
     """Return the picture `width` pixels wide by area averaging; a narrower one is left as it is."""
+    import cv2  # not above: cv2 is slow to load, and few need it
+
     tall, wide, _ = picture.shape
     if wide <= width:
         return picture

@@ -1,7 +1,6 @@
 """The optics: how lens and housing dim and spread light before the detector counts it. Everything but the artist's
 bloom is linear in the light."""
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +25,7 @@ def through_optics(
         image = image * (gain if image.ndim == 2 else gain[..., None])
     if optics.psf_sigma > 0:
         # Mirrored at the rim: as much comes in from beyond the frame as goes out, and no rim is dark.
-        image = convolved(image, optics.psf_sigma**2, border=cv2.BORDER_REFLECT)
+        image = convolved(image, optics.psf_sigma**2, mirrored=True)
     if optics.glare > 0:
         image = scatter(image, optics)
     if optics.bloom_intensity > 0:

@@ -1,4 +1,4 @@
-"""Light spread by Gaussians of any width. Beyond the frame all is black unless a `border` says otherwise; what falls
+"""Light spread by Gaussians of any width. Beyond the frame all is black unless it is `mirrored`; what falls
 there is lost, and nothing else.
 
 Narrow Gaussians are convolved at full resolution, wide ones at a half, a quarter ...: a halving and its doubling each
@@ -10,7 +10,6 @@ filter transforms for image processing" (1981).
 from collections.abc import Sequence
 from functools import lru_cache
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +29,8 @@ NEGLIGIBLE = 1e-8  # of a kernel's middle
 
 def spread(light: Image, scales: Sequence[Scale]) -> Image:
     """Return the sum of `light` convolved with each Gaussian of `scales`, times its weight."""
+    import cv2  # not above: cv2 is slow to load, and few need it
+
     spreading = np.zeros_like(light)
     for variance, weight in scales:
         if variance < DIRECT:
@@ -44,10 +45,14 @@ def spread(light: Image, scales: Sequence[Scale]) -> Image:
     return spreading
 
 
-def convolved(light: Image, variance: float, weight: float = 1.0, *, border: int = cv2.BORDER_CONSTANT) -> Image:
-    """`light` convolved at full resolution with a Gaussian, times `weight`; `border` is OpenCV's."""
+def convolved(light: Image, variance: float, weight: float = 1.0, *, mirrored: bool = False) -> Image:
+    """`light` convolved at full resolution with a Gaussian, times `weight`; `mirrored` at the rim, or dark
+    beyond it."""
+    import cv2  # not above: see spread
+
     kernel = gaussian(variance)
-    return np.asarray(cv2.sepFilter2D(light, -1, kernel, kernel * np.float32(weight), borderType=border), np.float32)
+    border, down = cv2.BORDER_REFLECT if mirrored else cv2.BORDER_CONSTANT, kernel * np.float32(weight)
+    return np.asarray(cv2.sepFilter2D(light, -1, kernel, down, borderType=border), np.float32)
 
 
 @lru_cache(maxsize=256)

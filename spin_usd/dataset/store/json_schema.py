@@ -3,17 +3,16 @@
 import json
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import best_match
-from jsonschema.validators import extend
+from typing import TYPE_CHECKING, Any
 
 from spin_usd import resources
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.size_limits import MAX_DOCUMENT
 from spin_usd.nesting import finite_json
+
+if TYPE_CHECKING:
+    from jsonschema.exceptions import ValidationError
 
 REMEDY = "restore it, or make it again"
 
@@ -29,7 +28,7 @@ def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
     what is wrong."""
     try:
         value = finite_json(data.decode("utf-8"))
-        error = best_match(_validator(schema).iter_errors(value))
+        error = _worst_error(value, schema)
     except ValueError as e:
         raise InputError(f"is not JSON ({e})", where=where, do=REMEDY) from e
     except RecursionError:
@@ -40,17 +39,25 @@ def valid(data: bytes, schema: str, where: Path) -> dict[str, Any]:
     return result
 
 
+def _worst_error(value: Any, schema: str) -> "ValidationError | None":
+    """Return what is most wrong with the value by the schema named; None where it is valid."""
+    from jsonschema.exceptions import best_match  # not above: jsonschema is slow to load, and a new dataset needs none
+
+    worst: ValidationError | None = best_match(_validator(schema).iter_errors(value))
+    return worst
+
+
 def _is_integer(_: object, value: object) -> bool:
     """Return whether the value is an integer; JSON Schema's own test takes 3.0 for one too."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-_Validator = extend(  # type: ignore[no-untyped-call]
-    Draft202012Validator, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer)
-)
-
-
 @cache
 def _validator(schema: str) -> Any:
+    from jsonschema import Draft202012Validator  # not above: see _worst_error
+    from jsonschema.validators import extend
+
+    types = Draft202012Validator.TYPE_CHECKER.redefine("integer", _is_integer)
+    validator = extend(Draft202012Validator, type_checker=types)  # type: ignore[no-untyped-call]
     text = (resources.schemas() / f"{schema}.schema.json").read_text(encoding="utf-8")
-    return _Validator(json.loads(text))
+    return validator(json.loads(text))
