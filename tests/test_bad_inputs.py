@@ -305,7 +305,7 @@ def test_bad_stages_are_refused(tmp_path, name) -> None:
 def planned(path, copy):
     """What a child of `render` does first of all."""
     settings = asdict(RenderSettings(renderer="raycast", effort=Effort(samples=1), seed=0))
-    opened = open_plan(stage=str(path), variants=(), frames=None, seed=None, copy_to=str(copy))
+    opened, _ = open_plan(stage=str(path), variants=(), frames=None, seed=None, copy_to=str(copy))
     asked = {"settings": settings, "image_suffix": ".png", "labels": (), "provenance": (), "explain": False}
     stage = {name: opened[name] for name in ("root", "variants", "chosen")}
     return plan_pictures(**stage, **asked, progress=ignore)

@@ -50,6 +50,7 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
     """Return the functions that a child can be asked to call, by name. Each imports what it needs when it is called, so
     that a child carries no more than that."""
     worker: Any = None
+    stage: Any = None
     measuring: Any = None
 
     def author(**arguments: Any) -> Any:
@@ -73,14 +74,16 @@ def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
         return listed()
 
     def open_plan(**arguments: Any) -> Any:
+        nonlocal stage
         from spin_usd.dataset.plan.in_child import open_plan as opened
 
-        return opened(**arguments)
+        described, stage = opened(**arguments)
+        return described
 
     def plan_pictures(**arguments: Any) -> Any:
         from spin_usd.dataset.plan.in_child import plan_pictures as planned
 
-        return planned(progress=progress, **arguments)
+        return planned(progress=progress, opened=stage, **arguments)
 
     def check_stage(**arguments: Any) -> Any:
         from spin_usd.dataset.check.in_child.stage import stage_findings

@@ -44,9 +44,10 @@ def open_plan(
     seed: int | None,
     devices: Sequence[str] = (CPU,),
     copy_to: str | None = None,
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], StageReader]:
     """Return what a plan says of the stage as a whole, as JSON: settings, the variants wanted, the pictures' names,
-    which of them are chosen, what the stage was made from, and what dataset.json says of the target.
+    which of them are chosen, what the stage was made from, and what dataset.json says of the target; and the stage's
+    reader, for `plan_pictures`.
 
     `variants`: names, and patterns with *, ? and [...]; empty means nominal alone, ["all"] all of them. `devices`:
     those that may render the light; "device" is the first that can. `copy_to`: first copy the stage into that folder
@@ -59,7 +60,7 @@ def open_plan(
         found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
         raise InputError(found, where=stage, do="count from 0; 0:10 are the first ten")
     wanted = wanted_variants(variants, reader.variants)
-    return {
+    described = {
         "root": str(root),
         "seed": reader.seed if seed is None else seed,
         "variants": wanted,
@@ -70,6 +71,7 @@ def open_plan(
         "origin": origin_of(reader.stage),
         "description": _description(reader),
     }
+    return described, reader
 
 
 def plan_pictures(
@@ -83,22 +85,25 @@ def plan_pictures(
     provenance: Sequence[str],
     explain: bool,
     progress: Progress,
+    opened: StageReader | None = None,
 ) -> list[dict[str, Any]]:
     """Return for each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those
     also named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
     that. With `explain` also "skipped", as SkippedWorkCounter.taken has it.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `labels`: those that are
-    asked for. `progress` counts all of them. Raises UnsupportedError where image files cannot hold a sensor's numbers.
+    asked for. `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
+    where image files cannot hold a sensor's numbers.
     """
     pictures = range(*chosen)
     extents, rendering = Extents(), RenderSettings.from_json(settings)
     counter = SkippedWorkCounter(rendering) if explain else None
     answer = []
-    reader: StageReader | None = None
+    reader = opened
     for number, variant in enumerate(variants):
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
-        reader = StageReader(root, variant=variant, after=reader)
+        if reader is None or reader.variant != variant:
+            reader = StageReader(root, variant=variant, after=reader)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
         planned = _planned(reader, pictures, rendering, image_suffix, labels, extents, views, counter, count)
         stage = stage_provenance(reader) if variant in provenance else None
