@@ -6,8 +6,10 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict
+from importlib import import_module
 from typing import IO, Any
 
 from spin_usd.faults import expected
@@ -19,6 +21,7 @@ SUBJECTS = ("stage", "root", "dataset")  # arguments that name what a call reads
 def main() -> None:
     _die_with_parent()
     answers = _private_standard_output()
+    _load(sys.argv[1:])
     calls = _calls(lambda *message: _write(answers, {"progress": message}))
     for line in sys.stdin.buffer:
         request = json.loads(line)
@@ -29,6 +32,13 @@ def main() -> None:
         _write(answers, answer)
     sys.stderr.flush()
     os._exit(0)  # the interpreter's teardown with bpy loaded can hang
+
+
+def _load(modules: Iterable[str]) -> None:
+    """Load these before anything is asked; what one lacks is said when it is asked for."""
+    for module in modules:
+        with suppress(ImportError):
+            import_module(module)
 
 
 def _error(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:

@@ -58,11 +58,17 @@ class Child:
     """One child process; `call` sends a request and waits, `send` and `receive` do the halves."""
 
     def __init__(
-        self, *, keep_open: tuple[int, ...] = (), scratch: Path | None = None, memory: int | None = None
+        self,
+        *,
+        keep_open: tuple[int, ...] = (),
+        scratch: Path | None = None,
+        memory: int | None = None,
+        modules: tuple[str, ...] = (),
     ) -> None:
         """`keep_open`: file descriptors to pass on (a lock). `scratch`: where it may put temporary files, a folder that
         is gone with the child unless given: USD leaves a file there when it crashes. `memory`: bytes of address space
-        that it may take (Linux), those of a child that reads what a stranger wrote unless given."""
+        that it may take (Linux), those of a child that reads what a stranger wrote unless given. `modules`: those that
+        it loads before it is asked anything."""
         environment = {k: os.environ[k] for k in KEPT_VARIABLES if k in os.environ}
         self._temporary = tempfile.TemporaryDirectory(prefix="spin_usd-") if scratch is None else None
         own = self._temporary.name if self._temporary else scratch
@@ -70,7 +76,7 @@ class Child:
         self._heard = bytearray()  # what was read of answers not yet received
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the child
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "spin_usd.dataset.child_main"],
+            [sys.executable, "-P", "-m", "spin_usd.dataset.child_main", *modules],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

@@ -3,6 +3,9 @@
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+
+import psutil
 
 from spin_usd.errors import InputError
 
@@ -31,7 +34,9 @@ def share_of(number: int, count: int) -> list[int]:
 
 
 def hold_to(cpus: Sequence[int]) -> None:
-    """Let this process, and those that it starts from now on, use these processors alone, where the system can:
-    Blender's own limit of threads burns a second core."""
+    """Let this process, all its threads, and those that it starts from now on use these processors alone, where the
+    system can: Blender's own limit of threads burns a second core."""
     if sys.platform == "linux":
-        os.sched_setaffinity(0, cpus)
+        for thread in psutil.Process().threads():
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.sched_setaffinity(thread.id, cpus)

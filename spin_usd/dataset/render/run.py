@@ -1,7 +1,7 @@
 """One run of `render` in a folder that it holds: plan, put the stage there, find what is left, and have it made."""
 
 from collections import Counter
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from dataclasses import replace as changed
 from functools import partial
@@ -24,7 +24,7 @@ from spin_usd.dataset.render.report import RenderReport, RunListener
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
-from spin_usd.dataset.render.workers import default_workers, make_pictures
+from spin_usd.dataset.render.workers import WorkerProcesses, default_workers, make_pictures
 from spin_usd.dataset.shards.manifest import Manifest, refuse_other_shards, share_manifest
 from spin_usd.dataset.shards.plan_of_shard import plan_of_shard
 from spin_usd.dataset.shards.shard import Shard
@@ -75,9 +75,21 @@ class DatasetRun:
         there = self._store.stage.resolve()
         self._own = request.stage.resolve().is_relative_to(there)  # the dataset's own copy, perhaps edited
         self._copied = there if self._own else lease.work / STAGE
+        self._processes = WorkerProcesses(lease, request)
 
     def complete(self) -> RenderReport:
         """Make all that is missing, and return what was made."""
+        with self._worker_ahead():
+            return self._completed()
+
+    def _worker_ahead(self) -> AbstractContextManager[None]:
+        """Start a worker before the plan is made where it will be wanted here: in a new dataset there is something to
+        make."""
+        elsewhere = self._destination.mirror or self._destination.cluster
+        new = self._store.folder.type_of(DESCRIPTION) is None
+        return self._processes.one_ahead() if new and not elsewhere else nullcontext()
+
+    def _completed(self) -> RenderReport:
         copy_to = None if self._own else self._copied
         try:
             whole = plan(self._request, progress=self._progress, copy_to=copy_to, had=self._store.kinds)
@@ -164,7 +176,9 @@ class DatasetRun:
         for_workers = self._worker_options(planned, root, lit=any(task.renders for task in tasks))
         with postponed() as stop:
             try:
-                make_pictures(for_workers, tasks, count, self._lease, listener, limits, self._destination, stop)
+                make_pictures(
+                    for_workers, tasks, count, self._lease, self._processes, listener, limits, self._destination, stop
+                )
             finally:
                 if stop.number is not None:
                     listener.stopped()

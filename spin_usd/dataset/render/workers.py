@@ -1,14 +1,19 @@
 """The worker processes of a run: how many, on which processors, with how much memory."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
 import psutil
 
 from spin_usd.dataset.plan.time_limit import TimeLimits
-from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import machine_memory, rendering_memory
 from spin_usd.dataset.process.child_protocol import ChildProtocol
+from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.process.processors import share_of, usable_cpus
 from spin_usd.dataset.render.destination import Destination
 from spin_usd.dataset.render.report import RunListener
+from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.supervise import WorkerLimits, supervise
 from spin_usd.dataset.render.task_queue import RenderTask
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -17,6 +22,7 @@ from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import StopRequest
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
+WORKER = "spin_usd.dataset.render.worker"  # named as text: it loads USD
 USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together
 
 
@@ -25,11 +31,41 @@ def default_workers() -> int:
     return max(1, min(len(usable_cpus()), psutil.virtual_memory().available // MEMORY_PER_WORKER))
 
 
+class WorkerProcesses:
+    """Starts the worker processes of a run under its `lease`. The first can be started ahead, before anybody knows what
+    it is to do: a renderer loads for longer than a few pictures are planned."""
+
+    def __init__(self, lease: Lease, request: RenderRequest) -> None:
+        self._lease, self._memory = lease, rendering_memory(graphics=request.device != CPU)
+        self._modules = (WORKER, renderer_entry(request.renderer).module) if request.lit else (WORKER,)
+        self._ahead: Child | None = None
+
+    @contextmanager
+    def one_ahead(self) -> Iterator[None]:
+        """Start one, which is ended with the block unless `next` gave it away."""
+        self._ahead = self._started()
+        try:
+            yield
+        finally:
+            if self._ahead:
+                self._ahead.kill()
+
+    def next(self) -> Child:
+        """Return one that loads its renderer, or has."""
+        child, self._ahead = self._ahead or self._started(), None
+        return child
+
+    def _started(self) -> Child:
+        lease = self._lease
+        return Child(keep_open=lease.descriptors, scratch=lease.work, memory=self._memory, modules=self._modules)
+
+
 def make_pictures(
     options: WorkerOptions,
     tasks: list[RenderTask],
     workers: int,
     lease: Lease,
+    processes: WorkerProcesses,
     listener: RunListener,
     time_limits: TimeLimits,
     destination: Destination,
@@ -44,9 +80,9 @@ def make_pictures(
         listener.progress(f"starting {started}: worker", number + 1, room())
         if elsewhere:
             return elsewhere(number)
-        memory = rendering_memory(graphics=options.settings.device != CPU)
-        child = Child(keep_open=lease.descriptors, scratch=lease.work, memory=memory)
-        child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
+        child = processes.next()
+        with suppress(ChildDiedError):  # the end of its answers says so too
+            child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 
     def room() -> int:

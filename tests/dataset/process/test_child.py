@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import psutil
 import pytest
@@ -31,6 +32,13 @@ def test_an_error_in_the_child_is_the_same_error_here(tmp_path) -> None:
 def test_a_defect_in_the_child_is_not_taken_for_bad_input() -> None:
     with Child() as child, pytest.raises(ChildInternalError):
         child.call("no such call")
+
+
+def test_a_child_loads_modules_before_it_is_asked_and_outlives_one_that_is_not_there() -> None:
+    with Child(modules=("spin_usd.no_such_module", "numpy", "colorsys")) as child:
+        maps = f"/proc/{child.process.pid}/maps"
+        assert sys.platform != "linux" or wait_until(lambda: "/numpy/" in Path(maps).read_text(encoding="utf-8"))
+        assert child.call("parameter_list")
 
 
 def test_a_killed_child_is_reported_and_does_not_hang() -> None:

@@ -1,6 +1,7 @@
 """Workers share the processors out: each gets as many as any other, and none lies idle that could be given."""
 
 import sys
+from threading import Event, Thread
 
 import pytest
 
@@ -21,10 +22,16 @@ def test_each_worker_has_its_share_and_all_processors_are_used_evenly(monkeypatc
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems cannot hold a process to processors")
-def test_a_process_keeps_to_what_it_is_held_to() -> None:
-    before = usable_cpus()
+def test_a_process_and_its_threads_keep_to_what_it_is_held_to() -> None:
+    before, told = usable_cpus(), Event()
+    held: list[int] = []
+    thread = Thread(target=lambda: held.extend(usable_cpus() if told.wait(10) else ()))
+    thread.start()
     try:
         hold_to(before[-1:])
         assert usable_cpus() == before[-1:]
     finally:
+        told.set()
+        thread.join()
         hold_to(before)
+    assert held == before[-1:]
