@@ -4,13 +4,17 @@ matt: one colour a material and nothing but diffuse reflection (an index of refr
 simulators draw it. reflective: metals, coverglass, crinkled foil, guided by the values that SPIN ships for its own
 Tango (solar cells 0.154, metallic 0.43, roughness 0.15, clear-coat 1; gold 0.82, 0.65, 0.058, metallic 1, roughness
 0.355; galvanised metal 0.179, metallic 1, roughness 0.49; black parts metallic 0.507, roughness 0.313) and by pictures
-of the flight model and its mock-up.
+of the flight model and its mock-up. What a surface reflects of sunlight is held near 1 minus its solar absorptance:
+aluminised Kapton with the Kapton outside 0.40, black paint 0.95, white paint 0.12 (silicate) to 0.26 (silicone),
+polished aluminium 0.24, GaAs cells 0.88 (Fortescue, Swinerd and Stark, Spacecraft Systems Engineering, 4th edition,
+2011, table 11.3). Dust and fingerprints are in the roughness, and as far as they are seen straight on, in the colour.
 """
 
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from tango import dimensions as d
+from tango.wear import METRES
 
 Colour: TypeAlias = tuple[float, float, float]  # linear, Rec. 709
 
@@ -43,7 +47,7 @@ class MaterialValues:
     metallic: float | Sample = 0.0
     roughness: float | Sample = 0.5
     clearcoat: float = 0.0
-    clearcoat_roughness: float = 0.03
+    clearcoat_roughness: float | Sample = 0.03
     ior: float = 1.5
     normal: Picture | None = None
 
@@ -71,25 +75,32 @@ BARS = Picture(file="solar_cell_metal.png", metres=d.CELL_ATLAS)
 STREAKS = Picture(file="brushed_roughness.png", metres=(0.12, 0.12))
 BRUSHED = Picture(file="brushed_normal.png", metres=(0.12, 0.12))
 
+
+def _worn(mean: float, spread: float, *, size: float = METRES, degrees: float = 0.0, output: str = "r") -> Sample:
+    """Values of `mean` plus and minus half of `spread`, as surfaces wear; each material at a size of its own."""
+    picture = Picture(file="wear.png", metres=(size, size), degrees=degrees)
+    return Sample(picture=picture, output=output, scale=spread, bias=mean - spread / 2)
+
+
 REFLECTIVE: dict[str, MaterialValues] = {
     "SolarCell": MaterialValues(
         colour=Sample(picture=CELLS, output="rgb"),
         metallic=Sample(picture=BARS, output="r", scale=0.57, bias=0.43),
         roughness=Sample(picture=BARS, output="r", scale=0.25, bias=0.15),
         clearcoat=1.0,
-        clearcoat_roughness=0.02,
+        clearcoat_roughness=_worn(0.06, 0.11, size=0.27, degrees=13.0),
     ),
-    "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=0.45),
+    "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=_worn(0.45, 0.30)),
     "GoldMli": MaterialValues(
         colour=(0.83, 0.60, 0.20),
         metallic=1.0,
-        roughness=0.36,
+        roughness=_worn(0.34, 0.30, size=0.43),
         normal=Picture(file="foil_normal.png", metres=(0.42, 0.42), degrees=17.0),
     ),
     "KaptonTape": MaterialValues(
         colour=(0.62, 0.38, 0.10),
         metallic=0.6,
-        roughness=0.30,
+        roughness=_worn(0.32, 0.30, size=0.29, degrees=41.0),
         normal=Picture(file="foil_normal.png", metres=(0.30, 0.30)),
     ),
     "Silver": MaterialValues(colour=(0.88, 0.87, 0.84), metallic=1.0, roughness=0.30),
@@ -99,14 +110,19 @@ REFLECTIVE: dict[str, MaterialValues] = {
         normal=Picture(file="foil_normal.png", metres=(0.36, 0.36), degrees=-31.0),
     ),
     "CableJacket": MaterialValues(colour=(0.66, 0.65, 0.61), roughness=0.38),
-    "BlackPaint": MaterialValues(colour=(0.040, 0.040, 0.043), roughness=0.42),
+    "BlackPaint": MaterialValues(
+        colour=_worn(0.043, 0.050, size=0.23, output="rgb"), roughness=_worn(0.42, 0.36, size=0.23)
+    ),
     "BrushedAluminium": MaterialValues(
         colour=(0.66, 0.67, 0.68),
         metallic=1.0,
         roughness=Sample(picture=STREAKS, output="r", scale=0.30, bias=0.27),
         normal=BRUSHED,
     ),
-    "WhitePaint": MaterialValues(colour=(0.80, 0.80, 0.77), roughness=0.55),
+    "WhitePaint": MaterialValues(
+        colour=_worn(0.77, -0.22, size=0.37, degrees=61.0, output="rgb"),
+        roughness=_worn(0.52, 0.30, size=0.37, degrees=61.0),
+    ),
     "Glass": MaterialValues(colour=(0.010, 0.010, 0.014), roughness=0.05, clearcoat=1.0, clearcoat_roughness=0.01),
 }
 

@@ -15,6 +15,7 @@ from scipy.spatial import Delaunay
 from spin_usd.scene.photometry import srgb
 from tango import dimensions as d
 from tango.shapes.shape import Array
+from tango.wear import wear
 
 FOIL_PIXELS = 448
 BRUSHED_PIXELS = 128
@@ -32,7 +33,7 @@ def write_textures(folder: Path) -> None:
 def foil_normal() -> Array:
     """Crumpled foil: flat facets between sharp creases at three scales, one within another."""
     slopes = np.zeros((FOIL_PIXELS, FOIL_PIXELS, 2))
-    for seed, (count, steepness, blur) in enumerate(((60, 0.16, 1.6), (420, 0.12, 0.9), (2600, 0.05, 0.7))):
+    for seed, (count, steepness, blur) in enumerate(((60, 0.19, 1.6), (420, 0.15, 0.9), (2600, 0.06, 0.7))):
         height = gaussian_filter(_facets(count, seed), blur, mode="wrap")
         gradient = _gradient(height)
         slopes += gradient * steepness / gradient.std()
@@ -56,7 +57,7 @@ def solar_cell() -> Array:
     """An atlas of cells, each of its own shade, with fingers and bus bars; sRGB."""
     bars, fingers = _grid()
     rng, shape = np.random.default_rng(21), (d.CELL_TONES[1], d.CELL_TONES[0])
-    tones = (0.7 + 0.6 * rng.random((*shape, 1))) * (0.9 + 0.2 * rng.random((*shape, 3)))
+    tones = (0.55 + 0.9 * rng.random((*shape, 1))) * (0.85 + 0.3 * rng.random((*shape, 3)))
     shade = np.kron(tones, np.ones((CELL_PIXELS[1], CELL_PIXELS[0], 1))) * SILICON
     everywhere = np.tile(np.maximum(bars, 0.12 * fingers), d.CELL_TONES[::-1])[..., None]
     return srgb.encode(shade + everywhere * (SILVER - shade))
@@ -71,6 +72,7 @@ TEXTURES: dict[str, Callable[[], Array]] = {
     "foil_normal.png": foil_normal,
     "brushed_roughness.png": brushed_roughness,
     "brushed_normal.png": brushed_normal,
+    "wear.png": wear,
     "solar_cell.png": solar_cell,
     "solar_cell_metal.png": solar_cell_metal,
 }

@@ -29,7 +29,7 @@ def body() -> Shape:
     below = Blanket(
         low=(-0.335, d.Y_BACK + 0.030, -0.002),
         high=(0.335, d.Y_FRONT - 0.030, 0.006),
-        cell=d.BLANKET_CELL,
+        cell=d.BLANKET_CELL_BELOW,
         depth=d.BLANKET_WRINKLE,
         material="GoldMli",
         seams=((0.0,), (d.Y_MIDDLE,), ()),

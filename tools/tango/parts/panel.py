@@ -80,13 +80,11 @@ def bus_bars() -> Iterator[Shape]:
 
 
 def harness() -> Iterator[Shape]:
-    """Two flat conductors down the middle, the tape that holds them, and diodes beside them."""
+    """Two flat conductors down the middle, and the tape that holds them."""
     for x in (-0.008, 0.008):
-        yield _rectangle(0.0036, 0.716, -SUNK, 0.0005, "KaptonTape").moved((x, 0.0, FLOOR))
-    for number, y in enumerate(np.linspace(-0.330, 0.330, 12).tolist()):
+        yield _rectangle(0.0036, 0.716, -SUNK, 0.0005, "CableJacket").moved((x, 0.0, FLOOR))
+    for number, y in enumerate(np.linspace(-0.330, 0.330, 6).tolist()):
         yield _rectangle(0.030, 0.011 + 0.002 * (number % 3), -SUNK, 0.0008, "KaptonTape").moved((0.0, y, FLOOR))
-    for y in np.linspace(-0.300, 0.300, 9).tolist():
-        yield _rectangle(0.0045, 0.0080, -SUNK, 0.0010, "BlackPaint").moved((0.0, y, FLOOR))
 
 
 def rivets() -> Iterator[Shape]:

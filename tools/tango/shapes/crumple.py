@@ -8,9 +8,9 @@ from scipy.spatial import Delaunay
 
 from tango.shapes.shape import Array
 
-SCALES = ((0.090, 0.46), (0.041, 0.34), (0.019, 0.20))  # metres between the facets' corners, share of the height
+SCALES = ((0.080, 0.50), (0.036, 0.34), (0.019, 0.16))  # metres between the facets' corners, share of the height
 HELD = 0.10  # share of the height that is left where a seam or a button holds the foil down
-REACH = 0.034  # metres from there to where the foil is loose
+REACH = 0.030  # metres from there to where the foil is loose
 
 
 def heights(at: Array, seed: int, held: Sequence[Array]) -> Array:
