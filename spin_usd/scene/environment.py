@@ -19,7 +19,9 @@ class Planet:
     radii (3,): semi-axes along its own x, y, z, metres; z is its north. `albedo` (Lambert's) and `clouds` (their
     albedo, and in alpha their opacity): latitude-longitude images, north at the top, longitude 0 in the middle column,
     east to the right. Latitude is that of the surface's normal.
-    `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB.
+    `night`: an image of lights that are seen by day and night; `night_radiance`: that of its white, W/m2/sr.
+    `atmosphere`: scale height in metres, 0 for none; `haze`: the optical depth straight down, RGB. `appearance` counts
+    the changes to how planets are painted: it is part of what decides a picture.
     """
 
     path: str = field(metadata=NAME)
@@ -27,9 +29,12 @@ class Planet:
     radii: tuple[float, float, float]
     albedo: Image | Color
     clouds: Image | None = None
+    night: Image | None = None
+    night_radiance: Color = (0.0, 0.0, 0.0)
     atmosphere: float = 0.0
     haze: Color = (0.0, 0.0, 0.0)
     illuminates: bool = True
+    appearance: int = field(default=2, init=False)
 
     def __post_init__(self) -> None:
         if not all(0 < radius < np.inf for radius in self.radii):

@@ -34,22 +34,54 @@ def albedo(width: int, height: int) -> Array:
 
 
 def clouds(width: int, height: int) -> Array:
-    """(height, width, 1) opacity."""
+    """(height, width, 1) opacity: belts by latitude, storms that turn as they do in their hemisphere, sheets and
+    streaks; scattered clouds where it is neither 0 nor 1."""
     points = sphere(width, height)
     north = points[2]
+    turned = _in_storms(points)
     # Weather is stirred: each scale carries the finer ones along.
-    for seed, waves, way in ((31, 2.0, 0.05), (41, 6.0, 0.015)):
-        points = points + way * np.stack([fractal(points, seed=seed + i, waves=waves, octaves=3) for i in range(3)])
-    sheets = fractal(points * np.array([1, 1, 1.6])[:, None, None], seed=51, waves=3.0, octaves=7, gain=0.6)
-    cells = fractal(points, seed=61, waves=40.0, octaves=3, gain=0.8)
-    cover = sheets + 0.3 * cells + 0.8 * _rain(north)
-    return ramp(cover, -0.9, 2.3)[..., None]
+    for seed, waves, way in ((31, 2.0, 0.06), (41, 6.0, 0.02), (45, 17.0, 0.006)):
+        turned = turned + way * np.stack([fractal(turned, seed=seed + i, waves=waves, octaves=3) for i in range(3)])
+    sheets = fractal(turned * np.array([1, 1, 1.7])[:, None, None], seed=51, waves=2.6, octaves=8, gain=0.66)
+    streaks = fractal(turned * np.array([1, 1, 4.0])[:, None, None], seed=57, waves=5.0, octaves=6, gain=0.7)
+    fronts = 1 - np.abs(fractal(turned, seed=61, waves=4.0, octaves=5, gain=0.6))
+    cover = 0.85 * sheets + 0.35 * streaks + 0.45 * fronts + 0.9 * _rain(north)
+    return (0.92 * ramp(cover, -1.6, 2.6))[..., None]
+
+
+def _in_storms(points: Array) -> Array:
+    """Return the points (3, H, W) as some thirty storms have turned them: counterclockwise in the north, clockwise in
+    the south, most of them in the belts of westerlies."""
+    rng = np.random.default_rng(5)
+    for number in range(34):
+        tropical = number % 6 == 5
+        north = np.sin(np.radians(rng.uniform(10, 22) if tropical else rng.uniform(32, 66)))
+        north *= -1 if number % 2 else 1
+        longitude, radius = rng.uniform(0, 2 * np.pi), rng.uniform(0.05, 0.08) if tropical else rng.uniform(0.1, 0.24)
+        axis = np.array([np.cos(longitude), np.sin(longitude), 0]) * np.sqrt(1 - north**2) + (0, 0, north)
+        distance = np.linalg.norm(points - axis[:, None, None], axis=0)
+        angle = (
+            np.sign(north)
+            * rng.uniform(2.4, 4.4)
+            * np.exp(-distance / (0.45 * radius))
+            * np.exp(-((distance / (1.6 * radius)) ** 2))
+        )
+        points = _turned(points, axis, angle)
+    return points
+
+
+def _turned(points: Array, axis: Array, angle: Array) -> Array:
+    """Return the points (3, H, W) turned about `axis` (3,) by `angle` (H, W), radians (Rodrigues)."""
+    along = np.einsum("i,ihw->hw", axis, points)
+    across = np.cross(axis, points, axisb=0, axisc=0)
+    turned = points * np.cos(angle) + across * np.sin(angle) + axis[:, None, None] * (along * (1 - np.cos(angle)))
+    return np.asarray(turned)
 
 
 def _rain(north: Array) -> Array:
     """How wet the climate is by the sine of latitude: the tropics and the westerlies' storms, with deserts between."""
     tropics = np.exp(-((north / 0.16) ** 2))
-    storms = np.exp(-(((np.abs(north) - 0.82) / 0.17) ** 2))
+    storms = np.exp(-(((np.abs(north) - 0.8) / 0.2) ** 2))
     return np.asarray(tropics + 0.9 * storms - 0.45)
 
 

@@ -31,7 +31,7 @@ def _write(path: Path, image: Array) -> None:
     pixels = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
     height, width, channels = pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
-    spec.attribute("Compression", "jpeg:78")
+    spec.attribute("Compression", "jpeg:85")
     output = oiio.ImageOutput.create(str(path))
     if not output or not output.open(str(path), spec) or not output.write_image(pixels) or not output.close():
         raise OSError(f"{path} could not be written: {oiio.geterror()}")

@@ -122,7 +122,7 @@ def make_image(
     if IMAGE in kinds:
         seed = picture_seed(scene, settings)
         with watch("background"):
-            behind = sky(scene, seed=seed)
+            behind = sky(scene, seed=seed, hidden=_hidden(scene, radiance))
         with watch("sensor"):
             image = develop(scene, radiance, behind, seed=seed)
             if scene.sensor.auto_exposure is not None:
@@ -130,6 +130,13 @@ def make_image(
         yield IMAGE, image, image_channels(scene.sensor)
     if RADIANCE in kinds:
         yield RADIANCE, _full_frame(radiance, scene.camera.frame.shape), RADIANCE_CHANNELS
+
+
+def _hidden(scene: Scene, radiance: Radiance) -> NDArray[np.bool_]:
+    """Return the pixels (H, W) of the frame that the bodies cover whole."""
+    hidden = np.zeros(scene.camera.frame.shape, bool)
+    hidden[radiance.region.slices] = radiance.coverage >= 1
+    return hidden
 
 
 def image_tones(scene: Scene, radiance: Radiance, image: NDArray[Any]) -> dict[str, Any] | None:

@@ -5,10 +5,14 @@ import numpy as np
 from spin_usd.geometry.region import Region
 from spin_usd.renderers.background.back_plate import place_image, plate_radiance
 from spin_usd.renderers.background.dome import dome_radiance
-from spin_usd.renderers.background.globe import Globe
-from spin_usd.renderers.background.latlong import Float32
 from spin_usd.renderers.background.pixels import bands, region_of_cone, splat
-from spin_usd.renderers.background.planet import filling_rays, planet_radiance, suns_of_planets
+from spin_usd.renderers.background.planet.elementary import Float32
+from spin_usd.renderers.background.planet.globe import Globe
+from spin_usd.renderers.background.planet.grid import BLOCK, blocks
+from spin_usd.renderers.background.planet.points import Points
+from spin_usd.renderers.background.planet.radiance import mean_radiance
+from spin_usd.renderers.background.planet.sunlight import suns_of_planets
+from spin_usd.renderers.background.planet.view import Hidden, PlanetView, filling_rays
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 
@@ -16,13 +20,13 @@ SMALL_PX = 8.0  # radius of a planet that is rendered ray by ray, not pixel by p
 SMALL_STEPS = 64
 
 
-def sky(scene: Scene, *, seed: int) -> Float32 | None:
+def sky(scene: Scene, *, seed: int, hidden: Hidden = None) -> Float32 | None:
     """Return (H, W, 3) W/m2/sr, of the whole frame; None where nothing is there but black. `seed` chooses a back
     plate."""
     frame = np.zeros((*scene.camera.frame.shape, 3), np.float32)
     rendered = [
         _add_plate(scene, frame, seed) or _add_domes(scene, frame) + _add_stars(scene, frame),
-        _add_planets(scene, frame),
+        _add_planets(scene, frame, hidden),
     ]
     return frame if any(rendered) else None
 
@@ -62,37 +66,38 @@ def _add_stars(scene: Scene, frame: Float32) -> int:
     return len(scene.environment.stars)
 
 
-def _add_planets(scene: Scene, frame: Float32) -> int:
+def _add_planets(scene: Scene, frame: Float32, hidden: Hidden) -> int:
     """Add the planets to the frame, the farthest first, and return how many were rendered."""
     suns, rendered = suns_of_planets(scene.lights), 0
     for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
         if _is_small(scene, globe):
             rendered += _add_small(scene, frame, globe, suns)
         else:
-            rendered += _add_globe(scene, frame, globe, suns)
+            rendered += _add_globe(scene, frame, globe, suns, hidden)
     return rendered
 
 
 def _add_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
     rays, solid_angle = filling_rays(globe, SMALL_STEPS)
-    light = planet_radiance(globe, suns, rays, globe.meet(rays), fine=False)
+    light = mean_radiance(Points.of(globe, suns, rays))
     irradiance = np.stack(light.radiance, -1).astype(np.float64) * solid_angle
     splat(frame, scene.camera, np.stack([rays.x, rays.y, rays.z], -1), irradiance)
     return 1
 
 
-def _add_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
-    region = region_of_cone(scene.camera, globe.centre / globe.distance, globe.angular_radius_sine)
-    rendered = 0
-    for band, rays in bands(scene.camera, region):
-        meeting = globe.meet(rays)
-        if not globe.touches(meeting):
-            continue
-        light, part = planet_radiance(globe, suns, rays, meeting, fine=True), frame[band.slices]
-        for channel in range(3):
-            part[..., channel] *= light.transmittance[channel].reshape(band.shape)
-        _add(frame, band, light.radiance)
-        rendered += 1
+def _add_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...], hidden: Hidden) -> int:
+    camera = scene.camera
+    region = region_of_cone(camera, globe.centre / globe.distance, globe.angular_radius_sine)
+    if region.empty:
+        return 0
+    view, rendered = PlanetView(camera, globe, suns, region), 0
+    for block in blocks(region, BLOCK):
+        for own, light in view.radiance(block, hidden):
+            part = frame[own.slices]
+            for channel in range(3):
+                part[..., channel] *= light.transmittance[channel]
+                part[..., channel] += light.radiance[channel]
+            rendered += 1
     return rendered
 
 

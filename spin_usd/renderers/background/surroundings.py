@@ -7,10 +7,14 @@ import numpy as np
 
 from spin_usd.arrays import Float, digest
 from spin_usd.renderers.background.dome import dome_radiance
-from spin_usd.renderers.background.globe import Globe, Rays
-from spin_usd.renderers.background.latlong import Float32
-from spin_usd.renderers.background.planet import filling_rays, planet_radiance, suns_of_planets
+from spin_usd.renderers.background.planet.elementary import Float32
+from spin_usd.renderers.background.planet.globe import Globe, Rays
+from spin_usd.renderers.background.planet.points import Points
+from spin_usd.renderers.background.planet.radiance import mean_radiance
+from spin_usd.renderers.background.planet.sunlight import suns_of_planets
+from spin_usd.renderers.background.planet.view import filling_rays
 from spin_usd.scene.content import content
+from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.texture import Color
@@ -62,7 +66,7 @@ class Surroundings:
         for planet, globe in ((globe.planet, globe) for globe in self.globes):
             place = _rounded(turn @ globe.centre / max(planet.radii))
             shape = [planet.radii, place, _rounded(turn @ planet.T_cam_planet.rotation)]
-            globes.append([*shape, content([planet.albedo, planet.clouds, planet.atmosphere, planet.haze])])
+            globes.append([*shape, content(_look(planet))])
         return digest([domes, globes, suns if globes else []])
 
     @cached_property
@@ -128,12 +132,12 @@ class Grid:
 def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantLight, ...]) -> None:
     """Add a planet to the image (3, N), with all of its light."""
     filling, solid_angle = filling_rays(globe, STEPS)
-    sent = planet_radiance(globe, suns, filling, globe.meet(filling), fine=False).radiance
+    sent = mean_radiance(Points.of(globe, suns, filling)).radiance
     light = np.stack(sent) * np.float32(solid_angle)
     if globe.angular_radius_sine * grid.height / np.pi < SMALL_TEXELS:
         radiance += grid.spread(filling, light)
         return
-    rendered = planet_radiance(globe, suns, grid.rays, globe.meet(grid.rays), fine=False)
+    rendered = mean_radiance(Points.of(globe, suns, grid.rays))
     own = np.stack(rendered.radiance)
     got = own @ grid.solid_angles
     radiance *= np.stack(rendered.transmittance)
@@ -151,6 +155,12 @@ def _seen_from_target(scene: Scene) -> list[Globe]:
         near = np.linalg.norm(target) <= NEARBY * height
         globes.append(globe if near else Globe(planet=planet, eye=target))
     return globes
+
+
+def _look(planet: Planet) -> list[object]:
+    """Return all of a planet that decides its light, but its shape and place."""
+    maps = [planet.albedo, planet.clouds, planet.night, planet.night_radiance]
+    return [*maps, planet.atmosphere, planet.haze, planet.appearance]
 
 
 def _rounded(values: Float) -> list[float]:

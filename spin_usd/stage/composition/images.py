@@ -7,6 +7,7 @@ before any interpolation; alpha is never a colour, and never multiplied into one
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
@@ -25,6 +26,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff", ".hdr", ".tga")
 COLOR_SPACES = ("auto", "raw", "sRGB")
 MAX_PIXELS = 2**26  # of one image: 8192 x 8192, 1 GiB decoded
 MAX_TOTAL_PIXELS = 2**28  # of all images of a reader
+LEVELS = {oiio.UINT8: 2**8, oiio.UINT16: 2**16}  # of the numbers of an image's file
 WRAPS = {"black": "black", "clamp": "clamp", "periodic": "repeat", "mirror": "mirror"}
 """Wrap modes as OpenImageIO names them in a file's metadata, and as USD does."""
 
@@ -137,8 +139,21 @@ def _decode_file(file: str, name: str, data: bytes, color_space: str) -> Decoded
     if not np.isfinite(pixels).all():
         raise StageError("holds NaN or infinity", do="fix it")
     if color_space == "sRGB" or (color_space == "auto" and _is_srgb(spec, data)):
-        pixels[..., :3] = srgb.decode(pixels[..., :3])
+        pixels[..., :3] = _linear(pixels[..., :3], LEVELS.get(spec.format.basetype))
     return Decoded(image=Image(name=name, pixels=pixels), wrap=_wrap(spec))
+
+
+def _linear(encoded: NDArray[np.float32], levels: int | None) -> NDArray[np.float32]:
+    """Return linear values of code values. Those of whole numbers come from a table made in double precision: its
+    rounding to float32 hides that powers differ in their last bit from one processor to the next."""
+    if levels is None:
+        return srgb.decode(encoded).astype(np.float32)
+    return np.asarray(_linear_table(levels).take(np.rint(encoded * np.float32(levels - 1)).astype(np.intp)))
+
+
+@lru_cache(maxsize=2)
+def _linear_table(levels: int) -> NDArray[np.float32]:
+    return srgb.decode(np.arange(levels) / (levels - 1)).astype(np.float32)
 
 
 def _check_size(spec: Any) -> None:

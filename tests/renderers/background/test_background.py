@@ -7,12 +7,14 @@ import pytest
 
 from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.background.atmosphere import Air
 from spin_usd.renderers.background.back_plate import place_image
-from spin_usd.renderers.background.detail import detail
-from spin_usd.renderers.background.globe import Globe, Rays
 from spin_usd.renderers.background.pixels import solid_angles
-from spin_usd.renderers.background.planet import _opacity
+from spin_usd.renderers.background.planet.atmosphere import Air
+from spin_usd.renderers.background.planet.detail import DetailMaker
+from spin_usd.renderers.background.planet.globe import Globe, Rays
+from spin_usd.renderers.background.planet.grid import BLOCK, SPACING, blocks
+from spin_usd.renderers.background.planet.octaves import faces_of, octave, resolved
+from spin_usd.renderers.background.planet.view import PlanetView
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.scene.light import DistantLight, DomeLight
@@ -23,6 +25,7 @@ CAMERA = replace(scenes.SPEEDPLUS, width=240, height=150, fx=373.6, fy=373.5, cx
 SUN = 1361.0
 WGS84 = (6378137.0, 6378137.0, 6356752.3142)
 FLOAT32 = 2e-6
+NODES = 2e-4  # relative: between nodes a cosine is interpolated over 0.03 radians at most, which is off by 0.03^2 / 8
 ENERGY = 1e-5  # relative: float32 sums of a few pixels
 
 
@@ -191,7 +194,7 @@ def test_night_is_black_and_the_terminator_soft() -> None:
     t = -along - np.sqrt(np.where(seen, root, 0))
     cosine = -((d * t[:, None]) - (0, 0, 3e7)) @ (1, 0, 0) / 6.4e6
     day, night = seen & (cosine > 0.06), seen & (cosine < -0.06)
-    np.testing.assert_allclose(row[day], cosine[day], rtol=1e-4)
+    np.testing.assert_allclose(row[day], cosine[day], rtol=NODES)
     assert (row[night] == 0).all()
     dusk = seen & (np.abs(cosine) < 0.04)
     assert dusk.any()
@@ -245,47 +248,54 @@ def test_latitude_is_that_of_the_normal() -> None:
     assert frame[CAMERA.height // 2, CAMERA.width // 2, 0] > 0.5 * SUN / np.pi
 
 
-def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved() -> None:
-    """The mean of the opacity is the image's, for normally distributed noise, from none of it to all."""
-    rng = np.random.default_rng(0)
-    for opacity in (0.05, 0.3, 0.5, 0.9):
-        logit = np.full(400_000, np.log(opacity / (1 - opacity)), np.float32)
-        for variance in (0.0, 0.5, 1.0):
-            noise = (rng.standard_normal(logit.size) * np.sqrt(variance)).astype(np.float32)
-            found = _opacity(logit, noise, np.full_like(noise, variance)).mean()
-            assert found == pytest.approx(opacity, abs=0.015)  # the logistic function is the normal one to 0.01
+def points_near(place, step, shape=(256, 256)):
+    """x, y, z of points of a sphere, `step` radians from one another."""
+    latitude, longitude = place
+    up = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
+    east = np.array([-np.sin(longitude), np.cos(longitude), 0.0])
+    rows, columns = ((np.arange(size) - size / 2) * step for size in shape)
+    points = up + rows[:, None, None] * np.cross(up, east) + columns[:, None] * east
+    return list(np.moveaxis(points / np.linalg.norm(points, axis=-1, keepdims=True), -1, 0))
 
 
-def test_detail_has_no_waves_that_a_pixel_cannot_hold() -> None:
-    """Points a pixel apart along an equator: of what is finer than two pixels little is left."""
-    for step in (1e-5, 1e-4, 1e-3, 1e-2):
-        turn = (np.arange(4096) * step).astype(np.float64)
-        normal = [c.astype(np.float32) for c in (np.cos(turn), np.sin(turn), 0 * turn)]
-        noise, _ = detail(normal, np.full(4096, step, np.float32), 0.01)
-        spectrum = np.abs(np.fft.rfft(noise * np.hanning(4096))) ** 2
-        assert spectrum[3000 // 2 :].sum() <= 0.05 * max(spectrum.sum(), 1e-12)
+@pytest.mark.parametrize("place", [(0.0, 0.0), (1.5, 0.3), (0.615, 0.785), (0.0, 0.785)])
+def test_noise_is_as_large_as_it_says_everywhere(place) -> None:
+    """On a face of the cube, at a pole, where three faces meet, and where two do: mean 0, variance 1."""
+    for wave in (1e-4, 1e-2):
+        noise = octave(faces_of(points_near(place, wave / 3)), wave, 3)
+        assert noise.mean() == pytest.approx(0, abs=0.05)
+        assert noise.var() == pytest.approx(1, rel=0.15)
 
 
-@pytest.mark.parametrize("step", [1e-5, 1e-4, 1e-3])
-def test_detail_is_as_large_as_it_says(step) -> None:
-    """At random points of the whole sphere, on which the longest waves repeat hundreds of times."""
-    points = np.random.default_rng(0).normal(size=(3, 400_000))
-    normal = list((points / np.linalg.norm(points, axis=0)).astype(np.float32))
-    noise, variance = detail(normal, np.full(400_000, step, np.float32), 0.01)
-    assert variance[0] > 0.05
-    assert noise.mean() == pytest.approx(0, abs=0.01)
-    assert noise.var() == pytest.approx(variance.mean(), rel=0.06)
+def test_noise_has_no_seam_where_faces_meet() -> None:
+    """Neighbours differ no more there than elsewhere."""
+    longitude = np.linspace(-0.2, 1.8, 20000)
+    normal = [np.cos(longitude) * 0.98, np.sin(longitude) * 0.98, np.full_like(longitude, 0.2)]
+    normal = [n / np.sqrt(0.98**2 + 0.04) for n in normal]
+    slope = np.abs(np.diff(octave(faces_of(normal), 0.01, 0)))
+    edge = np.abs(longitude[1:] - np.pi / 4) < 0.1
+    assert slope[edge].max() < 1.2 * slope[~edge].max()
 
 
-def test_detail_meets_at_the_poles() -> None:
-    """No seam where one map fades into the other: neighbours differ no more there than elsewhere."""
-    z = np.linspace(0.6, 0.999, 20000)
-    normal = [c.astype(np.float32) for c in (np.sqrt(1 - z * z), 0 * z, z)]
-    step = np.gradient(np.arcsin(z)).astype(np.float32)
-    noise, variance = detail(normal, np.maximum(step, 1e-4).astype(np.float32), 0.01)
-    slope = np.abs(np.diff(noise)) / step[1:]
-    assert slope.max() < 12 * slope.mean()
-    assert variance.std() < 0.3
+def test_waves_that_a_pixel_cannot_hold_are_not_there() -> None:
+    """A wave has its whole amplitude where it is many pixels long, and none where it is less than two."""
+    footprint = np.array([1e-4, 1e-3, 1e-2, 2e-2], np.float32)
+    share = resolved(footprint, 0.02)
+    assert share[0] == pytest.approx(1, abs=1e-3)
+    assert share[2:].tolist() == [0, 0]
+    assert (np.diff(share) <= 0).all()
+
+
+@pytest.mark.parametrize("cover", [0.1, 0.4, 0.7])
+@pytest.mark.parametrize("height", [8e5, 4e6])
+def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved(cover, height) -> None:
+    """Black ground under clouds that are white all over: the mean opacity, of hundreds of their longest waves."""
+    clouds = Image(name="c", pixels=np.full((4, 8192, 4), (1, 1, 1, cover), np.float32))
+    globe = planet((0, 0, 6.4e6 + height), (6.4e6,) * 3, albedo=(0.0,) * 3, clouds=clouds)
+    nodes = PlanetView(CAMERA, Globe(planet=globe, eye=np.zeros(3)), (sun(),), CAMERA.frame)
+    parts = [nodes.part(block) for block in blocks(CAMERA.frame, BLOCK)]
+    found = [DetailMaker(part, part.weather, SPACING).surface().opacity.mean() for part in parts]
+    assert np.mean(found) == pytest.approx(cover, abs=0.12)
 
 
 def test_air_masses_are_chapmans() -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.renderers.background.latlong import Float32
+from spin_usd.renderers.background.planet.elementary import Float32, exp
 from spin_usd.scene.environment import Planet
 
 
@@ -24,7 +24,7 @@ class Air:
         """Return the planet's air, None where it has none."""
         if planet.atmosphere <= 0 or not any(planet.haze):
             return None
-        return cls(scale_height=planet.atmosphere / float(np.mean(planet.radii)), depth=planet.haze)
+        return cls(scale_height=planet.atmosphere / (sum(planet.radii) / 3), depth=planet.haze)
 
     def mass(self, cosine: Float32) -> Float32:
         """Return (N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the
@@ -39,12 +39,12 @@ class Air:
 
     def thinned(self, height: Float32) -> Float32:
         """Return (N,) density at `height` in planet radii, over that at the surface."""
-        return np.exp(height * np.float32(-1 / self.scale_height))
+        return exp(height * np.float32(-1 / self.scale_height))
 
     def twilight(self, cosine: Float32) -> Float32:
         """Return (N,) share of the air that the Sun still reaches where it stands below the horizon by -`cosine`
         radians: the share above the planet's shadow."""
-        return np.exp(np.square(np.minimum(cosine, 0)) * np.float32(-0.5 / self.scale_height))
+        return exp(np.square(np.minimum(cosine, 0)) * np.float32(-0.5 / self.scale_height))
 
 
 def rayleigh(cosine: Float32) -> Float32:

@@ -3,11 +3,10 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from spin_usd.renderers.background.planet.elementary import Float32
 from spin_usd.scene.texture import Image
 
-Float32 = NDArray[np.float32]
 TAU = np.float32(2 * np.pi)
 
 

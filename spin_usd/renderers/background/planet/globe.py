@@ -6,11 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.latlong import Float32
+from spin_usd.renderers.background.planet.atmosphere import Air
+from spin_usd.renderers.background.planet.elementary import Float32, length, rotated
 from spin_usd.scene.environment import Planet
+from spin_usd.scene.texture import Image
 
 AIR_HEIGHTS = 10.0  # scale heights above which there is no air to see
 MIN_SPAN = np.float32(1e-12)
+MIN_TOWARD = np.float32(0.02)
 BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 
@@ -32,14 +35,15 @@ class Meeting:
 
     covered: share of the pixel that the planet fills · normal: x, y, z in planet axes, outward · height above the
     surface · toward: cosine of the angle between the normal and the way back · footprint: the length that the pixel
-    spans on the surface.
+    spans on the surface · inside: how many pixels it is from the limb, negative outside. The normal is float64.
     """
 
     covered: Float32
-    normal: list[Float32]
+    normal: list[Float]
     height: Float32
     toward: Float32
     footprint: Float32
+    inside: Float32
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +61,7 @@ class Globe:
     @cached_property
     def distance(self) -> float:
         """The distance from the eye to the centre, metres."""
-        return float(np.linalg.norm(self.centre))
+        return length(self.centre)
 
     @cached_property
     def angular_radius_sine(self) -> float:
@@ -66,38 +70,45 @@ class Globe:
         air = AIR_HEIGHTS * planet.atmosphere if any(planet.haze) else 0.0
         return min((max(planet.radii) + air) / self.distance, 1.0)
 
-    def touches(self, meeting: Meeting) -> bool:
-        """Return whether any of the rays meets the planet or its air."""
-        planet = self.planet
-        air = AIR_HEIGHTS * planet.atmosphere / float(np.mean(planet.radii)) if any(planet.haze) else 0.0
-        return bool(meeting.covered.any() or meeting.height.min() < air)
+    @cached_property
+    def air(self) -> Air | None:
+        """The planet's air."""
+        return Air.of(self.planet)
+
+    @cached_property
+    def mapped(self) -> bool:
+        """Return whether the planet has images, between whose texels there is detail."""
+        return any(isinstance(each, Image) for each in (self.planet.albedo, self.planet.clouds, self.planet.night))
 
     def meet(self, rays: Rays) -> Meeting:
         """Return the points where the rays meet the planet; nothing is covered behind the eye."""
         radii, turn = np.array(self.planet.radii), self.planet.T_cam_planet.rotation.T
-        o = turn @ -self.centre / radii  # the planet is the unit sphere
+        mean = (radii[0] + radii[1] + radii[2]) / 3
+        o = rotated(turn, -self.centre) / radii  # the planet is the unit sphere
         d = [m[0] * rays.x + m[1] * rays.y + m[2] * rays.z for m in turn / radii[:, None]]
         dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
         od = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
-        inside = od * od / dd - (o @ o - 1)  # 1 - (distance of the ray from the centre)^2
+        inside = od * od / dd - (
+            o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - 1
+        )  # 1 - (the ray's distance to the centre)^2
         way = (-od - np.sqrt(np.maximum(inside, 0) * dd)) / dd
-        p = [(i + way * j).astype(np.float32) for i, j in zip(o, d, strict=True)]
-        span = way.astype(np.float32) * rays.angle * rays.length / np.float32(radii.mean())
+        normal = _unit([(i + way * j) * (mean / r) for i, j, r in zip(o, d, radii, strict=True)])
+        span = np.maximum(way.astype(np.float32) * rays.angle * rays.length / np.float32(mean), MIN_SPAN)
         gap = (inside / (1 + np.sqrt(np.maximum(1 - inside, 0)))).astype(np.float32)  # 1 - that distance
-        covered = np.clip(gap / np.maximum(span, MIN_SPAN) + np.float32(0.5), 0, 1)
-        covered[od >= 0] = 0
-        normal = _unit([c / np.float32(r) for c, r in zip(p, radii / radii.mean(), strict=True)])
-        back = [n * i.astype(np.float32) * np.float32(-r) for n, i, r in zip(normal, d, radii, strict=True)]
-        toward = np.maximum((back[0] + back[1] + back[2]) / rays.length, 0)
+        pixels = np.where(od < 0, gap / span, np.float32(-BEHIND))
+        back = [n * i * -r for n, i, r in zip(normal, d, radii, strict=True)]
+        toward = np.maximum((back[0] + back[1] + back[2]).astype(np.float32) / rays.length, 0)
+        tilt = np.sqrt(np.maximum(toward, MIN_TOWARD))
         return Meeting(
-            covered=covered,
+            covered=np.clip(pixels + np.float32(0.5), 0, 1),
             normal=normal,
             height=np.where(od < 0, np.maximum(-gap, 0), BEHIND),
             toward=toward,
-            footprint=span / np.maximum(toward, np.float32(0.02)),
+            footprint=span / (tilt * np.sqrt(tilt)),
+            inside=pixels,
         )
 
 
-def _unit(v: list[Float32]) -> list[Float32]:
+def _unit(v: list[Float]) -> list[Float]:
     scale = 1 / np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     return [c * scale for c in v]

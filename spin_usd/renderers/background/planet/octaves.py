@@ -1,0 +1,159 @@
+"""Noise on a sphere, octave by octave, none finer than its pixels, and each no denser than its waves need.
+
+One tile that repeats, of waves of one octave in all directions, is laid over the six faces of a cube around the sphere
+again for each octave, turned and shifted anew, so that no repeat shows; where faces meet, one fades into the other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.renderers.background.planet.elementary import TURN, Float32, arctan, cosines
+from spin_usd.renderers.background.planet.enlarge import enlarged
+
+TILE = TURN  # texels
+MEAN_WAVE = 8.0  # texels
+WAVES = 360  # that the tile is made of
+LEAST_CYCLES, MOST_CYCLES = 24, 44  # of each, over the tile
+TURNS = ((0.8, 0.6), (0.28, 0.96), (-0.6, 0.8), (0.96, -0.28), (0.0, 1.0), (-0.8, -0.6), (0.6, -0.8))
+"""Cosine and sine of the angle by which the tile is turned, one octave after the other."""
+SPREAD = 1.0199618  # of a tile of these waves, in place of 1: a sum of them would differ between processors
+UNSEEN = 0.15  # of its amplitude, which is not missed
+FADE = 0.06  # of a direction's largest component: within it two faces overlap
+
+
+@lru_cache(maxsize=1)
+def tile() -> Float32:
+    """Return (TILE + 1, TILE + 1): repeats; mean 0, variance 1, normally distributed."""
+    wave = cosines().astype(np.float32)
+    steps, total = np.arange(TILE), np.zeros((TILE, TILE), np.float32)
+    for across, down, phase in _waves():
+        a, b = (steps * across + phase) % TURN, steps * down % TURN
+        quarter = TURN // 4
+        total += wave[b][:, None] * wave[a] - wave[b - quarter][:, None] * wave[a - quarter]
+    total *= np.float32((2 / WAVES) ** 0.5 / SPREAD)
+    return np.pad(total, (0, 1), mode="wrap")
+
+
+def _waves() -> list[tuple[int, int, int]]:
+    """Return cycles across and down, and phase, of each wave: by a generator of whole numbers of 64 bits (Knuth's
+    MMIX)."""
+    state, found = 20, list[tuple[int, int, int]]()
+    while len(found) < WAVES:
+        numbers = []
+        for _ in range(3):
+            state = (state * 6364136223846793005 + 1442695040888963407) % 2**64
+            numbers.append(state >> 40)
+        across, down = numbers[0] % (MOST_CYCLES + 1), numbers[1] % (2 * MOST_CYCLES + 1) - MOST_CYCLES
+        if LEAST_CYCLES**2 <= across * across + down * down <= MOST_CYCLES**2:
+            found.append((across, down, numbers[2] % TURN))
+    return found
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Face:
+    """Points as a face of the cube has them: a and b, radians from its middle; share: the part it has in the noise."""
+
+    number: int
+    a: Float
+    b: Float
+    share: Float32 | None
+
+    def part(self, slices: tuple[slice, ...]) -> "Face":
+        """Return the face's points at `slices` alone."""
+        share = None if self.share is None else self.share[slices]
+        return Face(number=self.number, a=self.a[slices], b=self.b[slices], share=share)
+
+
+def faces_of(normal: Sequence[Float]) -> list[Face]:
+    """Return the faces on which the unit vectors x, y, z lie."""
+    size = [np.abs(n) for n in normal]
+    most = np.maximum(np.maximum(size[0], size[1]), size[2])
+    shares = [np.clip((s / most - (1 - FADE)) / FADE, 0, 1) for s in size]
+    scale = 1 / np.sqrt(shares[0] * shares[0] + shares[1] * shares[1] + shares[2] * shares[2])
+    found = []
+    for axis in range(3):
+        for sign in (1, -1):
+            there = (shares[axis] > 0) & (normal[axis] * sign > 0)
+            if there.any():
+                depth = np.maximum(size[axis], 0.3)
+                a, b = (arctan(np.clip(normal[(axis + i) % 3] / depth, -2, 2)) for i in (1, 2))
+                share = None if there.all() and (scale == 1).all() else (np.where(there, shares[axis] * scale, 0))
+                share = None if share is None else share.astype(np.float32)
+                found.append(Face(number=2 * axis + (sign < 0), a=a, b=b, share=share))
+    return found
+
+
+def present(faces: Sequence[Face], slices: tuple[slice, ...]) -> list[Face]:
+    """Return the faces that have a share in the points at `slices`, as they have them."""
+    return [face.part(slices) for face in faces if face.share is None or face.share[slices].any()]
+
+
+def places(face: Face, wave: float, number: int, stretch: float = 1.0) -> tuple[Float32, Float32]:
+    """Return columns and rows on the tile, at least 0, of an octave of the wavelength `wave`, radians; `number` chooses
+    how the tile lies; its waves are `stretch` times as long along its columns."""
+    cosine, sine = TURNS[number % len(TURNS)]
+    scale = MEAN_WAVE / wave
+    shift = 37.0 * number + 101.0 * face.number
+    u = (face.a * cosine - face.b * sine) * (scale / stretch) + shift
+    v = (face.a * sine + face.b * cosine) * scale + 1.7 * shift
+    return _positive(u), _positive(v)
+
+
+def _positive(w: Float) -> Float32:
+    return np.asarray(w - np.floor(w.min() * (1 / TILE)) * TILE, np.float32)
+
+
+def sampled(u: Float32, v: Float32) -> Float32:
+    """Return the tile bilinearly at columns and rows from 0 up, wherever they repeat."""
+    table = tile().ravel()
+    column, row = u.astype(np.int32), v.astype(np.int32)
+    fx, fy = u - column.astype(np.float32), v - row.astype(np.float32)
+    column &= TILE - 1
+    row &= TILE - 1
+    row *= TILE + 1
+    row += column
+    at = row.astype(np.intp)
+    a, b = table.take(at, mode="clip"), table[1:].take(at, mode="clip")
+    c, d = table[TILE + 1 :].take(at, mode="clip"), table[TILE + 2 :].take(at, mode="clip")
+    b -= a
+    b *= fx
+    a += b
+    d -= c
+    d *= fx
+    c += d
+    c -= a
+    c *= fy
+    a += c
+    return a
+
+
+def octave(faces: Sequence[Face], wave: float, number: int, stretch: float = 1.0) -> Float32:
+    """Return noise of variance 1 at the points of `faces`, by waves of about `wave` radians."""
+    return octave_at(faces, wave, number, stretch, 1)
+
+
+def octave_at(faces: Sequence[Face], wave: float, number: int, stretch: float, finer: int) -> Float32:
+    """Return the noise of `octave` at the points (R, C) of `faces` and `finer` - 1 between each and the next."""
+    total = None
+    for face in faces:
+        u, v = places(face, wave, number, stretch)
+        if finer > 1:
+            u, v = enlarged([u, v], finer)
+        own = sampled(u, v)
+        if face.share is not None:
+            own *= enlarged([face.share], finer)[0]
+        total = own if total is None else total + own
+    return np.zeros(1, np.float32) if total is None else total
+
+
+def resolved(footprint: Float32, wave: float) -> Float32:
+    """Return the share of the amplitude of waves of about `wave` that pixels of `footprint`, radians, resolve: a fifth
+    at Nyquist's limit."""
+    ratio = footprint * np.float32(4.0 / wave)
+    ratio *= ratio
+    share = np.float32(1 + UNSEEN) / (1 + ratio * ratio) - np.float32(UNSEEN)
+    return np.asarray(np.maximum(share, 0), np.float32)
