@@ -96,11 +96,9 @@ def read_samples(attribute: Usd.Attribute, *types: Sdf.ValueTypeName) -> list[tu
     """Read all time samples, as (time code, value), of values as `read` gives them. Raises as `read`."""
     query = Usd.AttributeQuery(attribute)  # resolves the source of the values only once
     found = [(float(time), query.Get(time)) for time in query.GetTimeSamples()]
-    for _, value in found:
-        if value is not None:
-            _check_type(attribute, value, types)
-            _check_finite(attribute, value)
-    return [(time, value) for time, value in found if value is not None]
+    there = [(time, value) for time, value in found if value is not None]
+    _check_samples(attribute, [value for _, value in there], types)
+    return there
 
 
 def read_all(attribute: Usd.Attribute, *types: Sdf.ValueTypeName) -> list[Any]:
@@ -126,6 +124,23 @@ def _typed(attribute: Usd.Attribute, time: Usd.TimeCode, types: tuple[Sdf.ValueT
     if value is not None:
         _check_type(attribute, value, types)
     return value
+
+
+def _check_samples(attribute: Usd.Attribute, values: Sequence[Any], types: tuple[Sdf.ValueTypeName, ...]) -> None:
+    """Apply `_check_type` and `_check_finite` to all the values: of numbers in a row to all at once, and of text that
+    may be anything to its type alone."""
+    if not values:
+        return
+    kinds = {type(value) for value in values}
+    if kinds <= {float} and np.isfinite(np.array(values)).all():
+        _check_type(attribute, values[0], types)
+        return
+    if kinds == {str} and not attribute.GetMetadata("allowedTokens"):
+        _check_type(attribute, values[0], types)
+        return
+    for value in values:
+        _check_type(attribute, value, types)
+        _check_finite(attribute, value)
 
 
 def _check_type(attribute: Usd.Attribute, value: Any, types: tuple[Sdf.ValueTypeName, ...]) -> None:
