@@ -103,7 +103,7 @@ def plan_pictures(
     for number, variant in enumerate(variants):
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
         if reader is None or reader.variant != variant:
-            reader = StageReader(root, variant=variant, after=reader)
+            reader = StageReader(root, variant=variant, after=reader, keep_poses=len(variants) > 1)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
         planned = _planned(reader, pictures, rendering, image_suffix, labels, extents, views, counter, count)
         stage = stage_provenance(reader) if variant in provenance else None
@@ -124,6 +124,23 @@ def _scenes(root: Path, reader: StageReader, variants: Sequence[str], chosen: ra
 
 def _report(progress: Progress, before: int, total: int, done: int) -> None:
     progress(PLANNING, before + done, total)
+
+
+class Features:
+    """What of each picture costs, and its light groups; asked again where one of the objects that decide it is another
+    than in the picture before."""
+
+    def __init__(self) -> None:
+        self._of: tuple[object, ...] = ()
+        self._last: tuple[list[str], int] = [], 0
+
+    def of(self, scene: Scene) -> tuple[list[str], int]:
+        """Return the names of work.features, and the number of light groups."""
+        shapes = (body.target for body in scene.bodies)
+        of = (scene.lights, scene.environment, scene.optics, scene.sensor, *shapes)
+        if len(of) != len(self._of) or any(a is not b for a, b in zip(of, self._of, strict=True)):
+            self._of, self._last = of, (features(scene), LightGroups.of(scene).count)
+        return self._last
 
 
 class Extents:
@@ -181,6 +198,7 @@ def _planned(
     maker, with_next = KeyMaker(settings), take_next_frame(labels)
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     checked: Sensor | None = None
+    costly = Features()
     for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
         scene = reader.scene(frame, with_next=with_next)
         if image_suffix and scene.sensor is not checked:
@@ -188,7 +206,7 @@ def _planned(
             _check_bit_depth(reader, scene, image_suffix)
         views.add(scene)
         keys = maker.keys(scene)
-        extent, has = extents.of(scene, keys.geometry), features(scene)
+        extent, (has, groups) = extents.of(scene, keys.geometry), costly.of(scene)
         if counter:
             counter.add(scene, keys.radiance, has)
         row = (
@@ -200,7 +218,7 @@ def _planned(
             keys.exposure,
             keys.targets,
             extent,
-            LightGroups.of(scene).count,
+            groups,
             has,
             frame.source_file,
             own_keys(labels, scene, keys.geometry, render_seed(scene, settings)),

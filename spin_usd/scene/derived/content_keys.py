@@ -88,10 +88,13 @@ class KeyMaker:
         name = f"materials of {target.path}"
         return self._once(name, (target,), lambda: digest([material.key for material in target.materials]))
 
+    def _keypoints(self, target: Target) -> str:
+        return self._once(f"keypoints of {target.path}", (target,), lambda: digest(target.keypoints))
+
     def _targets(self, scene: Scene) -> str:
         """Return the key of what the record says of the targets, but their names, as far as no pixel decides it."""
         shown = [
-            [body.id, *_pose(body.T_cam_body), body.target.mesh.key, digest(body.target.keypoints)]
+            [body.id, *_pose(body.T_cam_body), body.target.mesh.key, self._keypoints(body.target)]
             for body in scene.targets
         ]
         return digest(scene.camera.key, shown)

@@ -12,12 +12,14 @@ Scene.lights; then domes and planets together; then emissive materials. One that
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from spin_usd.arrays import Float
 from spin_usd.scene.light import DistantLight, DomeLight, Light
 from spin_usd.scene.model import Scene
+from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Color
 
 CLASS = 16.0
@@ -111,7 +113,13 @@ def _around_reference(scene: Scene) -> Color:
 
 
 def _shines(scene: Scene) -> bool:
-    return any(m.emissive_color != (0.0, 0.0, 0.0) for body in scene.bodies for m in body.target.materials)
+    return any(_emits(body.target) for body in scene.bodies)
+
+
+@lru_cache(maxsize=16)
+def _emits(target: Target) -> bool:
+    """Return whether a material of the target emits: asked once for all of its pictures."""
+    return any(material.emissive_color != (0.0, 0.0, 0.0) for material in target.materials)
 
 
 def _emission(light: Light) -> Color:
