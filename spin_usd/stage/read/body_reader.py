@@ -10,6 +10,7 @@ from spin_usd.geometry.frames import T_CAM_USDCAM
 from spin_usd.geometry.transform import Transform
 from spin_usd.scene.target import Target
 from spin_usd.stage.read.environment.planet import MAX_DISTANCE_M
+from spin_usd.stage.read.shared_poses import Placed, SharedPoses
 from spin_usd.stage.read.target.occluders import OccluderPrims
 from spin_usd.stage.read.target.target import TargetReader
 from spin_usd.stage.read.target.time_variation import occluder_varies, target_varies
@@ -35,15 +36,24 @@ class BodyReader:
     """
 
     def __init__(
-        self, body: Usd.Prim | OccluderPrims, *, id: int, camera: Usd.Prim, metres: float, open_reader: OpenReader
+        self,
+        body: Usd.Prim | OccluderPrims,
+        *,
+        id: int,
+        camera: Usd.Prim,
+        metres: float,
+        open_reader: OpenReader,
+        shared: SharedPoses | None = None,
     ) -> None:
-        """`camera`: the stage's · `metres`: the length of a stage unit."""
+        """`camera`: the stage's · `metres`: the length of a stage unit · `shared`: the poses of the same body in
+        another variant, which are kept for further ones too."""
         self.id, self._metres, self._open = id, metres, open_reader
         self._roots = body.roots if isinstance(body, OccluderPrims) else ()
         self.prim: Usd.Prim = body.frame if isinstance(body, OccluderPrims) else body
         check_chain(self.prim)
         self._above = _common_frame(camera, self.prim)
         self._usdcam_below = CachedIfConstant(moves(camera), _camera_below(self._above, camera))
+        self.shared = None if shared is None else shared.of(camera, self.prim)
         self._last: Target | None = None
         self._scale: float | None = None  # that it was last read with
         self._varies = True
@@ -53,9 +63,14 @@ class BodyReader:
         time = Usd.TimeCode(time_code)
         return self.placed(time, UsdGeom.XformCache(time))[0]
 
-    def placed(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> tuple[Transform, float]:
-        """Compute T_cam_body, and the scale of the body's axes in the world. Units are applied last: a far origin would
-        be rounded by them."""
+    def placed(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> Placed:
+        """Return T_cam_body, and the scale of the body's axes in the world."""
+        if self.shared is None:
+            return self._placed(time, world)
+        return self.shared.at(time, lambda: self._placed(time, world))
+
+    def _placed(self, time: Usd.TimeCode, world: UsdGeom.XformCache) -> Placed:
+        """Compute what `placed` returns. Units are applied last: a far origin would be rounded by them."""
         usdcam, size = self._usdcam_below.at(time)
         body = placement_below(self._above, self.prim, world, frame="body")
         near = between(usdcam, body.transform)

@@ -1,7 +1,9 @@
 """A composed stage at a time code, as a Scene."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import chain, repeat
 from pathlib import Path
 
 from pxr import Usd, UsdGeom
@@ -26,6 +28,7 @@ from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
 from spin_usd.stage.read.environment.environment import EnvironmentReader
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights.lights import LightReader
+from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.target.occluders import find_occluders
 from spin_usd.stage.read.target.target import TargetReader, find_targets
 from spin_usd.stage.usd.camera_space import CameraSpace
@@ -57,10 +60,12 @@ class StageReader:
         variant: str = NOMINAL,
         stage: Usd.Stage | None = None,
         after: "StageReader | None" = None,
+        keep_poses: bool = False,
     ):
         """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
         sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used
-        again."""
+        again. `keep_poses`: keep the poses of all pictures for readers after this one, which take them where their
+        variants do not change them."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
@@ -71,7 +76,7 @@ class StageReader:
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
-        self.bodies = self._find_bodies()
+        self.bodies: tuple[BodyReader, ...] = self._find_bodies(after.bodies if after else (), keep_poses)
         self.frames: tuple[FrameId, ...] = read_frames(self.stage, variant)
         self.seed = read_seed(self.stage)
         self._read_camera_parts()
@@ -163,17 +168,20 @@ class StageReader:
         found = {body.id: body.target_at(time, body.placed(time, world)[1]) for body in targets}
         return {number: target for number, target in found.items() if target}
 
-    def _find_bodies(self) -> tuple[BodyReader, ...]:
-        """Find the targets and the occluders. Raises StageError without a target."""
+    def _find_bodies(self, before: Sequence[BodyReader], keep_poses: bool) -> tuple[BodyReader, ...]:
+        """Find the targets and the occluders. `before`: those of a variant before, whose poses may be the same. Raises
+        StageError without a target."""
         targets, camera = find_targets(self.stage), self._camera_prim
         links, images, notes = self._lights.links, self._images, self._notes
 
         def open_reader(prim: Usd.Prim, time: Usd.TimeCode) -> TargetReader:
             return TargetReader(prim=prim, time=time, group_of=links.group_of, images=images, notes=notes)
 
+        found = [*enumerate(targets, 1), *((OCCLUDER, each) for each in find_occluders(targets, camera))]
         make = partial(BodyReader, camera=camera, metres=self.metres, open_reader=open_reader)
-        occluders = (make(found, id=OCCLUDER) for found in find_occluders(targets, camera))
-        return (*(make(prim, id=number) for number, prim in enumerate(targets, 1)), *occluders)
+        known = chain((body.shared or SharedPoses() for body in before), iter(SharedPoses, None))
+        shared = known if keep_poses else repeat(None)
+        return tuple(make(body, id=id, shared=poses) for (id, body), poses in zip(found, shared, strict=False))
 
     def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> list[Body]:
         """Read the bodies that are visible in the middle of an exposure. Raises StageError for too many parts."""
