@@ -12,6 +12,7 @@ from spin_usd.scene.effort import QUALITIES, Effort
 
 PLAIN = Effort(samples=64)
 """What a choice is held against: so many samples of every pixel, and nothing else."""
+ASKED_PLAIN = f"--effort {PLAIN.text}"
 AUTOMATIC = "--error auto"
 HEADINGS = (
     *("asked", "setting", "CPU s", f"beside {PLAIN.text}", "error", "error, DN", "detector's noise, DN"),
@@ -22,7 +23,7 @@ HEADINGS = (
 def by_name(measurement: Measurement) -> Iterator[tuple[str, Outcome | None]]:
     """Yield the named qualities, `--error auto` and PLAIN, each with its outcome; None where it was not measured on all
     pictures, or no setting is good enough."""
-    asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {f"--samples {PLAIN.samples}": PLAIN}
+    asked = {f"--quality {name}": effort for name, effort in QUALITIES.items()} | {ASKED_PLAIN: PLAIN}
     for name, effort in asked.items():
         yield name, outcome_of(measurement, Configuration(renderer="blender", effort=effort))
     yield AUTOMATIC, _automatic(measurement)
@@ -35,7 +36,7 @@ def choices(measurement: Measurement) -> str:
 
 def _rows(measurement: Measurement) -> Iterator[list[str]]:
     named = dict(by_name(measurement))
-    plain, measured = named[f"--samples {PLAIN.samples}"], bool(outcomes(measurement))
+    plain, measured = named[ASKED_PLAIN], bool(outcomes(measurement))
     for asked, outcome in named.items():
         if outcome is None:
             yield [

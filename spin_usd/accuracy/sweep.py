@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from spin_usd.accuracy.measurement import Configuration
-from spin_usd.scene.effort import LOOKS_EVERY, Effort
+from spin_usd.scene.effort import DEFAULT_QUALITY, LOOKS_EVERY, QUALITIES, Effort
 
 BASE_SAMPLES = 16  # the default of `render`; one setting at a time is changed around them
 STEP = 4  # from one number of samples to the next: half the noise
@@ -12,17 +12,18 @@ DENOISERS = ("none", "fast", "high")
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
+FILTERS = (0.1, 0.2, 1.0)  # densities: all of diffuse reflection is below 0.32
 REDUCTIONS = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 
 
 def settings_to_measure(
-    *, max_samples: int, several_lights: bool, others: Sequence[Effort] = ()
+    *, max_samples: int, several_lights: bool, glossy: bool, others: Sequence[Effort] = ()
 ) -> list[Configuration]:
     """Return all settings, each once, none of more than `max_samples`; and of the `others`, such as named qualities,
     those of one STEP more at most."""
     near = (effort for effort in others if effort.samples <= STEP * max_samples)
-    efforts = dict.fromkeys([*_efforts(max_samples, several_lights), *near])
+    efforts = dict.fromkeys([*_efforts(max_samples, several_lights=several_lights, glossy=glossy), *near])
     blender = [Configuration(renderer="blender", effort=effort) for effort in efforts]
     raycast = [Effort(samples=samples) for samples in RAYCAST_SAMPLES if samples <= max_samples]
     return [*blender, *(Configuration(renderer="raycast", effort=effort) for effort in raycast)]
@@ -33,7 +34,7 @@ def base_effort(max_samples: int) -> Effort:
     return Effort(samples=min(BASE_SAMPLES, max_samples))
 
 
-def _efforts(max_samples: int, several_lights: bool) -> Iterator[Effort]:
+def _efforts(max_samples: int, *, several_lights: bool, glossy: bool) -> Iterator[Effort]:
     base = base_effort(max_samples)
     for samples in _samples(max_samples):
         for denoiser in DENOISERS:
@@ -44,6 +45,10 @@ def _efforts(max_samples: int, several_lights: bool) -> Iterator[Effort]:
         yield replace(base, bounces=bounces)
     for clamp in CLAMPS:
         yield replace(base, clamp=clamp)
+    for density in FILTERS if glossy else ():
+        yield replace(base, filter_glossy=density)
+    if glossy:
+        yield Effort(samples=max_samples, denoiser="high", filter_glossy=QUALITIES[DEFAULT_QUALITY].filter_glossy)
     if several_lights:
         yield replace(base, light_tree=False)
     for reduction in REDUCTIONS:

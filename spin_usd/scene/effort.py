@@ -11,6 +11,7 @@ CPU = "cpu"  # the device that renders light where no other is asked for
 DENOISERS = ("none", "fast", "balanced", "high")
 MAX_SAMPLES = 1 << 20
 MAX_BOUNCES = 1024  # as many as Cycles takes
+MAX_FILTER_GLOSSY = 10  # as much as Blender takes
 REDUCTIONS = (1, 2, 4, 8)
 LOOKS_EVERY = 16  # samples after which adaptive sampling looks at the noise, and so the least that it takes
 
@@ -26,7 +27,10 @@ class Effort:
     its source, lamp or emissive part, to the camera, 1 for each part but the first · clamp: the most that one indirect
     contribution, light by way of another part, may add to a sample's radiance, mean of red, green and blue, in unit
     light: there the strongest light's irradiance is 1 W/m2 (beside emissive parts, the power of 16 nearest to its own),
-    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · light_tree: choose among several lights by
+    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · filter_glossy: where light comes to the
+    camera by way of a surface that spreads it so widely that each direction has a density below this, 1/sr, the surface
+    before it counts as rougher than it is, so that it does not glint; it does nothing where no surface would; 0: all
+    are as rough as they are · light_tree: choose among several lights by
     their effect at the shaded point, else by their power · reduction: each rendered pixel stands for a square of so
     many, a side.
     """
@@ -36,6 +40,7 @@ class Effort:
     denoiser: str = "none"
     bounces: int = 4
     clamp: float = 0.0
+    filter_glossy: float = 0.0
     light_tree: bool = True
     reduction: int = 1
 
@@ -48,6 +53,7 @@ class Effort:
         self._refuse_unless("denoiser", self.denoiser in DENOISERS, f"one of {', '.join(DENOISERS)}")
         self._refuse_unless("bounces", 0 <= self.bounces <= MAX_BOUNCES, f"0 to {MAX_BOUNCES}")
         self._refuse_unless("clamp", 0 <= self.clamp < float("inf"), "0 or more")
+        self._refuse_unless("filter_glossy", 0 <= self.filter_glossy <= MAX_FILTER_GLOSSY, f"0 to {MAX_FILTER_GLOSSY}")
         self._refuse_unless("reduction", self.reduction in REDUCTIONS, f"one of {', '.join(map(str, REDUCTIONS))}")
 
     def _refuse_unless(self, name: str, well: bool, do: str) -> None:
@@ -80,10 +86,10 @@ _KINDS: Mapping[type, tuple[tuple[type, ...], str]] = MappingProxyType(
 
 QUALITIES: Mapping[str, Effort] = MappingProxyType(
     {
-        "preview": Effort(samples=1, denoiser="fast"),
-        "draft": Effort(samples=4, denoiser="fast"),
-        "standard": Effort(samples=16, denoiser="fast"),
-        "reference": Effort(samples=256, bounces=8),
+        "preview": Effort(samples=1, denoiser="fast", filter_glossy=0.2),
+        "draft": Effort(samples=4, denoiser="fast", filter_glossy=0.2),
+        "standard": Effort(samples=16, denoiser="fast", filter_glossy=0.2),
+        "reference": Effort(samples=256, bounces=8, filter_glossy=0.2),
     }
 )
 """Efforts that have a name, the cheapest first: chosen from the measured fronts of three stages (README)."""

@@ -6,20 +6,20 @@ from spin_usd.accuracy.sweep import base_effort, representative, settings_to_mea
 from spin_usd.scene.effort import Effort
 
 
-def walk(most=64, several_lights=False, **rest):
-    return settings_to_measure(max_samples=most, several_lights=several_lights, **rest)
+def walk(most=64, several_lights=False, glossy=False, **rest):
+    return settings_to_measure(max_samples=most, several_lights=several_lights, glossy=glossy, **rest)
 
 
 @pytest.mark.parametrize("most", [1, 2, 16, 64, 100, 256])
 def test_no_setting_comes_twice_or_takes_more_than_the_most(most) -> None:
-    settings = walk(most)
+    settings = walk(most, several_lights=True, glossy=True)
     assert max(Counter(settings).values()) == 1
     assert max(setting.effort.samples for setting in settings) == most
 
 
 def test_each_but_samples_and_denoiser_changes_one_thing_of_the_base() -> None:
     base = base_effort(64)
-    for setting in walk(several_lights=True):
+    for setting in walk(several_lights=True, glossy=True):
         effort = setting.effort
         if setting.renderer == "blender" and effort.samples == base.samples:
             changed = [name for name in vars(effort) if getattr(effort, name) != getattr(base, name)]
@@ -29,6 +29,11 @@ def test_each_but_samples_and_denoiser_changes_one_thing_of_the_base() -> None:
 def test_the_light_tree_is_of_interest_with_several_lights_only() -> None:
     assert all(setting.effort.light_tree for setting in walk())
     assert not all(setting.effort.light_tree for setting in walk(several_lights=True))
+
+
+def test_the_glossy_filter_is_of_interest_with_glossy_surfaces_only() -> None:
+    assert not any(setting.effort.filter_glossy for setting in walk())
+    assert any(setting.effort.filter_glossy for setting in walk(glossy=True))
 
 
 @pytest.mark.parametrize(("most", "any_adaptive"), [(1, False), (16, False), (17, True), (64, True)])

@@ -1,7 +1,7 @@
 """Measurements made by hand."""
 
 from spin_usd.accuracy.measurement import Configuration, Figures, MeasuredPicture, Measurement
-from spin_usd.scene.effort import Effort, parse_effort
+from spin_usd.scene.effort import QUALITIES, Effort, parse_effort
 
 NOISE_DN = 1.5
 
@@ -63,11 +63,14 @@ def usual(noise_dn=NOISE_DN):
             fast = setting(f"samples={n},denoiser=fast")
             error = (0.02**2 + (0.11 * share) ** 2 / n) ** 0.5
             made.append(figures(fast, cpu_s=share * (0.25 + 0.06 * n), error=error, bias=0.02, frame=each.name))
+        for name in ("preview", "draft", "standard"):
+            named = setting(QUALITIES[name])
+            made.append(figures(named, cpu_s=share * (0.3 + 0.08 * named.effort.samples), error=0.4, frame=each.name))
         for text, cpu_s, error in (
             ("samples=64,adaptive=0.05", 1.9, 0.07),
             ("samples=16,bounces=0", 1.0, 0.16),
             ("samples=16,reduction=2", 0.5, 0.2),
-            ("samples=256,bounces=8", 16.0, 0.024),
+            (QUALITIES["reference"], 16.0, 0.024),
         ):
             made.append(figures(setting(text), cpu_s=share * cpu_s, error=error, frame=each.name))
         preview = setting("samples=1", "raycast")

@@ -14,6 +14,7 @@ efforts = st.builds(
     denoiser=st.sampled_from(DENOISERS),
     bounces=st.integers(0, MAX_BOUNCES),
     clamp=st.floats(0, allow_infinity=False),
+    filter_glossy=st.floats(0, 10),
     light_tree=st.booleans(),
     reduction=st.sampled_from(REDUCTIONS),
 )
@@ -29,6 +30,7 @@ efforts = st.builds(
         ({"denoiser": None}, "denoiser is None; make it text"),
         ({"bounces": 2.0}, "bounces is 2.0; make it a whole number"),
         ({"clamp": False}, "clamp is False; make it a number"),
+        ({"filter_glossy": -0.1}, "filter_glossy is -0.1; make it 0 to 10"),
         ({"light_tree": 1}, "light_tree is 1; make it True or False"),
         ({"reduction": 2.0}, "reduction is 2.0; make it a whole number"),
     ],

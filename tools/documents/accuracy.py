@@ -8,7 +8,7 @@ from three_stages import STAGES
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Measurement, Saving
 from spin_usd.accuracy.report import in_full
-from spin_usd.accuracy.summary import AUTOMATIC, PLAIN, by_name
+from spin_usd.accuracy.summary import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name
 from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.store.measurement_file import read_measurement
@@ -63,7 +63,7 @@ def _cell(outcome: Outcome | None) -> str:
 
 
 def _chosen(named: dict[str, Outcome | None]) -> str:
-    auto, plain = named[AUTOMATIC], named[f"--samples {PLAIN.samples}"]
+    auto, plain = named[AUTOMATIC], named[ASKED_PLAIN]
     if auto is None or plain is None:
         return "nothing is good enough"
     totals = [number((error**2 + noise**2) ** 0.5) for error, noise in (auto.in_image, plain.in_image)]

@@ -25,7 +25,7 @@ QUALITY = "--quality standard"
 def headline(folder: Path) -> str:
     """How exact the labels are, what a picture takes, and how far off its light is: one item each."""
     items = (_labels(folder), _cost(folder), _noise(folder))
-    return "\n".join(prose(f"- {item}").replace("\n", "\n  ") for item in items)
+    return "\n".join(prose(f"- {item}").replace("\n", "\n  ") for item in items if item)
 
 
 def _labels(folder: Path) -> str:
@@ -53,9 +53,13 @@ def _cost(folder: Path) -> str:
 
 
 def _noise(folder: Path) -> str:
+    """What `QUALITY` comes to, "" where that was not measured."""
     errors = []
     for stage, found in measurements(folder).items():
         outcome = dict(by_name(found))[QUALITY]
         if outcome is not None:
             errors.append(f"{percent(outcome.error(Criterion.LIGHT).expected)} on `{stage}`")
-    return f"**Light**: with `{QUALITY}` the target's pixels are off by {', '.join(errors)} (root mean square)."
+    if not errors:
+        return ""
+    said = f"with `{QUALITY}`, the default, the target's pixels are off by {', '.join(errors)} (root mean square)"
+    return f"**Light**: {said}."

@@ -29,6 +29,7 @@ class PictureTask:
         settings = settings_to_measure(
             max_samples=request.max_samples,
             several_lights=picture.light_groups > 1,
+            glossy="glossy" in picture.features,
             others=tuple(QUALITIES.values()),
         )
         self._settings = {setting: self._series(setting) for setting in settings}

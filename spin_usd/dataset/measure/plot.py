@@ -5,6 +5,7 @@ SVG with its text as text, the same to the byte from the same numbers.
 
 import re
 from collections.abc import Container, Sequence
+from dataclasses import replace
 from io import StringIO
 from typing import Any
 
@@ -69,8 +70,8 @@ def _short_coordinates(svg: str) -> str:
 
 
 def kind_of(setting: Configuration) -> str:
-    """Return which of the kinds in LOOKS the setting is."""
-    usual, effort = Effort(samples=setting.effort.samples), setting.effort
+    """Return which of the kinds in LOOKS the setting is, whether it filters glossy surfaces or not."""
+    usual, effort = Effort(samples=setting.effort.samples), replace(setting.effort, filter_glossy=0.0)
     if setting.renderer == "raycast":
         return "raycast"
     if effort.adaptive:
@@ -139,7 +140,12 @@ def _names(
 
 def _short(setting: Configuration) -> str:
     """Return the setting's text, with what all settings have left unsaid: `16 fast`."""
-    said = setting.effort.text.removeprefix("samples=").replace("denoiser=", "").replace(",", " ")
+    said = (
+        setting.effort.text.removeprefix("samples=")
+        .replace("denoiser=", "")
+        .replace("filter_glossy=", "filter ")
+        .replace(",", " ")
+    )
     return said if setting.renderer == "blender" else f"{setting.renderer} {said}"
 
 

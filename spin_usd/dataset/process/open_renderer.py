@@ -56,7 +56,9 @@ _ALL = (
         library="bpy",
         python="3.13",
         graphics="spin_usd.renderers.blender.graphics",
-        effort=frozenset({"samples", "adaptive", "denoiser", "bounces", "clamp", "light_tree", "reduction"}),
+        effort=frozenset(
+            {"samples", "adaptive", "denoiser", "bounces", "clamp", "filter_glossy", "light_tree", "reduction"}
+        ),
         skips_work=True,
         bands=True,
         image_costs={

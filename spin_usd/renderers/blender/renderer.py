@@ -115,7 +115,9 @@ class BlenderRenderer:
         planes, coverage = self._planes(required.scene, effort, [*passes, *(GUIDES if guided else ())])
         groups, guides = planes[: len(names)], planes[len(names) :]
         noisy = Radiance(region=region, groups=groups, coverage=coverage)
-        return self._denoiser.denoised(noisy, guides, effort.denoiser) if guided else noisy
+        if not guided:
+            return noisy
+        return self._denoiser.denoised(noisy, guides, effort.denoiser, samples=effort.samples)
 
     def versions(self) -> dict[str, str]:
         """Return names and versions of the software that decides the result."""
@@ -210,6 +212,7 @@ def _settings(required: Requirements) -> dict[str, Any]:
         "volume_bounces": required.volume_bounces,
         "transparent_max_bounces": TRANSPARENT_BOUNCES if required.transparent else 0,
         "use_light_tree": required.light_tree,
+        "blur_glossy": required.filter_glossy,
     }
 
 

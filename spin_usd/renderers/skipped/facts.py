@@ -1,5 +1,6 @@
 """Facts of a scene that decide how it must be rendered."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.renderers.skipped.material_needs import SceneSurfaces, scene_surfaces
 from spin_usd.scene.derived.light_groups import LightGroups
 from spin_usd.scene.effort import Effort
-from spin_usd.scene.light import AreaLight, CylinderLight, DomeLight
+from spin_usd.scene.light import AreaLight, CylinderLight, DistantLight, DomeLight, Light
 from spin_usd.scene.model import Scene
 
 
@@ -49,6 +50,11 @@ class Facts:
         """The lights that rays can meet on their way."""
         lights = (self.scene.lights[index] for index in self.lights)
         return tuple(light for light in lights if isinstance(light, AreaLight))
+
+    @cached_property
+    def light_angle(self) -> float:
+        """The angular diameter of the smallest light with a place or a direction, as a body sees it, radians."""
+        return min((_angle(self.scene.lights[i], self.scene) for i in self.lights), default=np.inf)
 
     @property
     def tubes(self) -> bool:
@@ -95,3 +101,14 @@ class Facts:
         """(poses, N, 3) of points that span each body, camera frame, metres."""
         each = [[pose.points(one.target.mesh.hull) for pose in one.poses] for one in self.scene.apart]
         return np.concatenate([np.stack(places) for places in each], axis=1)
+
+
+def _angle(light: Light, scene: Scene) -> float:
+    """Return the angular diameter of a light, as the body farthest from it sees it, radians; 0 for a point."""
+    if isinstance(light, DistantLight):
+        return light.angle
+    if not isinstance(light, AreaLight) or not light.area:
+        return 0.0
+    centres = [body.T_cam_body.points(body.target.mesh.centre) for body in scene.bodies]
+    far = max(float(np.linalg.norm(light.T_cam_light.translation - centre)) for centre in centres)
+    return 2 * math.sqrt(light.facing_area / math.pi) / far

@@ -26,8 +26,9 @@ class Requirements:
     for what is in their way · emissive_lights: whether emissive faces are looked for as lights · surroundings: what
     shines from all around; world: whether there is to be a sky, world_sampling: whether rays look for where it is
     bright · bounces: of any kind, glossy, through refraction (transmission) and in volumes · transparent: whether rays
-    may go on through a surface or a lamp · light_tree: whether lights are chosen by what they do · camera_shader: even
-    where a plain camera would do · light_groups: passes even for a single one.
+    may go on through a surface or a lamp · light_tree: whether lights are chosen by what they do · filter_glossy: that
+    of the effort, or 0 · camera_shader: even where a plain camera would do · light_groups: passes even for a single
+    one.
     """
 
     skipped: tuple[SkippedWork, ...]
@@ -47,6 +48,7 @@ class Requirements:
     volume_bounces: int
     transparent: bool
     light_tree: bool
+    filter_glossy: float
     camera_shader: bool
     light_groups: bool
 
@@ -77,6 +79,7 @@ class Requirements:
             volume_bounces=0 if "volumes" in without else bounces,
             transparent="transparent layers" not in without,
             light_tree=effort.light_tree and "light tree" not in without,
+            filter_glossy=0.0 if "glossy filter" in without else effort.filter_glossy,
             camera_shader="camera shader" not in without,
             light_groups="light groups" not in without,
         )

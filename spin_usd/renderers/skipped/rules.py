@@ -9,14 +9,17 @@ from spin_usd.renderers.camera_shader import View
 from spin_usd.renderers.skipped.facts import Facts
 
 BITS, ROUNDING, MEASURED = "the same bits", "the same but for rounding", "measured to be the same"
+UNBIASED = "nearer to the truth"
 DARK_ENOUGH = 1e-4  # of the light reflected once, that bounces may hold that are skipped
 STILL_PX = 1e-3  # blur that no picture shows: a pixel's rays go through one of 65,536 places a side
+GLINTING = 0.1  # radians, angular diameter of a light: a larger one is found often enough by chance
 TREE_FROM = 2  # as many lights are chosen among by what they do where they are looked for: a third of the noise
 
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedWork:
-    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, ROUNDING or MEASURED."""
+    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, ROUNDING, MEASURED
+    or UNBIASED."""
 
     what: str
     why: str
@@ -62,6 +65,16 @@ def _late_bounces(facts: Facts) -> Reason:
 
 def _glossy(facts: Facts) -> Reason:
     return ("all materials are diffuse", BITS) if facts.surfaces.diffuse and facts.effort.bounces else None
+
+
+def _filter_glossy(facts: Facts) -> Reason:
+    if not facts.effort.filter_glossy:
+        return None
+    if facts.surfaces.diffuse:
+        return "all materials are diffuse", BITS
+    if facts.alone or not facts.effort.bounces:
+        return "no light reaches the camera by way of two surfaces", BITS
+    return None if facts.light_angle < GLINTING else ("no light is so small that surfaces glint", UNBIASED)
 
 
 def _transmission(facts: Facts) -> Reason:
@@ -154,6 +167,7 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "bounces": _bounces,
         "late bounces": _late_bounces,
         "glossy bounces": _glossy,
+        "glossy filter": _filter_glossy,
         "transmission bounces": _transmission,
         "volumes": _volumes,
         "transparent layers": _transparent,

@@ -62,7 +62,10 @@ def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white() -> None:
     assert "date" not in svg.lower()
     assert "fill: #ffffff" in svg
     said = texts(svg)
-    for quality in ("preview: 1 fast", "draft: 4 fast", "standard: 16 fast", "reference: 256 bounces=8"):
+    for quality in (
+        *("preview: 1 fast filter 0.2", "draft: 4 fast filter 0.2", "standard: 16 fast filter 0.2"),
+        "reference: 256 bounces=8 filter 0.2",
+    ):
         assert said.count(quality) == 2  # in each panel
     assert {"plain samples", "denoised", "adaptive", "others", "raycast", "raycast 1", "32 fast"} <= {*said}
     assert "shaded: at most the detector's noise, 1.5 DN" in said
@@ -78,6 +81,7 @@ def test_every_setting_is_a_point_in_each_panel() -> None:
     [
         ("samples=7", "plain samples"),
         ("samples=7,denoiser=high", "denoised"),
+        ("samples=7,denoiser=high,filter_glossy=0.3", "denoised"),
         ("samples=64,adaptive=0.02,denoiser=fast", "adaptive"),
         ("samples=7,denoiser=fast,reduction=2", "others"),
         ("samples=7,light_tree=off", "others"),

@@ -95,7 +95,7 @@ def test_a_plan_says_that_the_measurement_beside_the_stage_is_damaged(small_stag
     ("ways", "effort"),
     [
         ({}, QUALITIES["standard"]),
-        ({"samples": 5}, Effort(samples=5, denoiser="fast")),
+        ({"samples": 5}, replace(QUALITIES["standard"], samples=5)),
         ({"effort": "samples=5"}, Effort(samples=5)),
         ({"effort": "samples=5,denoiser=high,bounces=0"}, Effort(samples=5, denoiser="high", bounces=0)),
     ],

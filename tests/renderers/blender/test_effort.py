@@ -135,6 +135,17 @@ def test_clamp_limits_each_indirect_contribution_and_nothing_else(blender, parts
     np.testing.assert_array_equal(held.coverage, free.coverage)
 
 
+def test_the_glossy_filter_makes_reflections_of_the_sun_in_others_less_noisy_and_nothing_else(blender, parts) -> None:
+    scene = parts(replace(METAL, roughness=0.2), sun())
+    free, filtered = assert_comes_and_goes(blender, scene, {"samples": 16}, filter_glossy=1.0)
+    again = [render(blender, scene, samples=16, seed=2, filter_glossy=each) for each in (0.0, 1.0)]
+    noise = [np.square(one.rgb - two.rgb).mean() for one, two in zip((free, filtered), again, strict=True)]
+    assert noise[1] < noise[0] / 2
+    np.testing.assert_array_equal(filtered.coverage, free.coverage)
+    seen = [render(blender, scene, samples=16, bounces=0, filter_glossy=each).rgb for each in (0.0, 1.0)]
+    np.testing.assert_array_equal(*seen)
+
+
 WHOLE = [{"samples": 4}, {"samples": 32, "adaptive": NOISE}, {"samples": 2, "denoiser": "fast"}]
 
 

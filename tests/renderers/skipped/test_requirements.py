@@ -71,6 +71,23 @@ def test_only_matt_materials_go_without_glossy_bounces(material, matt) -> None:
 
 
 @pytest.mark.parametrize(
+    ("material", "light", "bounces", "filtered"),
+    [
+        (METAL, SUN, 4, True),
+        (METAL, replace(SUN, angle=0.2), 4, False),
+        (METAL, replace(BALL, radius=0.1), 4, True),
+        (METAL, replace(BALL, radius=1.0), 4, False),
+        (METAL, DOME, 4, False),
+        (METAL, SUN, 0, False),
+        (MATT, SUN, 4, False),
+    ],
+)
+def test_glossy_surfaces_are_filtered_where_a_small_light_makes_them_glint(material, light, bounces, filtered) -> None:
+    effort = Effort(filter_glossy=0.3, bounces=bounces)
+    assert Requirements.of(a_scene(material, lights=(light,)), effort).filter_glossy == 0.3 * filtered
+
+
+@pytest.mark.parametrize(
     ("material", "clear"),
     [
         (MATT, False),

@@ -1,7 +1,9 @@
 """Open Image Denoise of whole renders, by Blender's compositor: each light group by itself, in unit light.
 
 Cycles itself denoises only the sum of the groups, and band by band, which leaves seams. The guides are the target's
-colours and normals, as noisy as they are rendered.
+colours and normals, of the same samples as the light. From CLEAN_FROM samples on they count as free of noise: that
+lowers the error (measured), and lets the best quality take a larger network, at a third of the time it takes to clean
+them first. With guides of 512 samples instead, the error would be 0 to 4 % lower: they do not pay.
 """
 
 from collections.abc import Mapping
@@ -18,9 +20,11 @@ from spin_usd.renderers.blender.cycles.settings import LAYERS
 from spin_usd.scene.passes import Radiance
 
 GUIDES = ("Denoising Albedo", "Denoising Normal")
-# Blender's names of the network's size, and of what is done about the guides' own noise: to clean them first takes
-# longer than all the rest, and pays with the largest network only (measured).
+CLEAN_FROM = 16
+# Blender's names of the network's size, and of what is done about noisy guides: to clean them first takes longer than
+# all the rest, and pays with the largest network only (measured).
 QUALITIES = {"fast": ("Fast", "Fast"), "balanced": ("Balanced", "Fast"), "high": ("High", "Accurate")}
+CLEAN = "None"  # Blender's name of guides that count as free of noise
 MIN_PX = 4  # of Blender's images, a side
 COMPOSITOR = {
     "engine": "CYCLES",
@@ -43,23 +47,28 @@ class Denoiser:
         self._scene.compositing_node_group = self._tree
         self._images: list[Any] = []
 
-    def denoised(self, noisy: Radiance, guides: Float32, quality: str) -> Radiance:
+    def denoised(self, noisy: Radiance, guides: Float32, quality: str, *, samples: int) -> Radiance:
         """`noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and where
         it is 0 there is no light.
 
-        guides (2, rows, columns, 3): the passes GUIDES. Raises RenderError when Blender fails.
+        guides (2, rows, columns, 3): the passes GUIDES · samples: of each of their pixels. Raises RenderError when
+        Blender fails.
         """
         rows, columns = noisy.region.shape
         groups, (albedo, normal) = _large_enough(noisy.groups), _large_enough(guides)
         names = [f"denoised.{index}" for index in range(len(groups))]
-        self._build(dict(zip(names, groups, strict=True)), albedo, normal, QUALITIES[quality])
+        network, prefilter = QUALITIES[quality]
+        settings = network, CLEAN if samples >= CLEAN_FROM else prefilter
+        self._build(dict(zip(names, groups, strict=True)), albedo, normal, settings)
         render(self._scene, self._file, write_still=False)
         shape = (max(rows, MIN_PX), max(columns, MIN_PX))
         found = read_picture(self._file, shape, {name.partition(".")[2]: 3 for name in names})
         clean = np.stack(list(found.values()))[:, :rows, :columns] * (noisy.coverage > 0)[..., None]
         return replace(noisy, groups=_as_bright(clean, noisy.groups))
 
-    def _build(self, groups: Mapping[str, Float32], albedo: Float32, normal: Float32, quality: tuple[str, str]) -> None:
+    def _build(
+        self, groups: Mapping[str, Float32], albedo: Float32, normal: Float32, settings: tuple[str, str]
+    ) -> None:
         """Make nodes that denoise each of the groups and write it by its name."""
         nodes, link = self._tree.nodes, self._tree.links.new
         nodes.clear()
@@ -71,7 +80,7 @@ class Denoiser:
         assign(output, {"save_as_render": False})
         for name, group in groups.items():
             node = nodes.new("CompositorNodeDenoise")
-            for socket, value in {"HDR": True, "Quality": quality[0], "Prefilter": quality[1]}.items():
+            for socket, value in {"HDR": True, "Quality": settings[0], "Prefilter": settings[1]}.items():
                 assign(node.inputs[socket], {"default_value": value})
             for socket, source in {"Image": self._image(group), **guides}.items():
                 link(source, node.inputs[socket])

@@ -29,7 +29,6 @@ CYCLES: Mapping[str, Any] = {
     "pixel_filter_type": "BOX",  # the pixel's own square; its width is always 1, whatever filter_width says
     "sample_clamp_direct": 0.0,
     "light_sampling_threshold": 0.0,
-    "blur_glossy": 0.0,
     "min_light_bounces": 0,
     "min_transparent_bounces": 0,
     "use_guiding": False,

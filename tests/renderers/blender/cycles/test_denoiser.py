@@ -7,7 +7,7 @@ import pytest
 
 from spin_usd.geometry.region import Region
 from spin_usd.geometry.transform import Transform
-from spin_usd.renderers.blender.cycles.denoiser import Denoiser
+from spin_usd.renderers.blender.cycles.denoiser import CLEAN_FROM, Denoiser
 from spin_usd.scene.derived.light_groups import in_unit_light
 from spin_usd.scene.effort import DENOISERS, Effort
 from spin_usd.scene.light import DistantLight, RectLight
@@ -18,6 +18,7 @@ from tests.cases import scenes
 QUALITIES = DENOISERS[1:]
 SAMPLES, CONVERGED = 4, 512
 GAIN = 5.0  # in mean squared error, at least; ten times are usual at so few samples
+CLEAN_GAIN = 3.0  # likewise, at CLEAN_FROM samples, which have less to gain
 LIGHT = 0.03  # relative, of all that the target sends out: the noise of so few samples over some thousand pixels
 SUMMED = 1e-5  # relative, of float32 sums
 CAMERA = replace(scenes.SMALL, fx=90.0, fy=90.0, cx=32.0, cy=24.0, distortion=(0.0,) * 5)
@@ -67,10 +68,13 @@ def test_qualities_differ_and_leave_nothing_behind(blender, noisy) -> None:
     import bpy
 
     other = replace(noisy, lights=noisy.lights[:1], camera=replace(CAMERA, width=40, height=44, cx=20.0))
-    cases = [(noisy, quality) for quality in DENOISERS] + [(other, "fast")]
+    cases = [(noisy, quality) for quality in DENOISERS] + [
+        (other, "fast"),
+        *((noisy, q, CLEAN_FROM) for q in QUALITIES),
+    ]
     first = [render(blender, *case).groups.tobytes() for case in cases]
     assert len(set(first)) == len(first)
-    for index in (3, 4, 1, 1, 0, 2, 3):
+    for index in (3, 4, 1, 5, 1, 7, 0, 2, 3, 6, 7):
         blender.visibility(other)
         bpy.context.scene.render.threads_mode = "FIXED" if index % 2 else "AUTO"
         bpy.context.scene.render.threads = 1
@@ -78,6 +82,12 @@ def test_qualities_differ_and_leave_nothing_behind(blender, noisy) -> None:
             assert render(blender, *cases[index]).groups.tobytes() == first[index]
         finally:
             bpy.context.scene.render.threads_mode = "AUTO"
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_guides_of_enough_samples_count_as_clean(blender, noisy, converged, quality) -> None:
+    plain, denoised = (render(blender, noisy, each, samples=CLEAN_FROM).groups for each in ("none", quality))
+    assert np.square(denoised - converged.groups).mean() < np.square(plain - converged.groups).mean() / CLEAN_GAIN
 
 
 def test_bands_leave_no_seams(blender, noisy, monkeypatch) -> None:
@@ -112,16 +122,18 @@ def picture(shape, groups, seed=0):
 def test_each_group_is_denoised_by_itself(denoiser) -> None:
     """And none is taken for one of the picture before, of the same size."""
     noisy, guides = picture((20, 30), groups=3)
-    together = denoiser.denoised(noisy, guides, "balanced").groups
+    together = denoiser.denoised(noisy, guides, "balanced", samples=SAMPLES).groups
     for index in (2, 0, 1):
-        alone = denoiser.denoised(replace(noisy, groups=noisy.groups[index : index + 1]), guides, "balanced").groups
+        alone = denoiser.denoised(
+            replace(noisy, groups=noisy.groups[index : index + 1]), guides, "balanced", samples=SAMPLES
+        ).groups
         np.testing.assert_array_equal(alone[0], together[index])
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 40), (17, 2)])
 def test_pictures_may_be_very_small(denoiser, shape) -> None:
     noisy, guides = picture(shape, groups=2)
-    denoised = denoiser.denoised(noisy, guides, "fast")
+    denoised = denoiser.denoised(noisy, guides, "fast", samples=SAMPLES)
     assert denoised.groups.shape == noisy.groups.shape
     np.testing.assert_allclose(denoised.groups.sum((1, 2, 3)), noisy.groups.sum((1, 2, 3)), rtol=SUMMED)
 
@@ -130,6 +142,6 @@ def test_it_makes_smooth_what_is_noisy_the_right_way_up(denoiser) -> None:
     noisy, guides = picture((40, 30), groups=1)
     step = np.repeat([1.0, 9.0], 20)[:, None, None].astype(np.float32)
     lit = replace(noisy, groups=step * noisy.groups)
-    found = denoiser.denoised(lit, np.broadcast_to(step / 10, guides.shape), "high").groups[0]
+    found = denoiser.denoised(lit, np.broadcast_to(step / 10, guides.shape), "high", samples=SAMPLES).groups[0]
     assert found[:18].std() < lit.groups[0, :18].std() / 3
     assert found[22:].mean() == pytest.approx(9 * found[:18].mean(), rel=0.2)
