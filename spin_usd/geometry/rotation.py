@@ -3,11 +3,15 @@
 Source: J. Diebel, "Representing Attitude" (2006); the matrix to quaternion branch choice is Shepperd's (1978).
 """
 
+from typing import TypeVar
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float, finite
 from spin_usd.errors import GeometryError
+
+Real = TypeVar("Real", np.float32, np.float64)
 
 # Six-decimal label files (SPEED+ synthetic) hold quaternions whose norm is off by at most 1e-6 (half a unit in
 # the last place, four components); a norm further off is another rotation, not a rounded one.
@@ -64,6 +68,18 @@ def quaternion_from_matrix(rotation: ArrayLike) -> Float:
     q = np.array(rows[i])
     q /= np.linalg.norm(q)
     return -q if q[0] < 0 else q
+
+
+def product(matrix: NDArray[Real], vectors: NDArray[Real]) -> NDArray[Real]:
+    """Return (..., 3) `matrix` (3, 3) times each of the `vectors` (..., 3), with the same bits on all processors.
+
+    BLAS, behind `@`, fuses and orders its additions as its kernels for a processor do; what decides labels must not.
+    """
+    x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+    found = np.empty(vectors.shape, vectors.dtype)
+    for i, (a, b, c) in enumerate(matrix):
+        found[..., i] = a * x + b * y + c * z
+    return found
 
 
 def turn_between(start: ArrayLike, end: ArrayLike, share: float) -> Float:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from spin_usd.arrays import Float, finite, frozen
 from spin_usd.errors import FrameError
-from spin_usd.geometry.rotation import check_rotation, matrix_from_quaternion, quaternion_from_matrix
+from spin_usd.geometry.rotation import check_rotation, matrix_from_quaternion, product, quaternion_from_matrix
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +59,7 @@ class Transform:
 
     def inverse(self) -> "Transform":
         r = self.rotation.T
-        return Transform.unchecked(to=self.of, of=self.to, rotation=r, translation=-r @ self.translation)
+        return Transform.unchecked(to=self.of, of=self.to, rotation=r, translation=-product(r, self.translation))
 
     def __matmul__(self, other: "Transform") -> "Transform":
         if self.of != other.to:
@@ -69,14 +69,14 @@ class Transform:
         return Transform.unchecked(
             to=self.to,
             of=other.of,
-            rotation=self.rotation @ other.rotation,
-            translation=self.rotation @ other.translation + self.translation,
+            rotation=np.ascontiguousarray(product(self.rotation, other.rotation.T).T),
+            translation=product(self.rotation, other.translation) + self.translation,
         )
 
     def points(self, points: ArrayLike) -> Float:
         """Points (..., 3) of frame `of`, in frame `to`, metres."""
-        return np.asarray(points, np.float64) @ self.rotation.T + self.translation
+        return product(self.rotation, np.asarray(points, np.float64)) + self.translation
 
     def directions(self, directions: ArrayLike) -> Float:
         """Directions (..., 3) of frame `of`, in frame `to`: rotated, not moved."""
-        return np.asarray(directions, np.float64) @ self.rotation.T
+        return product(self.rotation, np.asarray(directions, np.float64))

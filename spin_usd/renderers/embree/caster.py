@@ -7,11 +7,11 @@ radius, and start where they enter its bounding sphere: so every number is near 
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.renderers.embree.coincident import CoincidentFaces, embree_scene
 from spin_usd.renderers.embree.holes import first_stop
 from spin_usd.renderers.embree.rays import Float32, rays_entering, rays_in_target_units
 from spin_usd.scene.derived.faces import groups_of
@@ -31,6 +31,7 @@ class EmbreeCaster:
 
     def __init__(self) -> None:
         self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
+        self._coincident: WeakKeyDictionary[Mesh, CoincidentFaces | None] = WeakKeyDictionary()
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`."""
@@ -82,6 +83,7 @@ class EmbreeCaster:
     def close(self) -> None:
         """Release what was made of the meshes."""
         self._opened.clear()
+        self._coincident.clear()
 
     def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) of the scene's target alone."""
@@ -90,14 +92,16 @@ class EmbreeCaster:
     def _first_there(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
         embree = self._embree(target.mesh)
         if not target.cut_out_key:
-            return np.asarray(embree.run(origins, directions), np.int32)
+            face = np.asarray(embree.run(origins, directions), np.int32)
+            coincident = self._coincident[target.mesh]
+            return coincident.lowest(face, origins, directions) if coincident else face
         return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
 
     def _embree(self, mesh: Mesh) -> EmbreeScene:
         if mesh not in self._opened:
-            scene = EmbreeScene(robust=True)
-            TriangleMesh(scene, *_in_target_units(mesh))
-            self._opened[mesh] = scene
+            points, faces = _in_target_units(mesh)
+            self._opened[mesh] = embree_scene(points, faces)
+            self._coincident[mesh] = CoincidentFaces.among(points, faces)
         return self._opened[mesh]
 
 

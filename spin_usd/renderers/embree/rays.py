@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.rotation import product
 from spin_usd.scene.model import Scene
 
 Float32 = NDArray[np.float32]
@@ -29,14 +30,14 @@ def rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
     origins = start[:, None] * towards
     origins[:, 0] += wx
     origins[:, 1] += wy
-    rotation = pose.rotation.astype(np.float32)
-    return origins @ rotation, towards @ rotation
+    to_body = pose.rotation.T.astype(np.float32)
+    return product(to_body, origins), product(to_body, towards)
 
 
 def rays_entering(origin: Float, directions: Float) -> tuple[Float32, Float32]:
     """Origins and unit directions (N, 3), in units of the target's radius around its centre, of the rays from `origin`
     (3,) where they enter its bounding sphere; `origin` itself within it."""
-    along = -(directions @ origin)
+    along = -(directions * origin).sum(1)
     nearest = origin + along[:, None] * directions
     half_chord = np.sqrt(np.maximum(MARGIN**2 - (nearest * nearest).sum(1), 0))
     start = np.maximum(-half_chord, -along)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.region import Region
+from spin_usd.geometry.rotation import product
 from spin_usd.geometry.transform import Transform
 from spin_usd.geometry.triangles import normals, unit_normals
 from spin_usd.scene.derived.body_faces import by_body
@@ -191,7 +192,7 @@ def surface_points(scene: Scene, face: NDArray[np.int32], xy: Float) -> tuple[Fl
         on = (offset - nx * wx - ny * wy) / np.where(flat, 1, slope)
         on = np.clip(np.where(flat, low, on), low, high)
         z[chunk] = centre[2] + on
-        body[chunk] = np.stack([wx + on * x, wy + on * y, on], -1) @ pose.rotation + mesh.centre
+        body[chunk] = product(pose.rotation.T, np.stack([wx + on * x, wy + on * y, on], -1)) + mesh.centre
     return z, body
 
 

@@ -1,0 +1,81 @@
+"""Faces that lie in one another, of which Embree's kernels for one processor see one and those for another the other.
+
+So that labels have the same bytes on all, the one with the lowest number is seen.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from spin_usd.renderers.embree.overlaps import Pairs, overlapping
+from spin_usd.renderers.embree.rays import Float32
+
+MAX_FACES = 1 << 20  # of a mesh: with more, instances made out, it takes too long to look
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoincidentFaces:
+    """The faces of a mesh that overlap others, in layers: none overlaps another of its layer, and of faces that lie in
+    one another the lowest number is in the lowest layer.
+
+    layer (F,): of each face; -1 of one that overlaps none · scenes, numbers: of each layer but the highest Embree's
+    scene, and the numbers of its faces · pairs (P,), sorted: of two that overlap the higher times F, plus the lower.
+    """
+
+    layer: NDArray[np.int32]
+    scenes: Sequence[EmbreeScene]
+    numbers: Sequence[NDArray[np.int32]]
+    pairs: NDArray[np.int64]
+
+    @classmethod
+    def among(cls, points: Float32, faces: NDArray[np.int32]) -> "CoincidentFaces | None":
+        """Return those of the mesh with these points (P, 3) and faces (F, 3); None where there are none, or too many
+        faces to look."""
+        found = overlapping(points[faces].astype(np.float64)) if len(faces) <= MAX_FACES else np.zeros((0, 2), np.intp)
+        if not len(found):
+            return None
+        layer = _layers(found, len(faces))
+        numbers = [np.flatnonzero(layer == each).astype(np.int32) for each in range(layer.max())]
+        scenes = [embree_scene(points, faces[own]) for own in numbers]
+        pairs = np.unique(found[:, 1] * np.int64(len(faces)) + found[:, 0])
+        return cls(layer=layer, scenes=scenes, numbers=numbers, pairs=pairs)
+
+    def lowest(self, face: NDArray[np.int32], origins: Float32, directions: Float32) -> NDArray[np.int32]:
+        """Return (N,) the lowest of the faces that lie where each ray meets its first one, `face` (N,), -1 for none."""
+        found, rays = face.copy(), np.flatnonzero((face >= 0) & (self.layer[face] > 0))
+        for place, (scene, numbers) in enumerate(zip(self.scenes, self.numbers, strict=True)):
+            rays = rays[self.layer[found[rays]] > place]
+            if not len(rays):
+                break
+            hit = np.asarray(scene.run(origins[rays], directions[rays]), np.int32)
+            lower, higher = numbers[np.maximum(hit, 0)], found[rays]
+            same = (hit >= 0) & self._overlap(lower, higher)
+            found[rays[same]] = lower[same]
+        return found
+
+    def _overlap(self, lower: NDArray[np.int32], higher: NDArray[np.int32]) -> NDArray[np.bool_]:
+        wanted = higher * np.int64(len(self.layer)) + lower
+        at = np.minimum(np.searchsorted(self.pairs, wanted), len(self.pairs) - 1)
+        return np.asarray(self.pairs[at] == wanted)
+
+
+def embree_scene(points: Float32, faces: NDArray[np.int32]) -> EmbreeScene:
+    """Return Embree's scene of the triangles `faces` (F, 3) between `points` (P, 3)."""
+    scene = EmbreeScene(robust=True)
+    TriangleMesh(scene, points, faces)
+    return scene
+
+
+def _layers(pairs: Pairs, count: int) -> NDArray[np.int32]:
+    """Return (count,) the layer of each face: one above all lower ones that it overlaps; -1 where there are none."""
+    layer = np.full(count, -1, np.int32)
+    layer[pairs] = 0
+    while True:
+        before = layer.copy()
+        np.maximum.at(layer, pairs[:, 1], layer[pairs[:, 0]] + 1)
+        if np.array_equal(layer, before):
+            return layer
