@@ -81,6 +81,7 @@ MAY_OPEN = {
     "formats/spec_file.py": OWN,
     "dataset/store/json_schema.py": OWN,
     "dataset/author/minimal.py": OWN,
+    "dataset/author/earth_maps.py": "looks for the maps in a folder that the user names; `files` opens them",
     "formats/arrays/point_cloud_file.py": f"{MADE}; reads from an open file",
     "formats/tar_file.py": MADE,
     "formats/poses/webdataset.py": "reads from an open file",

@@ -30,6 +30,7 @@ def author(
     preset: str | Path | None = None,
     lights: str | Path | None = None,
     environment: str | Path | None = None,
+    earth: str | Path | None = None,
     augment: str | Path | None = None,
     keypoints: str | Path | None = None,
     parts: str | Path | None = None,
@@ -61,6 +62,9 @@ def author(
         preset: a preset's name, or a preset layer.
         lights: a name, or a lights layer.
         environment: a name, or an environment layer.
+        earth: your own map of the Earth, or a folder of them: in latitude and longitude, JPEG, PNG or EXR. A name with
+            "cloud" is of the clouds' opacity, one with "night", "light", "black" or "dnb" of lights by night, any other
+            of the albedo. Without `environment` it takes `earth`.
         augment: the name of a specification of augmentations to write over the stage, or a TOML file.
         keypoints: a file of named points, JSON, CSV or TOML; metres, body axes.
         parts: a file of patterns of material and prim names, with part and class; JSON, CSV or TOML.
@@ -91,6 +95,7 @@ def author(
         "preset": _text(preset),
         "lights": _text(lights),
         "environment": _text(environment),
+        "earth": _text(earth),
         "augment": _text(augment),
         "additions": {
             "keypoints": _text(keypoints),

@@ -62,6 +62,14 @@ def author(
     environment: Annotated[
         str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('environment')}, or an environment layer.")
     ] = None,
+    earth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PATH",
+            help="Your own map of the Earth, or a folder of them: latitude and longitude; JPEG, PNG or EXR. Names with "
+            "cloud or night say which is which, any other is the albedo. Without --environment it takes earth.",
+        ),
+    ] = None,
     augment: Annotated[
         str | None,
         typer.Option(
@@ -137,6 +145,7 @@ def author(
             preset=preset,
             lights=lights,
             environment=environment,
+            earth=earth,
             augment=augment,
             keypoints=keypoints,
             parts=parts,

@@ -24,14 +24,15 @@ def pictures() -> dict[str, Callable[[], Array]]:
 def write_textures(folder: Path) -> None:
     """Every texture into an existing folder."""
     for name, make in pictures().items():
-        _write(folder / name, make())
+        write_image(folder / name, make(), quality=85)
 
 
-def _write(path: Path, image: Array) -> None:
+def write_image(path: Path, image: Array, *, quality: int) -> None:
+    """Numbers from 0 to 1 (H, W, C) as a file of 8 bits, a JPEG of that quality."""
     pixels = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
     height, width, channels = pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
-    spec.attribute("Compression", "jpeg:85")
+    spec.attribute("Compression", f"jpeg:{quality}")
     output = oiio.ImageOutput.create(str(path))
     if not output or not output.open(str(path), spec) or not output.write_image(pixels) or not output.close():
         raise OSError(f"{path} could not be written: {oiio.geterror()}")

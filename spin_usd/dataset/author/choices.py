@@ -7,6 +7,7 @@ from pathlib import Path
 from spin_usd.arrays import digest
 from spin_usd.dataset.author.additions import Additions
 from spin_usd.dataset.author.camera import USD_SUFFIXES, open_camera
+from spin_usd.dataset.author.earth_maps import earth_maps
 from spin_usd.dataset.author.model import OtherBody, model_file, other_body
 from spin_usd.errors import InputError
 from spin_usd.faults import reading
@@ -15,9 +16,12 @@ from spin_usd.formats.poses.read_pose_list import pose_files
 from spin_usd.resources import bundled
 from spin_usd.sha256 import sha256_of
 from spin_usd.stage.author.lights_and_environment import open_surroundings
+from spin_usd.stage.author.planet_maps import set_planet_maps
 from spin_usd.stage.author.presets import Preset, open_preset
 from spin_usd.stage.author.provenance import Option, Origin
 from spin_usd.stage.usd.layer_file import Layer
+
+EARTH = "earth"  # the environment that a user's own maps are for, unless another is chosen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,10 +29,12 @@ class Choices:
     """The choices that a user makes for a new stage, beside its pictures.
 
     target, camera, preset, lights, environment, augment: names of what travels with spin_usd, or files; the lights and
-    the environment replace the preset's · augment: a specification to write over the stage · prim: the path of the prim
-    that is taken of a USD target · sample: the text of a sampling specification that is in no file · additions: what is
-    written over the stage before that · any_size: take a target of a size that no craft has, and one inside which the
-    camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or "MODEL:POSES".
+    the environment replace the preset's · earth: a map of the Earth, or a folder of them, for the environment's planet,
+    or that of `earth` where no environment is chosen · augment: a specification to write over the stage · prim: the
+    path of the prim that is taken of a USD target · sample: the text of a sampling specification that is in no file ·
+    additions: what is written over the stage before that · any_size: take a target of a size that no craft has, and one
+    inside which the camera is · also, occluders: further targets, and what is fixed to the camera, each "MODEL" or
+    "MODEL:POSES".
     """
 
     target: str | Path
@@ -40,6 +46,7 @@ class Choices:
     preset: str | Path | None = None
     lights: str | Path | None = None
     environment: str | Path | None = None
+    earth: str | Path | None = None
     augment: str | None = None
     additions: Additions = Additions(files={})  # noqa: RUF009 - frozen
     any_size: bool = False
@@ -73,12 +80,18 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
     if preset:
         files["preset"] = preset.file
-    given_layers = {"lights": choices.lights, "environment": choices.environment}
+    maps = earth_maps(choices.earth) if choices.earth is not None else {}
+    environment = EARTH if maps and choices.environment is None else choices.environment
+    given_layers = {"lights": choices.lights, "environment": environment}
     layers = {kind: _surroundings_file(str(given), kind) for kind, given in given_layers.items() if given is not None}
     others = (
         *(other_body(each, occluder=False) for each in choices.also),
         *(other_body(each, occluder=True) for each in choices.occluders),
     )
+    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
+    if maps:
+        set_planet_maps(surroundings["environment"], maps)
+    files |= {f"earth_{kind}": file for kind, file in maps.items()}
     files |= layers | dict(choices.additions.files) | _files_of(others)
     inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
     return Sources(
@@ -87,7 +100,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         camera_notes=camera_notes,
         target_file=target_file,
         preset=preset,
-        surroundings={kind: open_surroundings(file, kind) for kind, file in layers.items()},
+        surroundings=surroundings,
         others=others,
         origin=Origin(inputs=inputs, options=_options(choices)),
     )

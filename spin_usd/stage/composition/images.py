@@ -17,7 +17,7 @@ import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd
 
-from spin_usd.errors import SpinError, StageError, UnsupportedError
+from spin_usd.errors import InputError, SpinError, StageError, UnsupportedError
 from spin_usd.scene.photometry import srgb
 from spin_usd.scene.texture import Image, Tiles
 from spin_usd.stage.usd.image_tiles import is_tiled, tiles_of
@@ -77,6 +77,16 @@ class Images:
             found = f"its image @{asset.path}@ has no tile"
             raise StageError(found, where=prim.GetPath(), do="put tiles such as 1001 where the layer looks")
         return Tiles(name=Path(asset.path).name, images=tuple(tiles))
+
+
+def image_size(file: Path) -> tuple[int, int]:
+    """Return the width and the height of an image, of its header. Raises InputError."""
+    source = oiio.ImageInput.open(str(file))
+    if source is None:
+        raise InputError(f"cannot be decoded ({oiio.geterror()})", where=file, do="make it again")
+    spec = source.spec()
+    source.close()
+    return spec.width, spec.height
 
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:

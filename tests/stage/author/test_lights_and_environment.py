@@ -1,12 +1,15 @@
 """Lights and environments by name or file: in the authored stage exactly as in their own layer."""
 
+import numpy as np
+import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 import pytest
 from pxr import Usd
 
 from spin_usd.dataset.author.author import author_stage
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, SpinError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
+from spin_usd.stage.author.provenance import origin_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
 
@@ -70,3 +73,65 @@ def test_the_wrong_kind_and_unknown_names_are_refused(tmp_path) -> None:
     with pytest.raises(InputError, match="name one of lightbox, sun, sunlamp"):
         authored(tmp_path / "b", lights="earth")
     assert not list(tmp_path.iterdir())
+
+
+def painted(path, pixels):
+    """An image file of these numbers from 0 to 255, (H, W, C)."""
+    pixels = np.asarray(pixels, np.uint8)
+    output = oiio.ImageOutput.create(str(path))
+    output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.UINT8))
+    output.write_image(np.ascontiguousarray(pixels))
+    output.close()
+    return path
+
+
+def test_maps_of_the_earth_are_those_that_a_user_gives(tmp_path) -> None:
+    maps = tmp_path / "maps"
+    maps.mkdir()
+    painted(maps / "blue_marble.png", np.full((8, 16, 3), 255))
+    painted(maps / "Cloud_Cover.png", np.full((4, 8, 1), 51))
+    painted(maps / "night_lights.png", np.full((4, 8, 3), 255))
+    (maps / "readme.txt").write_text("no map")
+    root = authored(tmp_path / "stage", earth=maps)
+    (planet,) = scene(root).environment.planets
+    assert planet.albedo.pixels.shape == (8, 16, 4)
+    assert (planet.albedo.pixels == 1).all()
+    np.testing.assert_allclose(planet.clouds.pixels[..., 3], 0.2)
+    assert planet.night.pixels.shape == (4, 8, 4)
+    assert planet.night_radiance == pytest.approx((0.002,) * 3)
+    assert not check_stage(root)
+    inputs = origin_of(Usd.Stage.Open(root))["inputs"]
+    assert inputs["earth_clouds"]["name"] == "Cloud_Cover.png"
+    assert len(inputs["earth_albedo"]["sha256"]) == 64
+
+
+def test_a_map_alone_is_under_our_own_clouds(tmp_path) -> None:
+    file = painted(tmp_path / "land.png", np.full((8, 16, 3), 128))
+    (planet,) = scene(authored(tmp_path / "stage", earth=file, environment="earth_full")).environment.planets
+    assert planet.albedo.pixels.shape == (8, 16, 4)
+    assert planet.clouds.pixels.shape == (1024, 2048, 4)
+    assert planet.night is None
+
+
+@pytest.mark.parametrize(
+    ("names", "environment", "found"),
+    [
+        (("a.png", "b.png"), None, "two maps of albedo"),
+        ((), None, "holds no map"),
+        (("a.png",), "stars", "has 0 planets"),
+    ],
+)
+def test_what_is_no_map_of_the_earth_is_refused(tmp_path, names, environment, found) -> None:
+    maps = tmp_path / "maps"
+    maps.mkdir()
+    for name in names:
+        painted(maps / name, np.zeros((4, 8, 3)))
+    with pytest.raises(InputError, match=found):
+        authored(tmp_path / "stage", earth=maps, environment=environment)
+    assert not (tmp_path / "stage").exists()
+
+
+def test_a_damaged_map_is_refused_in_a_sentence(tmp_path) -> None:
+    (tmp_path / "land.jpg").write_bytes(b"\xff\xd8\xff\xe0 no picture")
+    with pytest.raises(SpinError, match=r"land\.jpg"):
+        authored(tmp_path / "stage", earth=tmp_path / "land.jpg")

@@ -32,6 +32,8 @@ SCHEMAS = {
         schema.PLANET_ALBEDO_FILE,
         schema.PLANET_CLOUDS_FILE,
         schema.PLANET_CLOUDS_ALBEDO,
+        schema.PLANET_NIGHT_FILE,
+        schema.PLANET_NIGHT_RADIANCE,
         schema.PLANET_SCALE_HEIGHT,
         schema.PLANET_OPTICAL_DEPTH,
         schema.PLANET_ILLUMINATES,

@@ -13,6 +13,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import FINITE, SHARE, Range, read, typed_value, value_in
 
@@ -36,6 +37,8 @@ def read_planet(prim: Usd.Prim, time: Usd.TimeCode, T_cam_prim: Transform, metre
         radii=(a, b, c),
         albedo=_albedo(prim, time, images),
         clouds=_clouds(prim, time, images),
+        night=_night(prim, time, images),
+        night_radiance=_night_radiance(prim, time),
         atmosphere=_lengths(prim, schema.PLANET_SCALE_HEIGHT, SCALE_HEIGHTS, time, metres)[0],
         haze=value_in(prim, schema.PLANET_OPTICAL_DEPTH, OPTICAL_DEPTHS, time),
         illuminates=typed_value(prim, schema.PLANET_ILLUMINATES, time),
@@ -129,6 +132,19 @@ def _cloud_image(image: Image, albedo: Color) -> Image:
     pixels = np.empty(image.pixels.shape, np.float32)
     pixels[..., :3], pixels[..., 3] = albedo, np.clip(opacity, 0, 1)
     return Image(name=image.name, pixels=pixels)
+
+
+def _night(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
+    file = _file(prim, schema.PLANET_NIGHT_FILE, time)
+    return images.read(file, "auto", prim).image if file else None
+
+
+def _night_radiance(prim: Usd.Prim, time: Usd.TimeCode) -> Color:
+    """Return the radiance of white by night; 0 without an image of it, where it decides nothing."""
+    if not _file(prim, schema.PLANET_NIGHT_FILE, time):
+        return 0.0, 0.0, 0.0
+    r, g, b = value_in(prim, schema.PLANET_NIGHT_RADIANCE, EMISSIONS, time)
+    return float(r), float(g), float(b)
 
 
 def _file(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Sdf.AssetPath | None:

@@ -1,0 +1,40 @@
+"""A user's own maps of the Earth: which file of a folder is which."""
+
+from pathlib import Path
+
+from spin_usd.errors import InputError
+from spin_usd.files.given_file import open_file
+from spin_usd.files.size_limits import MAX_TEXTURE
+
+SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
+KINDS = {"clouds": ("cloud",), "night": ("night", "light", "black", "dnb"), "albedo": ("",)}
+"""What a map shows, by what its file's name holds; the first that fits counts."""
+
+
+def earth_maps(given: str | Path) -> dict[str, Path]:
+    """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
+
+    Raises InputError for a folder without maps or with two of a kind, and for a file that is no map.
+    """
+    path = Path(given)
+    maps: dict[str, Path] = {}
+    for file in _files(path):
+        kind = next(kind for kind, words in KINDS.items() if any(word in file.stem.lower() for word in words))
+        if kind in maps:
+            found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
+            raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
+        open_file(file, MAX_TEXTURE).close()
+        maps[kind] = file
+    return maps
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
+        if not files:
+            raise InputError("holds no map of the Earth", where=path, do=f"put {', '.join(SUFFIXES)} files there")
+        return files
+    if path.suffix.lower() not in SUFFIXES:
+        do = f"give a folder, or one of {', '.join(SUFFIXES)}"
+        raise InputError("is not a map of the Earth that is read", where=path, do=do)
+    return [path]
