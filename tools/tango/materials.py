@@ -47,7 +47,7 @@ class MaterialValues:
     metallic: float | Sample = 0.0
     roughness: float | Sample = 0.5
     clearcoat: float = 0.0
-    clearcoat_roughness: float | Sample = 0.03
+    clearcoat_roughness: float = 0.03
     ior: float = 1.5
     normal: Picture | None = None
 
@@ -88,7 +88,7 @@ REFLECTIVE: dict[str, MaterialValues] = {
         metallic=Sample(picture=BARS, output="r", scale=0.57, bias=0.43),
         roughness=Sample(picture=BARS, output="r", scale=0.25, bias=0.15),
         clearcoat=1.0,
-        clearcoat_roughness=_worn(0.06, 0.11, size=0.27, degrees=13.0),
+        clearcoat_roughness=0.03,
     ),
     "PanelSubstrate": MaterialValues(colour=(0.52, 0.50, 0.46), roughness=_worn(0.45, 0.30)),
     "GoldMli": MaterialValues(
