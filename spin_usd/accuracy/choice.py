@@ -70,6 +70,13 @@ def choose(
     )
 
 
+def most_exact(measurement: Measurement) -> Outcome | None:
+    """Return the outcome of Blender's setting whose error after the detector is the least beside the detector's noise;
+    None where nothing was measured, or where the detector has no noise."""
+    found = front((each for each in outcomes(measurement) if each.setting.renderer == "blender"), Criterion.IMAGE)
+    return found[-1] if found and max(found[-1].noise_dn) > ROUNDING_DN else None
+
+
 def _measured(measurement: Measurement, renderer: str) -> list[Outcome]:
     measured = [each for each in outcomes(measurement) if each.setting.renderer == renderer]
     if not measured:

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from spin_usd.accuracy.choice import choose
-from spin_usd.accuracy.front import Criterion, Outcome, outcomes
+from spin_usd.accuracy.choice import choose, most_exact
+from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.lookup import outcome_of
 from spin_usd.accuracy.measurement import Configuration, Measurement
 from spin_usd.accuracy.tables import in_markdown, number, percent
@@ -36,21 +36,23 @@ def choices(measurement: Measurement) -> str:
 
 def _rows(measurement: Measurement) -> Iterator[list[str]]:
     named = dict(by_name(measurement))
-    plain, measured = named[ASKED_PLAIN], bool(outcomes(measurement))
+    plain = named[ASKED_PLAIN]
     for asked, outcome in named.items():
-        if outcome is None:
-            yield [
-                f"`{asked}`",
-                "never reached" if measured and asked == AUTOMATIC else "not measured",
-                *[""] * (len(HEADINGS) - 2),
-            ]
-            continue
-        error, noise = outcome.in_image
-        share = percent(outcome.cpu_s / plain.cpu_s) if plain else ""
-        cells = [f"`{asked}`", f"`{outcome.setting.text}`", number(outcome.cpu_s), share]
-        together = (error**2 + noise**2) ** 0.5
-        errors = [percent(outcome.error(Criterion.LIGHT).expected), number(error), number(noise), number(together)]
-        yield [*cells, *errors]
+        if outcome is not None:
+            yield [f"`{asked}`", f"`{outcome.setting.text}`", *_figures(outcome, plain)]
+        elif asked == AUTOMATIC and (nearest := most_exact(measurement)) is not None:
+            yield [f"`{asked}`", f"never reached; nearest is `{nearest.setting.text}`", *_figures(nearest, plain)]
+        else:
+            yield [f"`{asked}`", "not measured", *[""] * (len(HEADINGS) - 2)]
+
+
+def _figures(outcome: Outcome, plain: Outcome | None) -> list[str]:
+    """Return the cells of HEADINGS from the cost on."""
+    error, noise = outcome.in_image
+    share = percent(outcome.cpu_s / plain.cpu_s) if plain else ""
+    together = (error**2 + noise**2) ** 0.5
+    light = percent(outcome.error(Criterion.LIGHT).expected)
+    return [number(outcome.cpu_s), share, light, number(error), number(noise), number(together)]
 
 
 def _automatic(measurement: Measurement) -> Outcome | None:

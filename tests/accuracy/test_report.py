@@ -113,12 +113,19 @@ def test_the_summary_says_what_names_come_to() -> None:
     assert len(rows) == len(QUALITIES) + 2
     for row in rows[: len(QUALITIES)]:
         assert row["setting"] == f"blender {QUALITIES[row['asked'].split()[-1]].text}"
-    auto, never = (table(choices(each), HEADINGS)[-1] for each in (usual(), usual(noise_dn=0.01)))
+    auto, noiseless = (table(choices(each), HEADINGS)[-1] for each in (usual(), usual(noise_dn=0.01)))
     # The first denoised setting below the noise of 1.5 DN: 0.518 of 5.586 seconds, and sqrt(1.41^2 + 1.5^2) = 2.06.
     assert auto["setting"] == "blender samples=2,denoiser=fast"
     assert (auto["CPU s"], auto["beside samples=64"]) == ("0.518", "9.27 %")
     assert (auto["error, DN"], auto["both together, DN"]) == ("1.41", "2.06")
-    assert never["setting"] == "never reached"
+    assert noiseless["setting"] == "not measured"
+
+
+def test_where_no_setting_is_as_exact_as_the_detector_the_summary_says_how_near_the_best_comes() -> None:
+    far, near = (figures(setting(f"samples={n}"), cpu_s=n, error=2 / n) for n in (4, 8))
+    never = table(choices(measurement([far, near])), HEADINGS)[-1]
+    assert never["setting"] == "never reached; nearest is `blender samples=8"
+    assert (never["error, DN"], never["detector's noise, DN"], never["both together, DN"]) == ("2.5", "1.5", "2.92")
 
 
 def test_a_quality_that_was_not_measured_has_no_figures() -> None:

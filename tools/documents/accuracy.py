@@ -5,6 +5,7 @@ from pathlib import Path
 from documents.marked import NotMeasuredError, prose
 from three_stages import STAGES
 
+from spin_usd.accuracy.choice import most_exact
 from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Measurement, Saving
 from spin_usd.accuracy.report import in_full
@@ -26,7 +27,8 @@ def qualities(folder: Path) -> str:
     named = {stage: dict(by_name(found)) for stage, found in measurements(folder).items()}
     asked = next(iter(named.values()))
     rows = [[f"`{name}`", *(_cell(of[name]) for of in named.values())] for name in asked if name != AUTOMATIC]
-    rows.append([f"`{AUTOMATIC}`", *(_chosen(of) for of in named.values())])
+    found = measurements(folder)
+    rows.append([f"`{AUTOMATIC}`", *(_chosen(of, found[stage]) for stage, of in named.items())])
     pictures = max(len(found.frames) for found in measurements(folder).values())
     note = (
         f"Of {pictures} {'picture' if pictures == 1 else 'pictures'} of each stage: CPU seconds a picture · relative "
@@ -62,12 +64,23 @@ def _cell(outcome: Outcome | None) -> str:
     return f"{number(outcome.cpu_s)} s · {percent(outcome.error(Criterion.LIGHT).expected)}"
 
 
-def _chosen(named: dict[str, Outcome | None]) -> str:
+def _chosen(named: dict[str, Outcome | None], found: Measurement) -> str:
     auto, plain = named[AUTOMATIC], named[ASKED_PLAIN]
-    if auto is None or plain is None:
-        return "nothing is good enough"
+    if plain is None:
+        return "not measured"
+    if auto is None:
+        return _nearest(found)
     totals = [number((error**2 + noise**2) ** 0.5) for error, noise in (auto.in_image, plain.in_image)]
     return f"`{auto.setting.text}` · {percent(auto.cpu_s / plain.cpu_s)} · {totals[0]} beside {totals[1]}"
+
+
+def _nearest(found: Measurement) -> str:
+    """What the most exact setting reaches, where none is as exact as the detector."""
+    nearest = most_exact(found)
+    if nearest is None:
+        return "the detector has no noise"
+    error, noise = map(number, nearest.in_image)
+    return f"none: the most exact, `{nearest.setting.text}`, is off by {error} where the detector's noise is {noise}"
 
 
 def savings(folder: Path) -> str:

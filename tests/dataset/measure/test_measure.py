@@ -93,7 +93,7 @@ def test_a_killed_measurement_is_taken_up_where_it_stopped(measured, killed) -> 
 
 @pytest.mark.slow
 def test_all_settings_are_measured_on_the_picture(measured) -> None:
-    walked = settings_to_measure(max_samples=4, several_lights=False, glossy=False, others=tuple(QUALITIES.values()))
+    walked = settings_to_measure(max_samples=4, several_lights=False, glossy=True, others=tuple(QUALITIES.values()))
     assert [each.setting for each in measured.figures] == walked
     assert measured.failures == ()
     assert [frame.name for frame in measured.frames] == ["img000001"]
