@@ -13,6 +13,9 @@ from spin_usd.accuracy.summary import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name
 from spin_usd.accuracy.tables import in_markdown, number, percent
 from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.store.measurement_file import read_measurement
+from spin_usd.scene.effort import QUALITIES
+
+PICTURED = "sunlamp"  # by tools/build_quality_picture
 
 
 def measurements(folder: Path) -> dict[str, Measurement]:
@@ -40,6 +43,14 @@ def qualities(folder: Path) -> str:
     tables = ", ".join(f"[{stage}](../tools/figures/measure_{stage}.md)" for stage in named)
     ends = f"{prose(_references(folder))}\n\n{plot}\n\n{prose(f'All settings: {tables}.')}"
     return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{ends}"
+
+
+def quality_picture(folder: Path) -> str:
+    """The picture of the qualities, with what each comes to on its stage."""
+    named = dict(by_name(measurements(folder)[PICTURED]))
+    figures = ", ".join(f"`{name}` ({_cell(named[f'--quality {name}'])})" for name in QUALITIES)
+    said = f"Pixels of `{PICTURED}` in linear light, from left to right: {figures}."
+    return f"![Four times the same part of a spacecraft](images/qualities.jpg)\n\n{prose(said)}"
 
 
 def _references(folder: Path) -> str:
