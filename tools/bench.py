@@ -11,14 +11,30 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmarks import agreement, calibrate, frames, growth, labels, plan, predict, schedule, sensor, stages, variants
+from benchmarks import (
+    agreement,
+    calibrate,
+    equal_error,
+    frames,
+    growth,
+    labels,
+    plan,
+    predict,
+    schedule,
+    sensor,
+    stages,
+    variants,
+)
 
 from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
 COMMANDS = {
     module.__name__.rpartition(".")[2]: module
-    for module in (frames, growth, variants, labels, plan, sensor, predict, calibrate, schedule, stages, agreement)
+    for module in (
+        *(frames, equal_error, growth, variants, labels, plan, sensor, predict, calibrate, schedule),
+        *(stages, agreement),
+    )
 }
 
 

@@ -5,7 +5,6 @@ in a process of its own. Everything counts until the picture's files are there.
 """
 
 import argparse
-import shutil
 import statistics
 import sys
 import tempfile
@@ -17,32 +16,29 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from benchmarks.command import asked
+import three_stages
+from benchmarks.own_worker import OwnWorker
 from benchmarks.peers import start_all
 from benchmarks.spread import shown, spread
 
-from spin_usd import resources
-from spin_usd.dataset.process.child import Child
 from spin_usd.dataset.process.processors import hold_to, usable_cpus
-from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.scene.derived.content_keys import RenderSettings
-from spin_usd.scene.effort import parse_effort
+from spin_usd.scene.effort import DEFAULT_QUALITY, QUALITIES, Effort
 from spin_usd.scene.model import Scene
 from spin_usd.stage.read.stage_reader import StageReader
 
-OURS = "spin_usd, image and labels"
-LABELS = "spin_usd, labels only (raycast)"
+EQUAL = "spin_usd, as many plain samples"
+DEFAULT = f"spin_usd, default (`--quality {DEFAULT_QUALITY}`)"
+DRAFT = "spin_usd, `--quality draft`"
+LABELS = "spin_usd, labels only"
+CROPPED_SCRIPT = "plain bpy script, cropped to the target's box"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--poses", type=Path, default=resources.stages() / "examples" / "tango_speedplus_poses.json")
-    parser.add_argument("--target", default="tango")
-    parser.add_argument("--units-per-metre", type=float)
-    parser.add_argument("--camera", default="speedplus")
+    parser.add_argument("--poses", type=Path, default=three_stages.POSES)
+    parser.add_argument("--stage", default="matt", choices=three_stages.STAGES)
     parser.add_argument("--frames", metavar="A:B:STEP", help="of the pose list; all if not given")
     parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--effort", metavar="TEXT", help="of spin_usd alone, as `spin-usd render --effort`")
     parser.add_argument("--rounds", type=int, default=1, help="times that every picture is made")
     parser.add_argument("--cpus", type=int, default=len(usable_cpus()), help="processors that each may use")
     parser.add_argument("--mitsuba-python", default=sys.executable, help="a Python that has Mitsuba")
@@ -55,7 +51,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     hold_to(usable_cpus()[: options.cpus])  # all others inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name, ExitStack() as stack:
         folder = Path(name)
-        stage = author(options, folder / "stage")
+        stage = three_stages.author(options.stage, folder / "stage", poses=options.poses, frames=options.frames)
         reader = StageReader(stage)
         scenes = [reader.scene(frame) for frame in reader.frames]
         makers, versions, left_out = start(options, stage, scenes[0], folder, stack)
@@ -67,6 +63,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
                 for name, (make, pid) in makers.items():
                     taken[name].append(timed(partial(make, scene), pid))
     return {
+        "stage": options.stage,
         "pictures": len(scenes),
         "rounds": options.rounds,
         "samples": options.samples,
@@ -75,24 +72,23 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "box_share": spread([region_share(scene) for scene in scenes]),
         "versions": versions,
         "left_out": left_out,
-        "makers": {name: summed(runs, taken[OURS]) for name, runs in taken.items()},
-        "seconds": {name: [run["wall_s"] for run in runs] for name, runs in taken.items()},
+        "makers": {name: summed(runs, taken[CROPPED_SCRIPT]) for name, runs in taken.items()},
+        "cpu_s": {name: [run["cpu_s"] for run in runs] for name, runs in taken.items()},
     }
 
 
-Make = Callable[[Any], None]
+Make = Callable[..., None]
 
 
 def start(
     options: argparse.Namespace, stage: Path, first: Any, folder: Path, stack: ExitStack
 ) -> tuple[dict[str, tuple[Make, int]], dict[str, str], dict[str, str]]:
     """By name what makes a scene's picture and in which process; the others' versions; why some are left out."""
-    effort = parse_effort(options.effort or f"samples={options.samples}")
     makers = {}
-    for name, renderer in ((OURS, "blender"), (LABELS, "raycast")):
-        settings = RenderSettings(renderer=renderer, effort=effort, seed=0)
-        kinds = RenderRequest(stage=stage, effort=effort, image=renderer == "blender").kinds
-        makers[name] = _ours(stage, folder / renderer, settings, kinds, stack)
+    for number, (name, effort) in enumerate(_efforts(options.samples).items()):
+        settings = RenderSettings(renderer="blender", effort=effort, seed=0)
+        own = OwnWorker(stage, folder / f"own{number}", settings, stack, image=name != LABELS)
+        makers[name] = own.picture, own.pid
     peers, left_out = start_all(first, folder, options.samples, options.mitsuba_python)
     for peer in peers:
         stack.callback(peer.close)
@@ -100,27 +96,9 @@ def start(
     return makers, {peer.name: peer.version for peer in peers}, left_out
 
 
-def _ours(
-    stage: Path, root: Path, settings: RenderSettings, kinds: tuple[str, ...], stack: ExitStack
-) -> tuple[Make, int]:
-    options = WorkerOptions(
-        root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings
-    )
-    child = stack.enter_context(Child())
-    child.call("open_worker", options=options.as_json())
-
-    def make(scene: Any) -> None:
-        shutil.rmtree(root / "cache", ignore_errors=True)  # of this picture, made before
-        child.call("picture", variant="nominal", index=scene.frame.index, kinds=kinds)
-
-    return make, child.process.pid
-
-
-def author(options: argparse.Namespace, out: Path) -> Path:
-    model = ["--poses", options.poses, "--target", options.target, "--camera", options.camera]
-    units = ["--units-per-metre", options.units_per_metre] if options.units_per_metre else []
-    chosen = ["--frames", options.frames] if options.frames else []
-    return Path(asked("author", *model, *units, *chosen, "--out", out)["root"])
+def _efforts(samples: int) -> dict[str, Effort]:
+    plain = Effort(samples=samples)
+    return {EQUAL: plain, DEFAULT: QUALITIES[DEFAULT_QUALITY], DRAFT: QUALITIES["draft"], LABELS: plain}
 
 
 def timed(make: Callable[[], None], pid: int) -> dict[str, float]:
@@ -138,27 +116,28 @@ def region_share(scene: Scene) -> float:
     return scene.picture_region.width * scene.picture_region.height / (frame.width * frame.height)
 
 
-def summed(runs: list[dict[str, float]], ours: list[dict[str, float]]) -> dict[str, Any]:
-    """Spreads over the pictures, and over ours, picture by picture and in total."""
-    ratios = [run["wall_s"] / own["wall_s"] for run, own in zip(runs, ours, strict=True)]
-    totals = [sum(run["wall_s"] for run in each) for each in (runs, ours)]
+def summed(runs: list[dict[str, float]], script: list[dict[str, float]]) -> dict[str, Any]:
+    """Spreads over the pictures, and processor time over that of the cropped script, picture by picture and in
+    total."""
+    ratios = [run["cpu_s"] / other["cpu_s"] for run, other in zip(runs, script, strict=True)]
+    totals = [sum(run["cpu_s"] for run in each) for each in (runs, script)]
     return {
         "wall_s": spread([run["wall_s"] for run in runs]),
         "mean_wall_s": round(statistics.fmean(run["wall_s"] for run in runs), 4),
         "cpu_s": spread([run["cpu_s"] for run in runs]),
-        "over_ours": spread(ratios),
-        "total_over_ours": round(totals[0] / totals[1], 3),
+        "cpu_over_script": spread(ratios),
+        "total_cpu_over_script": round(totals[0] / totals[1], 3),
     }
 
 
 def table(figures: dict[str, Any]) -> str:
     """The figures as Markdown: median (least to most)."""
     lines = [
-        "| seconds per picture | wall clock | processor | over spin_usd, picture by picture | in total |",
+        "| seconds per picture | wall clock | processor | processor, over the cropped script | in total |",
         "| --- | --- | --- | --- | --- |",
     ]
     for name, found in figures["makers"].items():
-        ratio = shown(found["over_ours"]), f"{found['total_over_ours']:.2f}"
+        ratio = shown(found["cpu_over_script"]), f"{found['total_cpu_over_script']:.2f}"
         lines.append(f"| {name} | {shown(found['wall_s'])} | {shown(found['cpu_s'])} | {' | '.join(ratio)} |")
     lines += [f"\nleft out: {name}, {reason}" for name, reason in figures["left_out"].items()]
     return "\n".join(lines)

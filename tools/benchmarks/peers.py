@@ -1,9 +1,10 @@
 """Others that make the same pictures, each a script in a process of its own, spoken to in lines.
 
 A script is started as `SCRIPT ANSWERS SCENE.npz FOLDER SAMPLES frame|box ...`: the file descriptor for its answers,
-since libraries print whatever they like; camera, mesh, one material and the Sun; a folder for its files; and whether it
+since libraries print whatever they like; camera, mesh, materials and light; a folder for its files; and whether it
 renders the whole frame or a box. It answers its version, then to each line of 16 numbers (rotation and translation from
-body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files are there.
+body to OpenCV camera, and the box x0 y0 x1 y1, pixels) `done` when its files are there. Mitsuba's takes two more, which
+are samples and a seed.
 """
 
 import os
@@ -15,9 +16,12 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
+from numpy.typing import NDArray
 
+from spin_usd.renderers.background.surroundings import Surroundings
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.model import Scene
+from spin_usd.scene.texture import Colored, Primvar, Scalar, Texture, Tiles
 
 HERE = Path(__file__).resolve().parent
 MITSUBA_VARIANTS = ("llvm_ad_rgb", "scalar_rgb")  # the fastest first
@@ -38,13 +42,13 @@ class Peer:
     def pid(self) -> int:
         return self.process.pid
 
-    def picture(self, scene: Scene) -> None:
-        """Make the picture of `scene`: of its target's pose, in the box that the target can cover. Raises
-        ChildProcessError where it ends instead."""
+    def picture(self, scene: Scene, *more: int) -> None:
+        """Make the picture of `scene`: of its target's pose, in the box that the target can cover, with `more` numbers
+        that its script takes. Raises ChildProcessError where it ends instead."""
         pose, region = scene.T_cam_body, scene.picture_region
         box = (region.x0, region.y0, region.x1, region.y1)
         assert self.process.stdin is not None
-        print(*pose.rotation.ravel(), *pose.translation, *box, file=self.process.stdin, flush=True)
+        print(*pose.rotation.ravel(), *pose.translation, *box, *more, file=self.process.stdin, flush=True)
         if not self.answers.readline():
             raise ChildProcessError(f"made no picture: {_end(self.process, self.log)}")
 
@@ -55,19 +59,33 @@ class Peer:
 
 
 def write_scene(scene: Scene, file: Path) -> None:
-    """What the scripts know: the lens without its distortion, the whole mesh of the first material, one Sun."""
-    camera, mesh, material = scene.camera, scene.target.mesh, scene.target.materials[0]
-    sun = next(light for light in scene.lights if isinstance(light, DistantLight))
-    x, y, z = sun.direction_cam
+    """What the scripts know: the lens without its distortion, flat faces, materials of three numbers, of which textures
+    have the mean, distant lights, and what shines from all around as an image. The plain bpy script takes of these the
+    first material and the first light."""
+    camera, mesh, materials = scene.camera, scene.target.mesh, scene.target.materials
+    suns = [light for light in scene.lights if isinstance(light, DistantLight)]
+    around = Surroundings.of(scene)
     np.savez(
         file,
         camera=[camera.width, camera.height, camera.fx, camera.cx, camera.cy],
         points=mesh.points,
         faces=mesh.faces,
-        color=np.asarray(material.diffuse_color, float),
-        metal_rough=np.array([material.metallic, material.roughness], float),
-        sun=[x, -y, -z, sun.irradiance[0]],
+        face_material=mesh.face_material,
+        colors=np.stack([_mean(material.diffuse_color, 3) for material in materials]),
+        metal_rough=np.stack([_mean(each, 1) for m in materials for each in (m.metallic, m.roughness)]).reshape(-1, 2),
+        suns=np.array([[*sun.direction_cam, *sun.irradiance] for sun in suns]),
+        around=np.zeros((0, 0, 3), np.float32) if around is None else around.pixels,
+        turn_around=np.eye(3) if around is None else around.rotation,
     )
+
+
+def _mean(value: Colored | Scalar, channels: int) -> NDArray[np.float64]:
+    """(channels,) of a constant, the mean of a texture, or grey where only the mesh knows."""
+    if isinstance(value, Texture):
+        image = value.image.images[0][1] if isinstance(value.image, Tiles) else value.image
+        scaled = image.pixels * np.array(value.scale) + np.array(value.bias)
+        return np.asarray(scaled.mean((0, 1))[:channels], np.float64)
+    return np.full(channels, 0.5) if isinstance(value, Primvar) else np.array(value, float).reshape(channels)
 
 
 def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> tuple[list[Peer], dict[str, str]]:
@@ -100,6 +118,19 @@ def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -
             peer.picture(scene)
         unless_both_work.pop_all()
     return pair
+
+
+def start_mitsuba(scene: Scene, folder: Path, mitsuba_python: str) -> Peer:
+    """Start the fastest Mitsuba, cropped to the target's box. Raises OSError where it does not start, or cannot make
+    the picture."""
+    write_scene(scene, folder / "scene.npz")
+    peer = _started("Mitsuba llvm", [mitsuba_python, "plain_mitsuba.py", MITSUBA_VARIANTS[0]], folder, 1, "box")
+    try:
+        peer.picture(scene)
+    except OSError:
+        peer.close()
+        raise
+    return peer
 
 
 def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -> Peer:

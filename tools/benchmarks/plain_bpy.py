@@ -36,14 +36,16 @@ def build(scene_file: str, samples: int) -> tuple[bpy.types.Scene, bpy.types.Obj
     scene.collection.objects.link(target)
     material = bpy.data.materials.new("grey")
     principled = material.node_tree.nodes["Principled BSDF"]
-    principled.inputs["Base Color"].default_value = (*data["color"], 1)
-    principled.inputs["Metallic"].default_value, principled.inputs["Roughness"].default_value = data["metal_rough"]
+    principled.inputs["Base Color"].default_value = (*data["colors"][0], 1)
+    metallic, roughness = data["metal_rough"][0]
+    principled.inputs["Metallic"].default_value, principled.inputs["Roughness"].default_value = metallic, roughness
     mesh.materials.append(material)
     sun = bpy.data.lights.new("sun", "SUN")
-    sun.energy, sun.angle = float(data["sun"][3]), 0.00925
+    x, y, z, irradiance = data["suns"][0, :4]
+    sun.energy, sun.angle = float(irradiance), 0.00925
     lamp = bpy.data.objects.new("sun", sun)
     lamp.rotation_mode = "QUATERNION"
-    lamp.rotation_quaternion = mathutils.Vector(data["sun"][:3]).to_track_quat("-Z", "Y")
+    lamp.rotation_quaternion = mathutils.Vector((x, -y, -z)).to_track_quat("-Z", "Y")
     scene.collection.objects.link(lamp)
     layer = scene.view_layers[0]
     layer.use_pass_z = layer.use_pass_position = layer.use_pass_object_index = True

@@ -17,23 +17,39 @@ BOUNCES = 4
 
 
 def build(data: dict[str, np.ndarray]) -> Any:
-    material = {
-        "type": "principled",
-        "base_color": {"type": "rgb", "value": data["color"].tolist()},
-        "metallic": float(data["metal_rough"][0]),
-        "roughness": float(data["metal_rough"][1]),
-    }
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": material})
-    mesh = mi.Mesh("target", len(data["points"]), len(data["faces"]), has_vertex_normals=False, props=properties)
-    values = mi.traverse(mesh)
-    values["vertex_positions"] = data["points"].astype(np.float32).ravel()
-    values["faces"] = data["faces"].astype(np.uint32).ravel()
-    values.update()
-    sun = {"type": "directional", "direction": [0, 0, 1], "irradiance": {"type": "rgb", "value": float(data["sun"][3])}}
-    tracer = {"type": "path", "max_depth": BOUNCES + 1}
+    tracer = {"type": "path", "max_depth": BOUNCES + 1, "hide_emitters": True}
     layers = {"type": "aov", "aovs": "z:depth,position:position,shape:shape_index", "tracer": tracer}
-    return mi.load_dict({"type": "scene", "target": mesh, "sun": sun, "integrator": layers})
+    scene = {"type": "scene", "integrator": layers, **meshes(data)}
+    for i, sun in enumerate(data["suns"]):
+        irradiance = {"type": "rgb", "value": sun[3:].tolist()}
+        scene[f"sun{i}"] = {"type": "directional", "direction": [0, 0, 1], "irradiance": irradiance}
+    if data["around"].size:
+        scene["around"] = {"type": "envmap", "bitmap": mi.Bitmap(data["around"].astype(np.float32))}
+    return mi.load_dict(scene)
+
+
+def meshes(data: dict[str, np.ndarray]) -> dict[str, Any]:
+    """The target's faces, one mesh for each material."""
+    found = {}
+    for i, (color, (metallic, roughness)) in enumerate(zip(data["colors"], data["metal_rough"], strict=True)):
+        faces = data["faces"][data["face_material"] == i]
+        if len(faces):
+            material = {"type": "principled", "metallic": float(metallic), "roughness": float(roughness)}
+            material["base_color"] = {"type": "rgb", "value": np.clip(color, 0, 1).tolist()}
+            found[f"mesh{i}"] = mesh(data["points"], faces, {"type": "twosided", "bsdf": material})
+    return found
+
+
+def mesh(points: np.ndarray, faces: np.ndarray, material: dict[str, Any]) -> Any:
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(material)
+    used, corners = np.unique(faces, return_inverse=True)
+    made = mi.Mesh("target", len(used), len(faces), has_vertex_normals=False, props=properties)
+    values = mi.traverse(made)
+    values["vertex_positions"] = points[used].astype(np.float32).ravel()
+    values["faces"] = corners.astype(np.uint32).ravel()
+    values.update()
+    return made
 
 
 def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.ndarray, box: np.ndarray) -> Any:
@@ -77,23 +93,33 @@ def along(direction: np.ndarray) -> np.ndarray:
     return turn
 
 
+def turn(lights: Any, data: dict[str, np.ndarray], rotation: np.ndarray) -> None:
+    """Turn all light with the camera round the target, by the rotation from body to OpenCV camera."""
+    for i, sun in enumerate(data["suns"]):
+        lights[f"sun{i}.to_world"] = mi.AffineTransform4f(along(rotation.T @ sun[:3]).tolist())
+    if data["around"].size:
+        to_world = np.eye(4)
+        to_world[:3, :3] = rotation.T @ data["turn_around"] @ np.diag([-1, 1, -1])  # Mitsuba begins behind
+        lights["around.to_world"] = mi.AffineTransform4f(to_world.tolist())
+    lights.update()
+
+
 def main() -> None:
     answers = os.fdopen(int(sys.argv[1]), "w", buffering=1)
     mi.set_variant(sys.argv[6])
     dr.set_thread_count(len(os.sched_getaffinity(0)))
     data = dict(np.load(sys.argv[2]))
-    scene, samples, cropped = build(data), int(sys.argv[4]), sys.argv[5] == "box"
+    scene, cropped = build(data), sys.argv[5] == "box"
     lights = mi.traverse(scene)
     width, height = data["camera"][:2]
-    travel = np.diag([1, -1, -1]) @ data["sun"][:3]  # in OpenCV's camera axes
     print(f"Mitsuba {mi.__version__} {sys.argv[6]}", file=answers)
     for i, line in enumerate(sys.stdin):
         numbers = np.array(line.split(), float)
         rotation, translation = numbers[:9].reshape(3, 3), numbers[9:12]
-        lights["sun.to_world"] = mi.AffineTransform4f(along(rotation.T @ travel).tolist())
-        lights.update()
-        box = numbers[12:] if cropped else np.array([0, 0, width, height])
-        picture = mi.render(scene, sensor=sensor(data, rotation, translation, box), spp=samples)
+        samples, seed = (int(number) for number in (numbers[16:] if len(numbers) > 16 else (int(sys.argv[4]), 0)))
+        turn(lights, data, rotation)
+        box = numbers[12:16] if cropped else np.array([0, 0, width, height])
+        picture = mi.render(scene, sensor=sensor(data, rotation, translation, box), spp=samples, seed=seed)
         mi.util.write_bitmap(os.path.join(sys.argv[3], f"{i:06d}.exr"), picture, write_async=False)
         mi.util.write_bitmap(os.path.join(sys.argv[3], f"{i:06d}.png"), picture[..., :3], write_async=False)
         print("done", file=answers)

@@ -1,11 +1,13 @@
 """Blocks made of tools/figures/bench.json, which `tools/bench NAME --json` writes."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from benchmarks import predict
-from benchmarks.frames import OURS
+from benchmarks.frames import CROPPED_SCRIPT, EQUAL
+from benchmarks.peers import CROPS
 from benchmarks.spread import shown
 from documents.marked import NotMeasuredError, prose
 
@@ -35,22 +37,57 @@ def peers(folder: Path) -> str:
     found = figures_of(folder, "frames")
     rows = []
     for name, taken in found["makers"].items():
-        beside = "" if name == OURS else shown(taken["over_ours"])
-        rows.append([name, shown(taken["wall_s"]), shown(taken["cpu_s"]), beside])
+        beside = "" if name == CROPPED_SCRIPT else shown(taken["cpu_over_script"])
+        rows.append([name, shown(taken["cpu_s"]), beside])
+    poses = f"{found['pictures']} {'pose' if found['pictures'] == 1 else 'poses'}"
     intro = (
-        f"Seconds a picture at {found['samples']} samples, over {found['pictures']} poses, all in turn, held open, "
-        "until the files are there: median (least to most). The box that the target can cover is "
-        f"{percent(found['box_share']['median'])} of the frame (median)."
+        f"Processor seconds a picture of the stage `{found['stage']}`, over {poses}, all in turn, held open, "
+        f"until the files are there: median (least to most). Others take {found['samples']} samples. The box that the "
+        f"target can cover is {percent(found['box_share']['median'])} of the frame (median)."
     )
     names = ", ".join(found["left_out"])
     failed = f"Did not work there: {names}. Of a peer's variants the fastest that works is shown."
     lacking = f"\n{prose(failed)}\n" if found["left_out"] else ""
-    headings = ("", "wall clock", "processor", "times spin_usd's wall clock")
-    gain = (
-        "The gain is in what is not rendered: most where the target is small, least in close-ups. "
-        "What is cropped above has neither labels nor a frame around it."
+    headings = ("", "CPU s", "times the cropped script's")
+    lacks = (
+        "The scripts have neither labels, but passes, nor the lens's distortion, nor textures, nor a frame around what "
+        f"they crop. {_totals(found)}"
     )
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}{lacking}\n{prose(gain)}"
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}{lacking}\n{prose(lacks)}"
+
+
+def _totals(found: Mapping[str, Any]) -> str:
+    """A sentence on all processor time of the pictures, by spin_usd over that of the two cropped ones."""
+    totals = {name: taken["total_cpu_over_script"] for name, taken in found["makers"].items()}
+    cropped = next((name for name in totals if name.startswith("Mitsuba") and name.endswith(CROPS["box"])), None)
+    beside = [f"{number(totals[EQUAL])} times the processor time of the cropped bpy script"]
+    beside += [f"{number(totals[EQUAL] / totals[cropped])} times that of cropped Mitsuba"] if cropped else []
+    return f"At equal samples spin_usd, with labels and files, takes {' and '.join(beside)} in all."
+
+
+def equal_error(folder: Path) -> str:
+    """What a picture takes at equal error, by spin_usd and by Mitsuba."""
+    found = figures_of(folder, "equal_error")
+    rows = []
+    for stage, measured in found["stages"].items():
+        for row in measured["rows"]:
+            ratio = number(row["cpu_s"] / row["mitsuba_cpu_s"]) if "mitsuba_cpu_s" in row else ""
+            rows.append([stage, f"{row['tool']}, {row['what']}", number(row["cpu_s"]), percent(row["error"]), ratio])
+    intro = (
+        "Processor seconds of a picture and its error in linear light, as [accuracy.md](accuracy.md) defines it, each "
+        f"tool against {found['reference_samples']:,} samples of its own, so that it does not count that they shade "
+        "differently. spin_usd makes labels, lens, detector and files too; Mitsuba (llvm, cropped to the target's box) "
+        "has the mesh, distant lights without size, what shines from all around, and materials of one colour, metallic "
+        "and roughness: no distortion, detector, labels, textures or denoiser, for its own needs a graphics processor."
+    )
+    headings = ("stage", "", "CPU s", "error", "times Mitsuba's CPU s at that error")
+    offs = [f"{percent(max(each['references'].values()))} on `{name}`" for name, each in found["stages"].items()]
+    outro = (
+        f"The references are off by up to {', '.join(offs)}. Mitsuba's seconds at an error are a + b / error² through "
+        "its rows. What limits spin_usd is Cycles itself, whose samples on the target cost about four times those of "
+        "Mitsuba; what is around it is the first table's business."
+    )
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n\n{prose(outro)}"
 
 
 def label_costs(folder: Path) -> str:

@@ -1,0 +1,48 @@
+"""spin_usd as a run has it: a worker held open, which makes one picture after another with all its files."""
+
+import shutil
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spin_usd.dataset.picture.make_picture import RADIANCE
+from spin_usd.dataset.process.child import Child
+from spin_usd.dataset.render.request import RenderRequest
+from spin_usd.dataset.render.worker_options import WorkerOptions
+from spin_usd.files.folder import FileIn, Folder
+from spin_usd.formats.arrays.array_file import read_array
+from spin_usd.scene.derived.content_keys import RenderSettings
+from spin_usd.scene.model import Scene
+
+
+class OwnWorker:
+    """One worker on a stage, in a process of its own: `pid`."""
+
+    def __init__(self, stage: Path, root: Path, settings: RenderSettings, stack: ExitStack, *, image: bool = True):
+        """`root`: its dataset. It ends with the stack. Without `image` it makes labels alone."""
+        request = RenderRequest(stage=stage, effort=settings.effort, renderer=settings.renderer, image=image)
+        options = WorkerOptions(
+            root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings
+        )
+        self._root, self._kinds = root, request.kinds
+        self._child = stack.enter_context(Child())
+        self._child.call("open_worker", options=options.as_json())
+        self.pid = self._child.process.pid
+
+    def picture(self, scene: Scene) -> None:
+        """Make the picture of `scene`, whatever was made before."""
+        shutil.rmtree(self._root / "cache", ignore_errors=True)
+        self._make(scene, self._kinds)
+
+    def radiance(self, scene: Scene) -> NDArray[np.float32]:
+        """Return (rows, columns, 4) of the picture made last, linear light and coverage of its region."""
+        self._make(scene, (RADIANCE,))
+        found: NDArray[np.float32] = read_array(
+            FileIn(Folder(self._root), f"{RADIANCE}/nominal/{scene.frame.name}.exr")
+        )
+        return found[scene.picture_region.slices]
+
+    def _make(self, scene: Scene, kinds: tuple[str, ...]) -> None:
+        self._child.call("picture", variant="nominal", index=scene.frame.index, kinds=kinds)
