@@ -42,7 +42,7 @@ class View:
 VIEWS = {
     "300_km_nadir": View(height_km=300, down=80, sun=50, aside=60, latitude=38, longitude=10),
     "400_km_limb": View(height_km=400, down=24, sun=55, aside=120, latitude=40, longitude=10),
-    "800_km_glint": View(height_km=800, down=50, sun=40, aside=0, latitude=-12, longitude=-52),
+    "800_km_glint": View(height_km=800, down=50, sun=40, aside=0, latitude=-10, longitude=-110),
     "700_km_terminator": View(height_km=700, down=28, sun=84, aside=50, latitude=20, longitude=100),
     "geostationary_disc": View(height_km=35786, down=90, sun=30, aside=50, latitude=0, longitude=-30),
     "500_km_afternoon": View(height_km=500, down=27, sun=65, aside=-60, latitude=48, longitude=-60),

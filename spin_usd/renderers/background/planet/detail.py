@@ -15,7 +15,7 @@ from spin_usd.scene.texture import Image
 
 WAVE_TEXELS = 6.0  # the longest waves of detail, in texels of the maps
 RATIO = 2.03  # of the wavelengths of neighbouring octaves
-GAIN = 0.76  # of their amplitudes
+GAIN = 0.72  # of their amplitudes
 MAX_OCTAVES = 16
 CLOSE = 6.0  # of the longest wave, below which pixels must be for any of them: one octave alone is a pattern of dots
 STEPS = 8  # points in a wave, at least, between which it is interpolated

@@ -151,9 +151,9 @@ def octave_at(faces: Sequence[Face], wave: float, number: int, stretch: float, f
 
 
 def resolved(footprint: Float32, wave: float) -> Float32:
-    """Return the share of the amplitude of waves of about `wave` that pixels of `footprint`, radians, resolve: a fifth
-    at Nyquist's limit."""
-    ratio = footprint * np.float32(4.0 / wave)
+    """Return the share of the amplitude of waves of about `wave` that pixels of `footprint`, radians, resolve: a half
+    of waves of six pixels, nothing of waves of three."""
+    ratio = footprint * np.float32(5.5 / wave)
     ratio *= ratio
     share = np.float32(1 + UNSEEN) / (1 + ratio * ratio) - np.float32(UNSEEN)
     return np.asarray(np.maximum(share, 0), np.float32)

@@ -8,8 +8,8 @@ from spin_usd.renderers.background.planet.elementary import Float32, exp
 
 SHARPNESS = 0.5  # width of a cloud's edge, in standard deviations of its thickness
 LOGISTIC = 1.702  # a logistic function so much steeper is the normal distribution, to 0.01
-CLOUD_HEIGHT, GROUND_HEIGHT, SHADE_HEIGHT = 0.14, 0.08, 0.3  # of a unit of noise, in scale heights of the air
-CONTRAST = 0.6  # by which a steep slope that faces the Sun is brighter than level ground, and one behind it darker
+CLOUD_HEIGHT, GROUND_HEIGHT, SHADE_HEIGHT = 0.11, 0.045, 0.3  # of a unit of noise, in scale heights of the air
+CONTRAST = 0.5  # by which a steep slope that faces the Sun is brighter than level ground, and one behind it darker
 SHADE = 0.6  # of the light that a cloud's shadow takes
 ROUGH_GROUND, ROUGH_SEA = 0.18, 0.2  # standard deviation of albedo and of glint, relative
 VEIL_ALBEDO = np.float32(0.75)
