@@ -35,7 +35,7 @@ def check(
     Raises InputError where `path` is neither a stage nor a dataset, or no dataset with `repair` or `cross`;
     UnsupportedError where `cross` lacks Blender.
     """
-    progress, note = on_progress or ignore, on_note or unsaid
+    progress, note = ignore if on_progress is None else on_progress, on_note or unsaid
     crossed = crossing(Path(path), cross_pictures, progress=progress) if cross else ()
     if repair:
         report: checking.CheckReport = repairing.repair(Path(path), progress=progress, note=note)
