@@ -98,7 +98,7 @@ def test_float_files(decode, tmp_path) -> None:
 def test_srgb_decodes_colors_and_not_alpha(decode) -> None:
     half = np.full((2, 2, 4), 188)
     found = decode("a.png", "sRGB", data=png(half, color=6)).image.pixels
-    np.testing.assert_allclose(found[..., :3], srgb.decode(np.float32([188 / 255]))[0])
+    np.testing.assert_allclose(found[..., :3], srgb.decode(np.array([188 / 255]))[0])
     np.testing.assert_allclose(found[..., 3], 188 / 255)
 
 
