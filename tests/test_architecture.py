@@ -37,7 +37,7 @@ ONLY_IN = {
     "fsspec": ("dataset/publish",),
     "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
-    "tempfile": ("dataset", "stage/composition/images.py", "renderers/blender"),
+    "tempfile": ("dataset", "files/new_file.py", "stage/composition/images.py", "renderers/blender"),
     "shutil": ("dataset", "files", "stage"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.

@@ -170,7 +170,7 @@ def test_a_file_cut_while_it_is_written_is_said_in_a_sentence(tmp_path) -> None:
         "except OutputError as error: print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "a.png: was written, but is cut short or damaged (" in done.stdout, done
+    assert "a.png: does not fit into memory, or a file's largest size (" in done.stdout, done
     assert done.stdout.count("\n") == 1
 
 

@@ -49,7 +49,7 @@ def ours(light: NDArray[np.float32], file: Path) -> list[Step]:
     return [
         ("optics", lambda: through_optics(light[..., None], OPTICS, CAMERA, exposure=1.0)),
         ("detector", lambda: detect(through, SENSOR, seed=1)),
-        ("PNG, decoded again", lambda: write_image(file, image, channels=("Y",))),
+        ("PNG", lambda: write_image(file, image, channels=("Y",))),
     ]
 
 

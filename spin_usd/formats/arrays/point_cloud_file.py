@@ -7,7 +7,7 @@ NEP 1 on npy; G. Turk, "The PLY polygon file format" (1994).
 
 import zipfile
 from collections.abc import Callable, Mapping
-from io import BufferedReader
+from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from spin_usd.errors import InputError, OutputError
 from spin_usd.faults import decoding
 from spin_usd.files.given_file import open_file
+from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
 
 Cloud = NDArray[np.void]
@@ -29,20 +30,14 @@ END = b"end_header\n"
 
 
 def write_point_cloud(path: Path, cloud: Cloud, *, header: Mapping[str, str]) -> None:
-    """Write the `cloud` (N,), whose columns are numbers or threes of them, as .npz or .ply, and read it again.
+    """Write the `cloud` (N,), whose columns are numbers or threes of them, as .npz or .ply.
 
     Only .ply keeps the `header`, as comments. Raises OutputError when the file did not come out whole.
     """
     try:
-        _WRITERS[path.suffix](path, cloud, header)
+        write_whole(path, _ENCODERS[path.suffix](cloud, header))
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror or e})", where=path, do="free some space") from e
-    try:
-        found = read_point_cloud(path)
-    except InputError as e:
-        raise OutputError(f"was written, but {e.found}", where=path, do="free some space and try again") from e
-    if found.dtype != cloud.dtype or found.tobytes() != cloud.tobytes():
-        raise OutputError("came back different from what was written", where=path, do="check the disk and try again")
 
 
 def read_point_cloud(path: Path) -> Cloud:
@@ -60,13 +55,15 @@ def decoded_point_cloud(file: BufferedReader, path: Path) -> Cloud:
         raise InputError(e.found, where=path, do="make it again") from e
 
 
-def _write_npz(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+def _npz(cloud: Cloud, header: Mapping[str, str]) -> bytes:
+    data = BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_STORED) as archive:
         for name in cloud.dtype.names or ():
             entry = zipfile.ZipInfo(f"{name}.npy", date_time=FIRST_TIME)
             entry.create_system, entry.external_attr = 3, 0o600 << 16  # whatever the system is
             with archive.open(entry, "w") as file:
                 np.lib.format.write_array(file, np.ascontiguousarray(cloud[name]), version=(1, 0))
+    return data.getvalue()
 
 
 def _read_npz(file: BufferedReader) -> Cloud:
@@ -75,14 +72,14 @@ def _read_npz(file: BufferedReader) -> Cloud:
     return _cloud(columns)
 
 
-def _write_ply(path: Path, cloud: Cloud, header: Mapping[str, str]) -> None:
+def _ply(cloud: Cloud, header: Mapping[str, str]) -> bytes:
     lines = ["ply", "format binary_little_endian 1.0"]
     lines += [f"comment {name}: {' '.join(text.split())}" for name, text in header.items()]
     lines += [f"element vertex {len(cloud)}"]
     for name in cloud.dtype.names or ():
         of = PLY_TYPES[cloud.dtype[name].base.name]
         lines += [f"property {of} {each}" for each in (AXES if name == POSITION else (name,))]
-    path.write_bytes("".join(f"{line}\n" for line in lines).encode() + END + cloud.tobytes())
+    return "".join(f"{line}\n" for line in lines).encode() + END + cloud.tobytes()
 
 
 def _read_ply(file: BufferedReader) -> Cloud:
@@ -112,7 +109,7 @@ def _cloud(columns: Mapping[str, NDArray[Any]]) -> Cloud:
     return cloud
 
 
-_WRITERS: Mapping[str, Callable[[Path, Cloud, Mapping[str, str]], None]] = {".npz": _write_npz, ".ply": _write_ply}
+_ENCODERS: Mapping[str, Callable[[Cloud, Mapping[str, str]], bytes]] = {".npz": _npz, ".ply": _ply}
 _READERS: Mapping[str, Callable[[BufferedReader], Cloud]] = {".npz": _read_npz, ".ply": _read_ply}
-SUFFIXES = tuple(_WRITERS)
+SUFFIXES = tuple(_ENCODERS)
 """Of the files that are point clouds."""
