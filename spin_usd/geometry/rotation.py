@@ -17,6 +17,7 @@ Real = TypeVar("Real", np.float32, np.float64)
 # the last place, four components); a norm further off is another rotation, not a rounded one.
 QUATERNION_NORM_TOLERANCE = 1e-5
 ORTHONORMAL_TOLERANCE = 1e-9
+FEW = 9  # coordinates, up to which plain numbers are faster than arrays
 
 
 def unit_quaternion(q: ArrayLike) -> Float:
@@ -75,11 +76,20 @@ def product(matrix: NDArray[Real], vectors: NDArray[Real]) -> NDArray[Real]:
 
     BLAS, behind `@`, fuses and orders its additions as its kernels for a processor do; what decides labels must not.
     """
+    if vectors.size <= FEW and matrix.dtype == vectors.dtype == np.float64:
+        return _product_of_few(matrix, vectors)
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     found = np.empty(vectors.shape, vectors.dtype)
     for i, (a, b, c) in enumerate(matrix):
         found[..., i] = a * x + b * y + c * z
     return found
+
+
+def _product_of_few(matrix: NDArray[Real], vectors: NDArray[Real]) -> NDArray[Real]:
+    """Return what `product` does, of float64: plain numbers are rounded like those of arrays."""
+    rows = matrix.tolist()
+    found = [[a * x + b * y + c * z for a, b, c in rows] for x, y, z in vectors.reshape(-1, 3).tolist()]
+    return np.array(found, vectors.dtype).reshape(vectors.shape)
 
 
 def turn_between(start: ArrayLike, end: ArrayLike, share: float) -> Float:

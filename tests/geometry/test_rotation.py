@@ -4,12 +4,21 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from spin_usd.errors import GeometryError
-from spin_usd.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, turn_between, unit_quaternion
+from spin_usd.geometry.rotation import (
+    FEW,
+    matrix_from_quaternion,
+    product,
+    quaternion_from_matrix,
+    turn_between,
+    unit_quaternion,
+)
 from tests.cases.scenes import unit_quaternions
 
+WIDE = st.floats(-1e100, 1e100)
 ROUNDING = 4e-16 * 4  # a few units in the last place of numbers up to one
 
 
@@ -20,6 +29,15 @@ def scipy(q):
 @given(unit_quaternions())
 def test_matrix_is_scipys(q) -> None:
     np.testing.assert_allclose(matrix_from_quaternion(q), scipy(q).as_matrix(), rtol=0, atol=ROUNDING)
+
+
+@given(arrays(np.float64, (3, 3), elements=WIDE), arrays(np.float64, (FEW, 3), elements=WIDE))
+def test_a_product_with_one_vector_or_three_has_the_bits_of_one_with_many(matrix, vectors) -> None:
+    many = product(matrix, vectors)
+    for count in (1, 3):
+        few = [product(matrix, vectors[i : i + count]) for i in range(0, FEW, count)]
+        assert np.concatenate(few).tobytes() == many.tobytes()
+    assert product(matrix, vectors[0]).tobytes() == many[0].tobytes()
 
 
 @given(unit_quaternions(), unit_quaternions(), st.floats(-0.1, 1.1))
