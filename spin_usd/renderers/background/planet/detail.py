@@ -7,7 +7,7 @@ import numpy as np
 from spin_usd.renderers.background.planet.elementary import Float32, exp, log
 from spin_usd.renderers.background.planet.enlarge import enlarged
 from spin_usd.renderers.background.planet.maps import Places, cloud_map, ground_map, night_map, ramp, shores
-from spin_usd.renderers.background.planet.octaves import octave_at, resolved
+from spin_usd.renderers.background.planet.octaves import MEAN_WAVE, octave_at, resolved
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.surface import LOGISTIC, SHARPNESS, PlanetSurface
 from spin_usd.renderers.background.planet.weather import Weather
@@ -16,8 +16,11 @@ from spin_usd.scene.texture import Image
 WAVE_TEXELS = 6.0  # the longest waves of detail, in texels of the maps
 RATIO = 2.03  # of the wavelengths of neighbouring octaves
 GAIN = 0.72  # of their amplitudes
+RELIEF_GAIN = 0.75  # of their heights, besides: finer detail is thickness and colour, hardly slope
+FINEST_RELIEF = 0.25  # scale heights of the air: the waves by which relief has a half of its height
 MAX_OCTAVES = 16
 CLOSE = 6.0  # of the longest wave, below which pixels must be for any of them: one octave alone is a pattern of dots
+SLOPE_STRIDE = 2  # pixels, at least, from one to the next of the points at which slopes are looked up
 STEPS = 8  # points in a wave, at least, between which it is interpolated
 MEAN_FOLDED = 0.798  # the mean of the absolute value of a normally distributed number
 MIN_OPACITY = 0.002
@@ -42,18 +45,18 @@ class DetailMaker:
         self._texel = 2 * np.pi / max(image.pixels.shape[1] for image in images)
         self._map_stride = self._stride(self._texel * MAP_TEXELS)
         self._places = self._make_places()
+        self._scale_height = np.float32(self._planet.atmosphere * 3 / sum(self._planet.radii))
 
     def surface(self) -> PlanetSurface:
         """Return the surface of the block's pixels."""
         weather, planet = self._weather, self._planet
-        noise, variance = self._noise()
+        noise, variance, slopes = self._noise()
         ground, water = self._ground(noise)
         edge, ranges = self._up(np.sqrt(np.float32(1 + SHARPNESS**2) - variance), weather.ranges)
-        height, opacity = noise, np.zeros_like(noise)
+        thick, opacity = noise, np.zeros_like(noise)
         if planet.clouds:
-            height = noise + self._threshold(planet.clouds)
-        thick = height * (np.float32(LOGISTIC) / edge)
-        if planet.clouds:
+            threshold = self._threshold(planet.clouds)
+            thick = (noise + threshold) * (np.float32(LOGISTIC) / edge)
             opacity = np.asarray(1 / (1 + exp(-thick)), np.float32)
         return PlanetSurface(
             ground=_cut(ground),
@@ -65,8 +68,8 @@ class DetailMaker:
             noise=_cut([noise])[0],
             edge=_cut([edge])[0],
             ranges=_cut([ranges])[0],
-            slopes=self._slopes(height),
-            height=np.float32(planet.atmosphere * 3 / sum(planet.radii)),
+            slopes=_cut(slopes),
+            height=self._scale_height,
         )
 
     def night(self) -> list[Float32]:
@@ -90,11 +93,13 @@ class DetailMaker:
         *normal, footprint = self._up(x + a, y + b, z + a, self._footprint, to=self._map_stride)
         return Places.of(normal, footprint)
 
-    def _noise(self) -> tuple[Float32, Float32]:
-        """Return the noise at the pixels, and at the points how much of its whole variance of 1 is resolved."""
+    def _noise(self) -> tuple[Float32, Float32, list[Float32]]:
+        """Return the noise at the pixels, how much of its whole variance of 1 is resolved, at the points, and how fast
+        its relief rises toward each Sun, at the pixels."""
         weather, coarsest = self._weather, WAVE_TEXELS * self._texel
         close = resolved(self._footprint, coarsest / CLOSE)
         total, variance, stride = np.zeros_like(self._footprint), np.zeros_like(self._footprint), self._spacing
+        slopes = _Slopes(self._points, self._spacing, FINEST_RELIEF * float(self._scale_height))
         for number, wave, share in _octaves(coarsest, GAIN):
             seen = resolved(self._footprint, wave) * close
             if not seen.any():
@@ -104,16 +109,18 @@ class DetailMaker:
             seen_part = seen * np.float32(np.sqrt(share))
             plain, folded = self._up(seen_part * weather.plain, seen_part * weather.cells, to=to)
             found = octave_at(self._points.faces, wave, number, 1.0, self._spacing // to)
+            slopes.add(found, plain, folded, number, wave, to)
             total += found * plain
             total += (np.abs(found) - np.float32(MEAN_FOLDED)) * folded
             variance += np.float32(share) * seen * seen
-        return enlarged([total], stride)[0], variance
+        return enlarged([total], stride)[0], variance, slopes.at_pixels()
 
     def _veil(self) -> Float32 | None:
         """Return the opacity of thin high clouds; None where there is none."""
-        if float(self._weather.veil.max()) < -1:
-            return None
         coarsest, finest = VEIL_WAVES
+        close = resolved(self._footprint, coarsest / CLOSE)
+        if float(self._weather.veil.max()) < -1 or not close.any():
+            return None
         total, stride = self._weather.veil, self._spacing
         for number, wave, share in _octaves(coarsest, VEIL_GAIN):
             seen = resolved(self._footprint, wave)
@@ -123,8 +130,8 @@ class DetailMaker:
             (total,), stride = enlarged([total], stride // to), to
             (part,) = self._up(seen * np.float32(0.6 * np.sqrt(share)), to=to)
             total = total + part * octave_at(self._points.faces, wave, 20 + number, VEIL_STRETCH, self._spacing // to)
-        (thin,) = enlarged([ramp(total, 0.4, 2.6)], stride)
-        return thin[:-1, :-1] * np.float32(VEIL_OPACITY)
+        thin = ramp(total, 0.4, 2.6) * self._up(close, to=stride)[0]
+        return enlarged([thin * np.float32(VEIL_OPACITY)], stride)[0][:-1, :-1]
 
     def _threshold(self, clouds: Image) -> Float32:
         """Return the number that makes noise a cloud where it is above: so much of them as the map says.
@@ -152,11 +159,40 @@ class DetailMaker:
         more, changes = shore - water, enlarged(shores(albedo).at(self._places), self._map_stride)
         return [c + more * change for c, change in zip(ground, changes, strict=True)], shore
 
-    def _slopes(self, height: Float32) -> list[Float32]:
-        right, below = height[:-1, 1:] - height[:-1, :-1], height[1:, :-1] - height[:-1, :-1]
-        ways = zip(self._points.across, self._points.down, strict=True)
-        each = (_cut(self._up(across, down)) for across, down in ways)
-        return [across * right + down * below for across, down in each]
+
+class _Slopes:
+    """How fast the relief of the octaves of noise rises toward each Sun, times the tangent of its zenith angle.
+
+    Each octave is looked up again a little way toward the Sun: differences between pixels would show the facets of what
+    is interpolated between points.
+    """
+
+    def __init__(self, points: Points, spacing: int, finest: float) -> None:
+        self._points, self._spacing, self._finest = points, spacing, finest
+        self._stride = spacing
+        self._totals = [np.zeros_like(points.meeting.footprint) for _ in points.suns]
+
+    def add(self, found: Float32, plain: Float32, folded: Float32, number: int, wave: float, stride: int) -> None:
+        """Add an octave, as it is found every `stride` pixels."""
+        if not 2 * wave > self._finest > 0:
+            return
+        to = max(stride, min(SLOPE_STRIDE, self._stride))
+        every, step = slice(None, None, to // stride), wave / MEAN_WAVE
+        found, plain, folded = (plane[every, every] for plane in (found, plain, folded))
+        relief = np.float32(RELIEF_GAIN**number * wave**2 / (wave**2 + self._finest**2) / step)
+        if to < self._stride:
+            self._totals, self._stride = enlarged(self._totals, self._stride // to), to
+        for sun, total in enumerate(self._totals):
+            moved = [face.moved(sun, step) for face in self._points.faces]
+            ahead = octave_at(moved, wave, number, 1.0, self._spacing // to)
+            rise = (ahead - found) * plain + (np.abs(ahead) - np.abs(found)) * folded
+            total += rise * relief
+
+    def at_pixels(self) -> list[Float32]:
+        """Return the sums of all octaves."""
+        fine = enlarged(self._totals, self._stride)
+        steep = enlarged(list(self._points.steep), self._spacing)
+        return [total * tangent for total, tangent in zip(fine, steep, strict=True)]
 
 
 def _octaves(coarsest: float, gain: float) -> list[tuple[int, float, float]]:

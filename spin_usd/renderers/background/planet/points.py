@@ -14,14 +14,14 @@ from spin_usd.renderers.background.planet.weather import Weather
 from spin_usd.scene.light import DistantLight
 
 Record = TypeVar("Record", Meeting, SunAtPoints)
-MOST_PIXELS = np.float32(1e6)
+LOW = np.float32(0.06)  # the cosine of a Sun's zenith angle, below which slopes gain no more contrast
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
     """Points of any shape. through: the share of light, R, G, B, that the air in front lets pass · suns: each one's
-    light. Of a grid, on a planet that has maps: weather · faces: where they lie on the noise, stirred · across, down:
-    pixels in a radian toward each Sun, times the tangent of its zenith angle."""
+    light. Of a grid, on a planet that has maps: weather · faces: where they lie on the noise, stirred, and the ways
+    from there to the Suns · steep: the tangent of each Sun's zenith angle."""
 
     globe: Globe
     meeting: Meeting
@@ -29,8 +29,7 @@ class Points:
     suns: tuple[SunAtPoints, ...]
     weather: Weather | None = None
     faces: tuple[Face, ...] = ()
-    across: tuple[Float32, ...] = ()
-    down: tuple[Float32, ...] = ()
+    steep: tuple[Float32, ...] = ()
 
     @classmethod
     def of(cls, globe: Globe, suns: tuple[DistantLight, ...], rays: Rays) -> "Points":
@@ -44,16 +43,14 @@ class Points:
             suns=tuple(sunlight(globe, sun, rays, meeting, through) for sun in suns),
         )
 
-    def on_grid(self, spacing: int, weather: Weather | None = None) -> "Points":
-        """Return them with their weather and the ways to the Suns, of points (R, C) that lie `spacing` pixels from one
-        another. `weather`: what it is known to be."""
+    def on_grid(self, weather: Weather | None = None) -> "Points":
+        """Return them with their weather and the ways to the Suns. `weather`: what it is known to be."""
         if not self.globe.mapped:
             return self
-        faces = faces_of(self.meeting.normal)
+        faces = faces_of(self.meeting.normal, [_way(self.meeting.normal, sun) for sun in self.suns])
         weather = weather or Weather.of(faces, self.meeting.footprint)
-        ways = [_way(self.meeting.normal, sun, spacing) for sun in self.suns]
-        across, down = tuple(way[0] for way in ways), tuple(way[1] for way in ways)
-        return replace(self, weather=weather, faces=weather.stirred(faces), across=across, down=down)
+        steep = tuple(_steep(sun) for sun in self.suns)
+        return replace(self, weather=weather, faces=weather.stirred(faces), steep=steep)
 
     def part(self, slices: tuple[slice, ...]) -> "Points":
         """Return the points at `slices` alone."""
@@ -64,8 +61,7 @@ class Points:
             suns=tuple(_part(sun, slices) for sun in self.suns),
             weather=self.weather and self.weather.part(slices),
             faces=tuple(present(self.faces, slices)),
-            across=tuple(each[slices] for each in self.across),
-            down=tuple(each[slices] for each in self.down),
+            steep=tuple(each[slices] for each in self.steep),
         )
 
 
@@ -79,17 +75,13 @@ def _part(record: Record, slices: tuple[slice, ...]) -> Record:
     return replace(record, **changes)
 
 
-def _way(normal: list[Float], sun: SunAtPoints, spacing: int) -> tuple[Float32, Float32]:
-    """Return how many pixels right and down (R, C) a point moves along the ground toward `sun`, by a height of 1."""
-    right, below = ([np.gradient(n, axis=axis) / spacing for n in normal] for axis in (1, 0))
-    s = sun.direction
-    rr, bb, rb = (_dot(p, q) for p, q in ((right, right), (below, below), (right, below)))
-    rs, bs = (p[0] * s[0] + p[1] * s[1] + p[2] * s[2] for p in (right, below))
-    size = np.maximum(rr * bb - rb * rb, 1e-9 * rr * bb + 1e-300) * np.maximum(sun.cosine, 0.06)
-    ways = (rs * bb - bs * rb) / size, (bs * rr - rs * rb) / size
-    found = [np.clip(way, -MOST_PIXELS, MOST_PIXELS).astype(np.float32) for way in ways]
-    return found[0], found[1]
+def _way(normal: list[Float], sun: SunAtPoints) -> list[Float]:
+    """Return the unit vectors along the ground toward `sun`."""
+    along = [sun.direction[i] - n * sun.cosine for i, n in enumerate(normal)]
+    size = np.sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2])
+    return [each / np.maximum(size, 1e-6) for each in along]
 
 
-def _dot(p: list[Float], q: list[Float]) -> Float:
-    return np.asarray(p[0] * q[0] + p[1] * q[1] + p[2] * q[2])
+def _steep(sun: SunAtPoints) -> Float32:
+    """Return the tangent of the Sun's zenith angle, as far as it says how bright slopes are."""
+    return np.asarray(np.sqrt(np.maximum(1 - sun.cosine * sun.cosine, 0)) / np.maximum(sun.cosine, LOW), np.float32)

@@ -8,8 +8,10 @@ from spin_usd.renderers.background.planet.elementary import Float32, exp
 
 SHARPNESS = 0.5  # width of a cloud's edge, in standard deviations of its thickness
 LOGISTIC = 1.702  # a logistic function so much steeper is the normal distribution, to 0.01
-CLOUD_HEIGHT, GROUND_HEIGHT, SHADE_HEIGHT = 0.11, 0.045, 0.3  # of a unit of noise, in scale heights of the air
-CONTRAST = 0.5  # by which a steep slope that faces the Sun is brighter than level ground, and one behind it darker
+CLOUD_HEIGHT, GROUND_HEIGHT, SHADE_HEIGHT = 0.28, 0.1, 0.25  # of a unit of noise, in scale heights of the air
+CONTRAST = np.float32(
+    0.6
+)  # by which a steep slope that faces the Sun is brighter than level ground, and one behind it darker
 SHADE = 0.6  # of the light that a cloud's shadow takes
 ROUGH_GROUND, ROUGH_SEA = 0.18, 0.2  # standard deviation of albedo and of glint, relative
 VEIL_ALBEDO = np.float32(0.75)
@@ -60,15 +62,18 @@ class PlanetSurface:
         return clear if self.veil is None else np.asarray(clear * (1 - self.veil))
 
     def _clouds(self, sun: int) -> Float32:
-        """Return their opacity, times how bright they are: the thicker, the brighter."""
+        """Return their opacity, times how bright they are: the thicker, the brighter, and the more relief they show; in
+        thin ones light is scattered to all sides."""
         inside = np.maximum(self.thick, 0)
-        body = np.float32(0.5) + np.float32(0.75) * (inside / (inside + np.float32(1.6)))
-        return np.asarray(self.opacity * body * _shaded(self.slopes[sun] * (self.height * np.float32(-CLOUD_HEIGHT))))
+        dense = inside / (inside + np.float32(3))
+        relief = _shaded(self.slopes[sun] * (self.height * np.float32(-CLOUD_HEIGHT))) * dense
+        return np.asarray(self.opacity * (np.float32(0.42) + np.float32(0.95) * dense) * (1 + relief))
 
     def _relief(self, sun: int) -> Float32:
         """Return how bright the ground is below the clouds, over level ground in full light."""
         land = 1 - self.water
-        relief = _shaded(self.slopes[sun] * (self.height * np.float32(-GROUND_HEIGHT)) * self.ranges * land)
+        slopes = self.slopes[sun] * (self.height * np.float32(-GROUND_HEIGHT)) * self.ranges
+        relief = 1 + _shaded(slopes * land)
         relief *= 1 + np.float32(ROUGH_GROUND) * self.noise * land
         return np.asarray(relief * (1 - self.opacity) * self._lit(sun))
 
@@ -80,5 +85,5 @@ class PlanetSurface:
 
 
 def _shaded(slope: Float32) -> Float32:
-    """Return brightness by the slope toward the Sun, over that of level ground; the steepest can do no more."""
-    return np.asarray(1 + np.float32(CONTRAST) * slope / np.sqrt(1 + slope * slope))
+    """Return by how much a slope toward the Sun is brighter than level ground; the steepest can do no more."""
+    return np.asarray(np.float32(CONTRAST) * slope / np.sqrt(1 + slope * slope))

@@ -50,7 +50,7 @@ class Weather:
             plain=np.sqrt(1 - np.float32(FOLDED) * cells * cells),
             cells=cells,
             veil=noise(VEILS, 70, 2.5),
-            ranges=np.float32(0.25) + ramp(noise(RANGES, 80), 0.0, 1.6),
+            ranges=ramp(noise(RANGES, 80), 0.4, 2.0),
             swirl=(swirl(40), swirl(47)),
         )
 

@@ -1,0 +1,23 @@
+"""Points on the faces of a cube around a sphere, on which noise lies."""
+
+import numpy as np
+
+from spin_usd.renderers.background.planet.octaves import faces_of
+
+
+def test_points_moved_on_their_faces_are_those_that_moved_on_the_sphere() -> None:
+    rng = np.random.default_rng(3)
+    here = rng.normal(size=(3, 200))
+    here /= np.linalg.norm(here, axis=0)
+    way = np.cross(here, rng.normal(size=(3, 200)), axis=0)
+    way /= np.linalg.norm(way, axis=0)
+    step = 1e-3
+    before = faces_of(list(here), [list(way)])
+    after = faces_of(list(here * np.cos(step) + way * np.sin(step)))
+    assert [face.number for face in before] == [face.number for face in after] == list(range(6))
+    for old, new in zip(before, after, strict=True):
+        assert old.share is not None
+        assert new.share is not None
+        there, moved = (old.share > 0) & (new.share > 0), old.moved(0, step)
+        np.testing.assert_allclose(moved.a[there], new.a[there], atol=2e-5)
+        np.testing.assert_allclose(moved.b[there], new.b[there], atol=2e-5)
