@@ -54,7 +54,7 @@ def open_plan(
     and plan from the copy, whose root layer is returned as "root".
     """
     root = copy_stage(Path(stage), Path(copy_to)) if copy_to else Path(stage)
-    reader = StageReader(root)
+    reader = StageReader(root, keep_poses=bool(variants))  # for others after it, where there may be others
     chosen = range(len(reader.frames))[slice_of(frames)] if frames else range(len(reader.frames))
     if not chosen:
         found = f"frames {frames!r} selects none of the {len(reader.frames)} frames"
@@ -97,6 +97,7 @@ def plan_pictures(
     """
     pictures = range(*chosen)
     extents, rendering = Extents(), RenderSettings.from_json(settings)
+    maker = KeyMaker(rendering, keep_poses=len(variants) > 1)
     counter = SkippedWorkCounter(rendering) if explain else None
     answer = []
     reader = opened
@@ -105,7 +106,7 @@ def plan_pictures(
         if reader is None or reader.variant != variant:
             reader = StageReader(root, variant=variant, after=reader, keep_poses=len(variants) > 1)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = _planned(reader, pictures, rendering, image_suffix, labels, extents, views, counter, count)
+        planned = _planned(reader, pictures, maker, image_suffix, labels, extents, views, counter, count)
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
@@ -186,7 +187,7 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
 def _planned(
     reader: StageReader,
     chosen: range,
-    settings: RenderSettings,
+    maker: KeyMaker,
     image_suffix: str | None,
     labels: Sequence[str],
     extents: Extents,
@@ -195,7 +196,7 @@ def _planned(
     progress: Callable[[int], None],
 ) -> dict[str, list[Any]]:
     """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
-    maker, with_next = KeyMaker(settings), take_next_frame(labels)
+    with_next = take_next_frame(labels)
     columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     checked: Sensor | None = None
     costly = Features()
@@ -221,7 +222,7 @@ def _planned(
             groups,
             has,
             frame.source_file,
-            own_keys(labels, scene, keys.geometry, render_seed(scene, settings)),
+            own_keys(labels, scene, keys.geometry, render_seed(scene, maker.settings) if scene.lidar else 0),
         )
         for name, value in zip(COLUMNS, row, strict=True):
             columns[name].append(value)

@@ -57,17 +57,21 @@ class Keys:
 
 
 class KeyMaker:
-    """Makes the keys of picture after picture: what is the same object as in the picture before is digested once."""
+    """Makes the keys of picture after picture: what is the same object as in the picture before is digested once.
 
-    def __init__(self, settings: RenderSettings) -> None:
-        self.settings = settings
+    With `keep_poses` so are poses that are the same objects as in any picture before, such as another variant's.
+    """
+
+    def __init__(self, settings: RenderSettings, *, keep_poses: bool = False) -> None:
+        self.settings, self._keep_poses = settings, keep_poses
+        self._posed: dict[tuple[object, ...], tuple[str, str]] = {}
         self._effort = key_of(settings.effort)
         self._cache: dict[str, tuple[tuple[object, ...], str]] = {}
 
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""
         settings, frame = self.settings, scene.frame
-        geometry = geometry_key(scene)
+        geometry, targets = self._of_pose(scene)
         blur = content([scene.thin_lens, scene.shutter]) if scene.thin_lens or scene.shutter else None
         shading = [scene.target.mesh.shading_key, self._materials(scene.target), self._unit_light(scene), blur]
         if scene.others:  # those that do not show are seen in reflections, and cast shadows
@@ -78,7 +82,17 @@ class KeyMaker:
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
         taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])
-        return Keys(geometry=geometry, radiance=radiance, exposure=exposure, targets=self._targets(scene))
+        return Keys(geometry=geometry, radiance=radiance, exposure=exposure, targets=targets)
+
+    def _of_pose(self, scene: Scene) -> tuple[str, str]:
+        """Return the keys that poses, shapes and camera decide: of the geometry, and of the targets."""
+        if scene.others or not self._keep_poses:
+            return geometry_key(scene), self._targets(scene)
+        target = scene.target
+        of = (scene.T_cam_body, target.mesh.key, target.cut_out_key, self._keypoints(target), scene.camera.key)
+        if of not in self._posed:
+            self._posed[of] = geometry_key(scene), self._targets(scene)
+        return self._posed[of]
 
     def _shading(self, body: Body) -> list[Any]:
         """Return what decides how light leaves a body, and its motion."""

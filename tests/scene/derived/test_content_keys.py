@@ -89,6 +89,14 @@ def keys(s, settings=SETTINGS):
 
 
 @pytest.mark.parametrize("change", CHANGES)
+def test_a_maker_that_keeps_poses_makes_the_same_keys(change) -> None:
+    """Also where the pose is the same object, and something else is not."""
+    first, maker = base(), KeyMaker(SETTINGS, keep_poses=True)
+    for each in (first, CHANGES[change][0](first), first):
+        assert maker.keys(each) == KeyMaker(SETTINGS).keys(each)
+
+
+@pytest.mark.parametrize("change", CHANGES)
 def test_scene(change) -> None:
     make, expected = CHANGES[change]
     before, after = keys(base()), keys(make(base()))
