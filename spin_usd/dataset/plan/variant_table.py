@@ -95,17 +95,36 @@ def variant_table(
     by_variant = {name: list(pictures) for name, pictures in groupby(todo, key=lambda picture: picture.variant)}
     rows: list[VariantRow] = []
     works: list[Work] = []
+    costs = _Costs(options, measured)
     for variant in plan.variants:
         pictures = by_variant.get(variant, [])
         before = len(exposed)
         tasks = [_task(picture, options, labelled, rendered) for picture in pictures]
         if options.lit:
             exposed.update(picture.exposure for picture in pictures)
-        new = [Work.of(measured.scaled(expected_work(task, options))) for task in tasks]
-        works += new
-        rows.append(_row(variant, tasks, options, new, exposures=len(exposed) - before))
+        new = [costs.of(task) for task in tasks]
+        works += [work for work, _ in new]
+        rows.append(_row(variant, tasks, new, exposures=len(exposed) - before))
     images = options.lit and any("planet" in picture.features for picture in todo)
     return VariantTable(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
+
+
+class _Costs:
+    """What tasks cost, worked out once for those that cost alike, as a frame's do in most variants."""
+
+    def __init__(self, options: RunOptions, measured: Timings) -> None:
+        self._options, self._measured = options, measured
+        self._known: dict[tuple[object, ...], tuple[Work, float]] = {}
+
+    def of(self, task: Task) -> tuple[Work, float]:
+        """Return the work of `task`, and its bytes on disk."""
+        picture = task.picture
+        pixels = (picture.region, picture.outline_pixels, picture.target_pixels)
+        of = (pixels, picture.light_groups, picture.features, task.label_pass, task.render)
+        if of not in self._known:
+            work = Work.of(self._measured.scaled(expected_work(task, self._options)))
+            self._known[of] = work, expected_bytes(task, self._options)
+        return self._known[of]
 
 
 def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
@@ -133,15 +152,15 @@ def _task(picture: PlannedPicture, options: RunOptions, labelled: dict[str, set[
     return Task(picture=picture, label_pass=label_pass, render=render)
 
 
-def _row(name: str, tasks: Sequence[Task], options: RunOptions, works: Sequence[Work], *, exposures: int) -> VariantRow:
+def _row(name: str, tasks: Sequence[Task], costs: Sequence[tuple[Work, float]], *, exposures: int) -> VariantRow:
     return VariantRow(
         name=name,
         pictures=len(tasks),
         label_passes=sum(task.label_pass for task in tasks),
         renders=sum(task.render for task in tasks),
         exposures=exposures,
-        seconds=OPEN_S * bool(tasks) + sum(work.total for work in works),
-        bytes=sum(expected_bytes(task, options) for task in tasks),
+        seconds=OPEN_S * bool(tasks) + sum(work.total for work, _ in costs),
+        bytes=sum(size for _, size in costs),
     )
 
 
