@@ -54,7 +54,7 @@ def write_sheet(path: Path) -> None:
     earth = _earth()
     cells = [_reduced(_picture(earth, view)) for view in VIEWS.values()]
     rows = [np.concatenate(cells[start : start + 3], axis=1) for start in (0, 3)]
-    write_image(path, np.concatenate(rows), quality=80)
+    write_image(path, np.concatenate(rows), quality=68)
 
 
 def write_views(folder: Path) -> None:

@@ -17,7 +17,8 @@ def test_points_moved_on_their_faces_are_those_that_moved_on_the_sphere() -> Non
     assert [face.number for face in before] == [face.number for face in after] == list(range(6))
     for old, new in zip(before, after, strict=True):
         assert old.share is not None
-        assert new.share is not None
-        there, moved = (old.share > 0) & (new.share > 0), old.moved(0, step)
-        np.testing.assert_allclose(moved.a[there], new.a[there], atol=2e-5)
-        np.testing.assert_allclose(moved.b[there], new.b[there], atol=2e-5)
+        moved = old.moved(0, step)
+        # Beyond the face itself, where it overlaps with its neighbours, both are near enough to what they stand for.
+        own = (old.share > 0) & (np.abs(new.a) < np.pi / 4) & (np.abs(new.b) < np.pi / 4)
+        np.testing.assert_allclose(moved.a[own], new.a[own], atol=3e-6)
+        np.testing.assert_allclose(moved.b[own], new.b[own], atol=3e-6)
