@@ -23,6 +23,7 @@ from spin_usd.stop_signals import StopRequest
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
 WORKER = "spin_usd.dataset.render.worker"  # named as text: it loads USD
+SPATIAL = "scipy.spatial"  # for the hull of every target; it takes a third of a second to load
 USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together
 
 
@@ -37,7 +38,8 @@ class WorkerProcesses:
 
     def __init__(self, lease: Lease, request: RenderRequest) -> None:
         self._lease, self._memory = lease, rendering_memory(graphics=request.device != CPU)
-        self._modules = (WORKER, renderer_entry(request.renderer).module) if request.lit else (WORKER,)
+        lit = (renderer_entry(request.renderer).module,) if request.lit else ()
+        self._modules = (WORKER, *lit, SPATIAL)
         self._ahead: Child | None = None
 
     @contextmanager
