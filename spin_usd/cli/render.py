@@ -14,9 +14,12 @@ from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.dataset.plan.picture_timeout import parse_time_limit
+from spin_usd.dataset.process.child_ahead import child_ahead
 
 if TYPE_CHECKING:
     from spin_usd.dataset.render.report import RenderReport
+
+PLANNING = "spin_usd.dataset.plan.in_child"  # named as text: it loads USD
 
 
 def render(
@@ -52,7 +55,7 @@ def render(
     as_json: options.Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
-    with shown(context.obj["quiet"]) as progress:
+    with child_ahead(PLANNING), shown(context.obj["quiet"]) as progress:
         report = spin_usd.render(
             stage,
             out=out,

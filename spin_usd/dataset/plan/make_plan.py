@@ -10,6 +10,7 @@ from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
 from spin_usd.dataset.process.child import Child, ChildDiedError
+from spin_usd.dataset.process.child_ahead import next_child
 from spin_usd.dataset.process.child_limits import PATIENCE_S
 from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import READING_TRIES, Retries
@@ -135,7 +136,7 @@ def _opened(question: Question) -> tuple[Child, Mapping[str, Any]]:
     """Open the stage in a child; return that and what open_plan says. Raises ChildDiedError where several die."""
     retries = Retries(READING_TRIES)
     while True:
-        child = Child()
+        child = next_child()
         try:
             return child, child.call(
                 "open_plan",
