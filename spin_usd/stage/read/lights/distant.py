@@ -27,14 +27,19 @@ def read_distant_light(
     refuse_shaping(prim, time, half)
     size = 1.0 if angle == 0 else float(np.pi * np.sin(half) ** 2)
     r, g, b = (value * size for value in emission(prim, time, size))
-    x, y, z = T_cam_world.directions(_direction(prim, world))
     return DistantLight(
         path=str(prim.GetPath()),
-        direction_cam=(float(x), float(y), float(z)),
+        direction_cam=direction_cam(prim, T_cam_world, world),
         irradiance=(r, g, b),
         angle=2 * half,
         shadows=casts_shadows(prim, time),
     )
+
+
+def direction_cam(prim: Usd.Prim, T_cam_world: Transform, world: UsdGeom.XformCache) -> tuple[float, float, float]:
+    """Return the unit vector, in camera axes, along which the light shines at the time of `world`."""
+    x, y, z = T_cam_world.directions(_direction(prim, world)).tolist()
+    return x, y, z
 
 
 def _direction(prim: Usd.Prim, world: UsdGeom.XformCache) -> Float:

@@ -1,19 +1,20 @@
 """All lights of a stage, at a time, in camera axes."""
 
+from dataclasses import replace
 from functools import partial
 
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from spin_usd.errors import UnsupportedError
-from spin_usd.scene.light import DomeLight, Light
+from spin_usd.scene.light import DistantLight, DomeLight, Light
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.lights.area import read_area_light
-from spin_usd.stage.read.lights.distant import read_distant_light
+from spin_usd.stage.read.lights.distant import direction_cam, read_distant_light
 from spin_usd.stage.read.lights.dome import is_dome, read_dome_light
 from spin_usd.stage.read.lights.emission import refuse_unsupported
 from spin_usd.stage.read.lights.linking import LightLinks, refuse_links
 from spin_usd.stage.usd.camera_space import CameraSpace
-from spin_usd.stage.usd.time_variation import CameraSpaceCache
+from spin_usd.stage.usd.time_variation import CameraSpaceCache, varying, visibility_varies
 from spin_usd.stage.usd.visibility import PROXIES, ancestors, is_always_invisible
 
 AREA_LIGHTS = (UsdLux.SphereLight, UsdLux.DiskLight, UsdLux.RectLight, UsdLux.CylinderLight)
@@ -29,6 +30,7 @@ class LightReader:
         self._prims = find_lights(stage)
         self._cache = CameraSpaceCache(self._prims)
         self._images = images
+        self._turning: dict[Sdf.Path, DistantLight] = {}
         self.links = LightLinks([prim for prim in self._prims if not is_dome(prim)], stage)
 
     @property
@@ -44,8 +46,22 @@ class LightReader:
         return self._cache.same_tuple("lights", tuple(light for light in found if light is not None))
 
     def _light(self, prim: Usd.Prim, space: CameraSpace) -> Light | None:
-        light = read_light(prim, space, self._images)
+        light = self._without_links(prim, space)
         return light if light is None or isinstance(light, DomeLight) else self.links.linked(light, prim)
+
+    def _without_links(self, prim: Usd.Prim, space: CameraSpace) -> Light | None:
+        """Read the light, of a distant one of which nothing else varies the direction alone."""
+        if known := self._turning.get(prim.GetPath()):
+            return replace(known, direction_cam=direction_cam(prim, space.T_cam_world, space.world))
+        light = read_light(prim, space, self._images)
+        if isinstance(light, DistantLight) and _only_turns(prim):
+            self._turning[prim.GetPath()] = light
+        return light
+
+
+def _only_turns(prim: Usd.Prim) -> bool:
+    """Return whether nothing of a light can change in time but its direction."""
+    return not varying(prim) and not any(visibility_varies(above) for above in ancestors(prim))
 
 
 def read_light(prim: Usd.Prim, space: CameraSpace, images: Images) -> Light | None:

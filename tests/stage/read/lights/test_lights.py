@@ -290,6 +290,24 @@ def test_values_and_places_follow_time(make_stage) -> None:
     assert third == ()
 
 
+@pytest.mark.parametrize(
+    "attributes",
+    [
+        "",
+        "float inputs:intensity.timeSamples = {0: 1, 2: 3}",
+        "float inputs:angle.timeSamples = {0: 1, 2: 3}",
+        'token visibility.timeSamples = {0: "inherited", 2: "invisible"}',
+    ],
+)
+def test_a_sun_that_turns_is_read_as_if_each_picture_were_the_first(make_stage, attributes) -> None:
+    turn = 'float xformOp:rotateY.timeSamples = {0: 0, 2: 90}\nuniform token[] xformOpOrder = ["xformOp:rotateY"]\n'
+    path = make_stage(world=sun(turn + attributes), metadata="startTimeCode = 0\nendTimeCode = 2")
+    reader = StageReader(path)
+    found = [reader.scene(frame).lights for frame in reader.frames]
+    assert found == [StageReader(path).scene(frame).lights for frame in reader.frames]
+    assert len({light.direction_cam for lights in found for light in lights}) == sum(map(len, found)) > 1
+
+
 def test_shadows_can_be_off(read_scene) -> None:
     for name, kind in (("a", "DistantLight"), ("b", "SphereLight")):
         (found,) = read_scene(world=sun("bool inputs:shadow:enable = 0", kind=kind), name=f"{name}.usda").lights
