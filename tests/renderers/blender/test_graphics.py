@@ -7,7 +7,6 @@ import pytest
 
 from spin_usd.errors import UnsupportedError
 from spin_usd.renderers.blender import graphics
-from spin_usd.renderers.blender.renderer import BlenderRenderer
 from spin_usd.renderers.device import DEVICES
 from spin_usd.scene.effort import CPU, Effort
 from spin_usd.scene.light import DistantLight
@@ -48,22 +47,20 @@ class TestTheProcessorUnderAnotherName:
     """What can be known of devices on a machine without one: this one is the CPU, and must be proven."""
 
     @pytest.fixture
-    def renderer(self, monkeypatch):
+    def renderer(self, blender, monkeypatch):
         monkeypatch.setattr(graphics, "_use", lambda name: "a model")
-        made = BlenderRenderer(device="cuda")
-        made._device.cycles = {"device": "CPU"}  # Cycles has no other here
-        yield made
-        made.close()
+        device = graphics.LightDevice("cuda")
+        device.cycles = {"device": "CPU"}  # Cycles has no other here
+        monkeypatch.setattr(blender, "_device", device)
+        return blender
 
-    def test_its_pictures_have_the_bytes_of_pictures_without_a_proof(self, renderer) -> None:
+    def test_its_pictures_have_the_bytes_of_pictures_without_a_proof(self, renderer, monkeypatch) -> None:
         plain = boxed(PINHOLE)
         first = renderer.radiance(plain, EFFORT, seed=3)
         again = renderer.radiance(plain, EFFORT, seed=3)
         assert renderer.versions()["cuda"] == "a model"
-        renderer.close()
-        other = BlenderRenderer()
-        wanted = other.radiance(plain, EFFORT, seed=3)
-        other.close()
+        monkeypatch.setattr(renderer, "_device", graphics.LightDevice(CPU))
+        wanted = renderer.radiance(plain, EFFORT, seed=3)
         for made in (first, again):
             assert np.array_equal(made.groups, wanted.groups)
             assert np.array_equal(made.coverage, wanted.coverage)
