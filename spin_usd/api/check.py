@@ -7,6 +7,7 @@ from spin_usd.api.checked import checked
 from spin_usd.dataset.check import check as checking
 from spin_usd.dataset.check.cross import cross_findings as crossing
 from spin_usd.dataset.repair import repair as repairing
+from spin_usd.errors import InputError
 from spin_usd.progress import Note, Progress, ignore, unsaid
 
 
@@ -32,9 +33,11 @@ def check(
         on_progress: called with what is counted, how many are done and how many there are.
         on_note: called with what is to be said meanwhile.
 
-    Raises InputError where `path` is neither a stage nor a dataset, or no dataset with `repair` or `cross`;
-    UnsupportedError where `cross` lacks Blender.
+    Raises InputError where `path` is neither a stage nor a dataset, or no dataset with `repair` or `cross`, and for
+    `cross_pictures` without `cross`; UnsupportedError where `cross` lacks Blender.
     """
+    if cross_pictures is not None and not cross:
+        raise InputError("cross_pictures is given without cross", do="give cross too")
     progress, note = ignore if on_progress is None else on_progress, on_note or unsaid
     crossed = crossing(Path(path), cross_pictures, progress=progress) if cross else ()
     if repair:

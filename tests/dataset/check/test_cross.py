@@ -29,6 +29,11 @@ def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
     assert any("the depth differs" in finding["message"] for finding in crossed)
 
 
+def test_pictures_are_counted_for_a_comparison_alone(made) -> None:
+    with pytest.raises(InputError, match="cross_pictures is given without cross"):
+        package.check(made, cross_pictures=1)
+
+
 def test_a_stage_is_not_crossed(small_stage) -> None:
     with pytest.raises(InputError, match="--cross is for those"):
         package.check(small_stage, cross=True)
