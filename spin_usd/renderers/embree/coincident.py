@@ -15,12 +15,14 @@ from spin_usd.renderers.embree.overlaps import Pairs, overlapping
 from spin_usd.renderers.embree.rays import Float32
 
 MAX_FACES = 1 << 20  # of a mesh: with more, instances made out, it takes too long to look
+MAX_LAYERS = 16  # each is a scene of Embree's, and a process that opens a thousand crashes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CoincidentFaces:
     """The faces of a mesh that overlap others, in layers: none overlaps another of its layer, and of faces that lie in
-    one another the lowest number is in the lowest layer.
+    one another the lowest number is in the lowest layer. The highest layer has all that are above MAX_LAYERS others,
+    and may overlap itself.
 
     layer (F,): of each face; -1 of one that overlaps none · scenes, numbers: of each layer but the highest Embree's
     scene, and the numbers of its faces · pairs (P,), sorted: of two that overlap the higher times F, plus the lower.
@@ -71,11 +73,13 @@ def embree_scene(points: Float32, faces: NDArray[np.int32]) -> EmbreeScene:
 
 
 def _layers(pairs: Pairs, count: int) -> NDArray[np.int32]:
-    """Return (count,) the layer of each face: one above all lower ones that it overlaps; -1 where there are none."""
+    """Return (count,) the layer of each face: one above all lower ones that it overlaps, up to MAX_LAYERS; -1 where
+    there are none."""
     layer = np.full(count, -1, np.int32)
     layer[pairs] = 0
-    while True:
+    for _ in range(MAX_LAYERS):
         before = layer.copy()
         np.maximum.at(layer, pairs[:, 1], layer[pairs[:, 0]] + 1)
         if np.array_equal(layer, before):
-            return layer
+            break
+    return layer

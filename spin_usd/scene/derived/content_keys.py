@@ -20,7 +20,7 @@ from spin_usd.scene.light import AreaLight
 from spin_usd.scene.model import Scene
 from spin_usd.scene.target import Target
 
-VISIBILITY = "embree 2"  # what decides which face a pixel shows; its number grows where it may decide otherwise
+VISIBILITY = "embree 3"  # what decides which face a pixel shows; its number grows where it may decide otherwise
 KEYS = ("geometry", "radiance", "exposure")
 """The names of the three keys: each decides all that those before it decide, and more."""
 

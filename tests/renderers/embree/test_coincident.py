@@ -30,3 +30,10 @@ def test_boxes_in_one_another_in_any_order(count, seed) -> None:
     lowest = np.min(alone, axis=0)
     assert (lowest >= 0).sum() > 3000
     assert (together != lowest).sum() <= 2  # pixels on an edge between faces of one box
+
+
+def test_a_face_that_stands_there_1100_times_is_the_first() -> None:
+    """Embree crashes with a scene for each of them."""
+    faces = np.tile(FACES[:1], (1100, 1))
+    seen = EmbreeCaster().visibility(scene(target(POINTS, faces), camera=BARREL, T_cam_body=HERE)).face
+    assert set(np.unique(seen)) == {-1, 0}
