@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pxr import Ar, Usd, UsdUtils
+from pxr import Ar, Sdf, Usd, UsdUtils
 
 from spin_usd.arrays import digest
 from spin_usd.scene.model import NOMINAL
@@ -24,7 +24,18 @@ def stage_hash(stage: Usd.Stage) -> str:
 
     It does not depend on where the stage lies or how it is split into layers, and ignores variants not selected.
     """
+    return _hash(stage, stage.Flatten(addSourceFileComment=False))
+
+
+def hash_and_files(stage: Usd.Stage, root: str | Path) -> tuple[str, dict[str, str]]:
+    """Return what `stage_hash` and `used_files` do; the stage, which may have a million poses, is flattened once."""
     flat = stage.Flatten(addSourceFileComment=False)
+    files = _files(stage, flat, root)  # before the hash takes the paths away
+    return _hash(stage, flat), files
+
+
+def _hash(stage: Usd.Stage, flat: Sdf.Layer) -> str:
+    """Compute the hash of a stage that is flattened to `flat`, which is changed."""
     UsdUtils.ModifyAssetPaths(flat, lambda path: f"sha256:{asset_sha256(path)}" if path else path)
     return digest([selected_variant(stage), flattened_text(flat)])
 
@@ -32,6 +43,11 @@ def stage_hash(stage: Usd.Stage) -> str:
 def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
     """Map the path, relative to `root`, of every layer and asset that this composition uses to its sha256 (hex), in
     order."""
+    return _files(stage, stage.Flatten(addSourceFileComment=False), root)
+
+
+def _files(stage: Usd.Stage, flat: Sdf.Layer, root: str | Path) -> dict[str, str]:
+    """Return the files of a stage that is flattened to `flat`."""
     folder = Path(root).resolve()
     paths = [layer.realPath for layer in stage.GetUsedLayers() if not layer.anonymous]
 
@@ -39,7 +55,7 @@ def used_files(stage: Usd.Stage, root: str | Path) -> dict[str, str]:
         paths.append(path)
         return path
 
-    UsdUtils.ModifyAssetPaths(stage.Flatten(addSourceFileComment=False), note)
+    UsdUtils.ModifyAssetPaths(flat, note)
     files = sorted({file for path in paths if path for file in _resolved(path)})
     return {_relative(file, folder): sha256_of(file) for file in files}
 

@@ -17,7 +17,7 @@ from spin_usd.scene.photometry.eclipse import eclipsed
 from spin_usd.scene.target import MAX_PARTS, Target
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.composition.open_stage import open_stage, variants
-from spin_usd.stage.composition.stage_hash import stage_hash, used_files
+from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
 from spin_usd.stage.read.camera.camera import find_camera, read_camera
 from spin_usd.stage.read.camera.depth_of_field import read_thin_lens
@@ -82,15 +82,19 @@ class StageReader:
         self._read_camera_parts()
         self._lidar = lidar_in_time(self.stage, self._camera_prim, self.metres)
 
-    @cached_property
+    @property
     def stage_hash(self) -> str:
         """Digest of the composed content with its variant, wherever the stage lies."""
-        return stage_hash(self.stage)
+        return self._hash_and_files[0]
 
-    @cached_property
+    @property
     def used_files(self) -> dict[str, str]:
         """Path relative to the root layer's folder -> sha256 (hex) of every layer and asset of this composition."""
-        return used_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
+        return self._hash_and_files[1]
+
+    @cached_property
+    def _hash_and_files(self) -> tuple[str, dict[str, str]]:
+        return hash_and_files(self.stage, Path(self.stage.GetRootLayer().realPath).parent)
 
     @property
     def notes(self) -> tuple[Finding, ...]:
