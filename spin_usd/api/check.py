@@ -5,7 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.checked import checked
 from spin_usd.dataset.check import check as checking
-from spin_usd.dataset.check.cross import cross_findings as crossing
+from spin_usd.dataset.check.cross import cross_findings
 from spin_usd.dataset.repair import repair as repairing
 from spin_usd.errors import InputError
 from spin_usd.progress import Note, Progress, ignore, unsaid
@@ -39,7 +39,7 @@ def check(
     if cross_pictures is not None and not cross:
         raise InputError("cross_pictures is given without cross", do="give cross too")
     progress, note = ignore if on_progress is None else on_progress, on_note or unsaid
-    crossed = crossing(Path(path), cross_pictures, progress=progress) if cross else ()
+    crossed = cross_findings(Path(path), cross_pictures, progress=progress) if cross else ()
     if repair:
         report: checking.CheckReport = repairing.repair(Path(path), progress=progress, note=note)
     else:

@@ -168,7 +168,7 @@ def _author(
         meshes=asset.gprims,
         camera=sources.camera_file.name,
         views=composed.views if composed else None,
-        notes=(*camera_notes, *notes, *remarks),
+        notes=(*camera_notes, *sources.map_notes, *notes, *remarks),
     )
 
 

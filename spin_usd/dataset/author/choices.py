@@ -62,6 +62,7 @@ class Sources:
     camera: Layer
     camera_file: Path
     camera_notes: tuple[str, ...]
+    map_notes: tuple[str, ...]
     target_file: Path
     preset: Preset | None
     surroundings: Mapping[str, Layer]
@@ -98,6 +99,7 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         camera=camera,
         camera_file=camera_file,
         camera_notes=camera_notes,
+        map_notes=tuple(f"the Earth's {kind} is that of {file.name}" for kind, file in maps.items()),
         target_file=target_file,
         preset=preset,
         surroundings=surroundings,

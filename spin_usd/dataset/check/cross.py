@@ -35,12 +35,12 @@ def _crossed(store: Store, records: Sequence[str], progress: Progress) -> Iterat
     start = partial(Child, memory=rendering_memory())
     results = results_of(calls, children, progress=progress, start=start, within_s=START_PATIENCE_S)
     for done, (record, result) in enumerate(zip(records, results, strict=True)):
-        progress("crossing: picture", done, len(records))
+        progress("comparing with Cycles: picture", done, len(records))
         if isinstance(result, SpinError):
             yield Finding(code="cross", where=record, message=f"cannot be cast again: {result.found}")
         else:
             yield from (Finding(**each) for each in result)
-    progress("crossing: picture", len(records), len(records))
+    progress("comparing with Cycles: picture", len(records), len(records))
 
 
 def _spread(records: Sequence[str], count: int | None) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.stage.composition.images import image_size
+from spin_usd.stage.composition.images import image_in, image_size
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd import schema
 
@@ -20,7 +20,7 @@ ATTRIBUTES = {
 
 def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
     """Let the planet of an environment's `layer` show `maps`, files by what they show. Raises InputError for a layer
-    without a planet, or with several and none that is named Earth."""
+    without a planet, or with several and none that is named Earth, and for a map that cannot be rendered."""
     stage = stage_on(layer)
     planets = [prim for prim in stage.Traverse() if prim.HasAPI(schema.PLANET_API)]
     named = [prim for prim in planets if prim.GetName() == "Earth"]
@@ -30,6 +30,7 @@ def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
     planet: Usd.Prim = (named or planets)[0]
     for kind, file in maps.items():
         _refuse_other_shapes(file)
+        _refuse_other_numbers(file, kind)
         planet.GetAttribute(ATTRIBUTES[kind]).Set(Sdf.AssetPath(str(file.resolve())))
 
 
@@ -38,3 +39,11 @@ def _refuse_other_shapes(file: Path) -> None:
     if not SHAPE[0] * height <= width <= SHAPE[1] * height:
         found = f"has {width} x {height} pixels, and a map in latitude and longitude is twice as wide as high"
         raise InputError(found, where=file, do="give one of the whole planet")
+
+
+def _refuse_other_numbers(file: Path, kind: str) -> None:
+    """Decode the map as a render will: what cannot be rendered is refused before a stage is written of it."""
+    pixels = image_in(file, "raw" if kind == "clouds" else "auto").pixels[..., :3]
+    if kind == "albedo" and not 0 <= pixels.min() <= pixels.max() <= 1:
+        found = f"is not an albedo: it holds numbers from {pixels.min():.3g} to {pixels.max():.3g}"
+        raise InputError(found, where=file, do="scale it to shares of light, 0 to 1")

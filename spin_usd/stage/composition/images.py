@@ -79,6 +79,14 @@ class Images:
         return Tiles(name=Path(asset.path).name, images=tuple(tiles))
 
 
+def image_in(file: Path, color_space: str) -> Image:
+    """Decode an image that no stage names yet. Raises InputError for one that no stage could use."""
+    try:
+        return _decode(str(file), color_space).image
+    except SpinError as error:
+        raise InputError(error.found, where=file, do=error.do) from None
+
+
 def image_size(file: Path) -> tuple[int, int]:
     """Return the width and the height of an image, of its header. Raises InputError."""
     source = oiio.ImageInput.open(str(file))

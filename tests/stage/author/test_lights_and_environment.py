@@ -135,3 +135,29 @@ def test_a_damaged_map_is_refused_in_a_sentence(tmp_path) -> None:
     (tmp_path / "land.jpg").write_bytes(b"\xff\xd8\xff\xe0 no picture")
     with pytest.raises(SpinError, match=r"land\.jpg"):
         authored(tmp_path / "stage", earth=tmp_path / "land.jpg")
+
+
+def written(path, pixels):
+    """An EXR file of these numbers, (H, W, 3)."""
+    output = oiio.ImageOutput.create(str(path))
+    output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.FLOAT))
+    output.write_image(pixels.astype(np.float32))
+    output.close()
+    return path
+
+
+@pytest.mark.parametrize(("number", "found"), [(np.nan, "holds NaN or infinity"), (1e30, "is not an albedo")])
+def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_path, number, found) -> None:
+    pixels = np.full((4, 8, 3), 0.5)
+    pixels[2, 3] = number
+    with pytest.raises(InputError, match=rf"land\.exr: {found}"):
+        authored(tmp_path / "stage", earth=written(tmp_path / "land.exr", pixels))
+    assert not (tmp_path / "stage").exists()
+
+
+def test_a_map_that_is_cut_short_is_refused(tmp_path) -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (64, 128, 3))
+    file = painted(tmp_path / "land.png", noise)
+    file.write_bytes(file.read_bytes()[:4000])
+    with pytest.raises(InputError, match=r"land\.png: is cut short or damaged"):
+        authored(tmp_path / "stage", earth=file)
