@@ -60,7 +60,7 @@ def _findings(root: Path, where: str, record: Mapping[str, Any], ours: Labels) -
     for each in disagreements(ours, theirs, scene.camera, coincident=coincident):
         worst = f", by {each.worst} at the worst" if each.worst else ""
         message = (
-            f"the {each.quantity} differs from what Cycles sees in {each.pixels} pixels{worst}, "
+            f"the {each.quantity} differs from what Cycles sees in {each.pixels} pixels {each.place}{worst}, "
             f"and may in {each.allowed}; {MAKE_AGAIN}"
         )
         yield Finding(code="cross", where=where, message=message)
