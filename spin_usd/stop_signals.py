@@ -5,12 +5,14 @@ The command line lets each raise Stopped. Work that can be finished in short pos
 
 import signal
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+WAY_OUT_S = 5  # for putting in order what was begun
 
 
 class Stopped(BaseException):
@@ -21,18 +23,28 @@ class Stopped(BaseException):
         self.number = number
 
 
-def let_signals_stop() -> None:
-    """Let the first of these signals raise Stopped in the main thread; later ones are ignored, so that none interrupts
-    the way out. One that is ignored already stays so: `nohup` asks for that."""
+def let_signals_stop(clock: Callable[[], float] = time.monotonic) -> None:
+    """Let each of these signals raise Stopped in the main thread, but for those that come within WAY_OUT_S of one that
+    did. One that is ignored already stays so: `nohup` asks for that. `clock`: seconds."""
+    stop = _Stop(clock)
     for number in STOP_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _stop)
+            signal.signal(number, stop)
 
 
-def _stop(number: int, frame: FrameType | None) -> None:
-    for each in STOP_SIGNALS:
-        signal.signal(each, signal.SIG_IGN)
-    raise Stopped(number)
+class _Stop:
+    """The handler of signals that stop. Those that follow at once do not interrupt the way out; a later one counts, for
+    code that was called from C can have swallowed the first."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._way_out_until = float("-inf")
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        if self._clock() < self._way_out_until:
+            return
+        self._way_out_until = self._clock() + WAY_OUT_S
+        raise Stopped(number)
 
 
 @dataclass(kw_only=True)

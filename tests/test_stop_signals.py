@@ -6,7 +6,7 @@ from typing import Never
 
 import pytest
 
-from spin_usd.stop_signals import STOP_SIGNALS, Stopped, let_signals_stop, postponed
+from spin_usd.stop_signals import STOP_SIGNALS, WAY_OUT_S, Stopped, let_signals_stop, postponed
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +26,17 @@ def test_a_signal_stops_and_later_ones_do_not_interrupt_the_way_out(number) -> N
     assert stopped.value.number == number
     for other in STOP_SIGNALS:
         signal.raise_signal(other)
+
+
+def test_a_signal_counts_again_when_the_first_was_swallowed() -> None:
+    """As code does that C calls, which prints an exception and goes on."""
+    seconds = iter([0.0, 0.0, WAY_OUT_S - 0.1, WAY_OUT_S, WAY_OUT_S])
+    let_signals_stop(lambda: next(seconds))
+    with pytest.raises(Stopped):
+        signal.raise_signal(signal.SIGINT)
+    signal.raise_signal(signal.SIGINT)
+    with pytest.raises(Stopped):
+        signal.raise_signal(signal.SIGINT)
 
 
 def sent_while_postponed(*numbers, then=lambda: None):
