@@ -87,7 +87,7 @@ def equal_error(folder: Path) -> str:
         "its rows. What limits spin_usd is Cycles itself, whose samples on the target cost about four times those of "
         "Mitsuba; what is around it is the first table's business."
     )
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n\n{prose(outro)}"
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n{prose(outro)}"
 
 
 def label_costs(folder: Path) -> str:

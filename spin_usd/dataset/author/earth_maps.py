@@ -7,8 +7,8 @@ from spin_usd.files.given_file import open_file
 from spin_usd.files.size_limits import MAX_TEXTURE
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
-KINDS = {"clouds": ("cloud",), "night": ("night", "light", "black", "dnb"), "albedo": ("",)}
-"""What a map shows, by what its file's name holds; the first that fits counts."""
+KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
+"""What a map shows, by what its file's name holds; the first that fits counts, and where none does it is the albedo."""
 
 
 def earth_maps(given: str | Path) -> dict[str, Path]:
@@ -19,13 +19,17 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
     path = Path(given)
     maps: dict[str, Path] = {}
     for file in _files(path):
-        kind = next(kind for kind, words in KINDS.items() if any(word in file.stem.lower() for word in words))
+        kind = _kind(file.stem.lower())
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
             raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
         open_file(file, MAX_TEXTURE).close()
         maps[kind] = file
     return maps
+
+
+def _kind(name: str) -> str:
+    return next((kind for kind, words in KINDS.items() if any(word in name for word in words)), "albedo")
 
 
 def _files(path: Path) -> list[Path]:

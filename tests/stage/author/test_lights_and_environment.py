@@ -6,6 +6,7 @@ import pytest
 from pxr import Usd
 
 from spin_usd.dataset.author.author import author_stage
+from spin_usd.dataset.author.earth_maps import earth_maps
 from spin_usd.errors import InputError, SpinError
 from spin_usd.resources import bundled, bundled_names, stages
 from spin_usd.scene.light import DiskLight, DistantLight, RectLight
@@ -135,6 +136,14 @@ def test_a_damaged_map_is_refused_in_a_sentence(tmp_path) -> None:
     (tmp_path / "land.jpg").write_bytes(b"\xff\xd8\xff\xe0 no picture")
     with pytest.raises(SpinError, match=r"land\.jpg"):
         authored(tmp_path / "stage", earth=tmp_path / "land.jpg")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("cloudless_albedo", "albedo"), ("daylight", "albedo"), ("CloudCover", "clouds"), ("city_lights", "night")],
+)
+def test_a_maps_kind_is_in_its_name(tmp_path, name, kind) -> None:
+    assert list(earth_maps(painted(tmp_path / f"{name}.png", np.zeros((4, 8, 3))))) == [kind]
 
 
 def written(path, pixels):
