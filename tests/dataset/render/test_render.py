@@ -287,7 +287,7 @@ def kill(stage, out, renderer, *, after, wait_s, supervisor) -> None:
 
     A killed worker must be replaced by the run itself; a killed supervisor's run is run again.
     """
-    process = start_render(stage, out, "--renderer", renderer, "--samples", str(SAMPLES), "--workers", "2")
+    process = start_render(stage, out, "--renderer", renderer, "--effort", f"samples={SAMPLES}", "--workers", "2")
     while count_of(out) < after:
         assert process.poll() is None
         time.sleep(0.002)

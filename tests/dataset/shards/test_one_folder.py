@@ -28,7 +28,7 @@ SHARD = [sys.executable, "-m", "spin_usd.cli.main", "render"]
 
 
 def start(stage, out, shard, renderer):
-    options = ["--renderer", renderer, "--samples", "1", "--workers", "1", "--variants", "all", "--json"]
+    options = ["--renderer", renderer, "--effort", "samples=1", "--workers", "1", "--variants", "all", "--json"]
     return subprocess.Popen(
         [*SHARD, stage, "--out", out, "--shard", shard, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
