@@ -88,7 +88,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
     {
         "preview": Effort(samples=1, denoiser="fast", filter_glossy=0.2),
         "draft": Effort(samples=4, denoiser="fast", filter_glossy=0.2),
-        "standard": Effort(samples=16, denoiser="fast", filter_glossy=0.2),
+        "standard": Effort(samples=16, denoiser="balanced", filter_glossy=0.2),
         "reference": Effort(samples=256, bounces=8, filter_glossy=0.2),
     }
 )
