@@ -14,7 +14,9 @@ from tests.conftest import REPOSITORY
 
 FOLDER = REPOSITORY / "stages" / "targets" / "tango"
 LOOKS = ("matt", "reflective")
-LAYERS = {"tango.usda", "payload.usda", "geometry.usda", "bindings.usda", *(f"{look}.usda" for look in LOOKS)}
+GEOMETRY = {f"geometry/{name}.usda" for name in ("bus", "structure", "panel", "equipment")}
+LAYERS = {"tango.usda", "payload.usda", *GEOMETRY, "bindings.usda", *(f"{look}.usda" for look in LOOKS)}
+MAX_LAYER_BYTES = 1 << 20  # each is text for people and version control, which no larger file is
 TEXTURES = {path.name for path in (FOLDER / "textures").iterdir()}
 MAX_TEXTURE_BYTES = 600_000  # of all of them together: they are kept in the repository
 LEAN = 1.2 / 255  # a mean normal's: no level of 8 bits is 0, the next one is half a step of 2/255 away
@@ -87,8 +89,12 @@ def triangles_of(mesh: UsdGeom.Mesh) -> trimesh.Trimesh:
 
 def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None:
     subprocess.run([sys.executable, REPOSITORY / "tools" / "build_tango", tmp_path], check=True)
-    written = {path.name: path.read_text() for path in tmp_path.glob("*.usda")}
-    assert written == {path.name: path.read_text() for path in FOLDER.glob("*.usda")}
+    written, committed = (
+        {path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*.usda")}
+        for folder in (tmp_path, FOLDER)
+    )
+    assert written == committed
+    assert max(map(len, written.values())) < MAX_LAYER_BYTES
     assert set(written) == LAYERS
     assert {path.name for path in (tmp_path / "textures").iterdir()} == TEXTURES
     for name in TEXTURES:

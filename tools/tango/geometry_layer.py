@@ -1,4 +1,4 @@
-"""Points, faces, normals, texture coordinates and labels of every part, and the keypoints."""
+"""Points, faces, normals, texture coordinates and labels of parts, and the keypoints."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,6 @@ def geometry(stage: Usd.Stage, parts: Sequence[Part]) -> None:
     UsdGeom.Xform.Define(stage, ROOT)
     for part in parts:
         _mesh(stage, part)
-    _keypoints(stage)
     stage.Save()
 
 
@@ -63,7 +62,7 @@ def _subsets(mesh: UsdGeom.Mesh, materials: tuple[str, ...]) -> None:
             )
 
 
-def _keypoints(stage: Usd.Stage) -> None:
+def keypoints(stage: Usd.Stage) -> None:
     points = UsdGeom.Points.Define(stage, ROOT.AppendChild("Keypoints"))
     points.CreatePurposeAttr(UsdGeom.Tokens.guide)
     points.CreatePointsAttr(vectors(np.array([place for _, *place in OFFICIAL_POINTS])))

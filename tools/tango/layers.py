@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdMedia, UsdShade
 
-from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, label, rounded, vectors
+from tango.geometry_layer import POINT_DECIMALS, bounds, geometry, keypoints, label, rounded, vectors
 from tango.look_layer import look
 from tango.materials import DEFAULT_LOOK, LOOKS
 from tango.parts.spacecraft import Part
@@ -22,13 +22,16 @@ ABOUT_LOOKS = {
 
 def write(parts: Sequence[Part], folder: Path) -> None:
     """All layers and textures into an existing folder, each before the one that refers to it."""
-    geometry(_stage(folder / "geometry.usda", "Surfaces, labels and keypoints of Tango."), parts)
+    (folder / "geometry").mkdir(exist_ok=True)
+    for name in _geometry_layers(parts):
+        held = [part for part in parts if part.layer == name]
+        geometry(_stage(folder / "geometry" / f"{name}.usda", "Surfaces and labels of parts of Tango."), held)
     _bindings(_stage(folder / "bindings.usda", "What of Tango wears which material, in every look."), parts)
     (folder / "textures").mkdir(exist_ok=True)
     write_textures(folder / "textures")
     for name, materials in LOOKS.items():
         look(_stage(folder / f"{name}.usda", ABOUT_LOOKS[name]), materials)
-    _payload(_stage(folder / "payload.usda", "What is below the interface in every look."))
+    _payload(_stage(folder / "payload.usda", "What is below the interface in every look."), parts)
     _interface(_stage(folder / "tango.usda", "Tango, the smaller PRISMA spacecraft. Made by tools/build_tango."), parts)
 
 
@@ -85,9 +88,17 @@ def _sign(prim: Usd.Prim) -> None:
     author.CreateUsageTermsAttr("GPL-3.0-or-later")
 
 
-def _payload(stage: Usd.Stage) -> None:
-    stage.GetRootLayer().subLayerPaths = ["./bindings.usda", "./geometry.usda"]
+def _payload(stage: Usd.Stage, parts: Sequence[Part]) -> None:
+    """The keypoints, over the surfaces. The weakest layer, which names every part, decides the order of the parts."""
+    geometry = [f"./geometry/{name}.usda" for name in _geometry_layers(parts)]
+    stage.GetRootLayer().subLayerPaths = [*geometry, "./bindings.usda"]
+    keypoints(stage)
     stage.Save()
+
+
+def _geometry_layers(parts: Sequence[Part]) -> list[str]:
+    """Several, so that none of them is a file of megabytes."""
+    return list(dict.fromkeys(part.layer for part in parts))
 
 
 def _bindings(stage: Usd.Stage, parts: Sequence[Part]) -> None:
