@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.renderers.background.planet.elementary import Float32
 from spin_usd.scene.texture import Image
@@ -41,20 +42,22 @@ def bilinear(tables: Float32, x: Float32, y: Float32) -> list[Float32]:
     np.minimum(column, stride - 2, out=column)
     np.minimum(row, tables.shape[1] - 2, out=row)
     fx, fy = x - column.astype(np.float32), y - row.astype(np.float32)
-    corner = row * stride + column
-    corners = corner.astype(np.intp)
-    found = []
-    for table in tables.reshape(len(tables), -1):
-        a, b = table.take(corners, mode="clip"), table[1:].take(corners, mode="clip")
-        c, d = table[stride:].take(corners, mode="clip"), table[stride + 1 :].take(corners, mode="clip")
-        b -= a
-        b *= fx
-        a += b
-        d -= c
-        d *= fx
-        c += d
-        c -= a
-        c *= fy
-        a += c
-        found.append(a)
-    return found
+    corners = (row * stride + column).astype(np.intp)
+    return [blended(table, stride, corners, fx, fy) for table in tables.reshape(len(tables), -1)]
+
+
+def blended(table: Float32, stride: int, corners: NDArray[np.intp], fx: Float32, fy: Float32) -> Float32:
+    """Return the flat `table`, whose rows are `stride` long, between the four entries of which the first are `corners`,
+    `fx` of the way to the next column and `fy` of that to the next row."""
+    a, b = table.take(corners, mode="clip"), table[1:].take(corners, mode="clip")
+    c, d = table[stride:].take(corners, mode="clip"), table[stride + 1 :].take(corners, mode="clip")
+    b -= a
+    b *= fx
+    a += b
+    d -= c
+    d *= fx
+    c += d
+    c -= a
+    c *= fy
+    a += c
+    return a

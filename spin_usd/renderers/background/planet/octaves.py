@@ -13,6 +13,7 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.renderers.background.planet.elementary import TURN, Float32, arctan, cosines
 from spin_usd.renderers.background.planet.enlarge import enlarged
+from spin_usd.renderers.background.planet.latlong import blended
 
 TILE = TURN  # texels
 MEAN_WAVE = 8.0  # texels
@@ -133,19 +134,7 @@ def sampled(u: Float32, v: Float32) -> Float32:
     row &= TILE - 1
     row *= TILE + 1
     row += column
-    at = row.astype(np.intp)
-    a, b = table.take(at, mode="clip"), table[1:].take(at, mode="clip")
-    c, d = table[TILE + 1 :].take(at, mode="clip"), table[TILE + 2 :].take(at, mode="clip")
-    b -= a
-    b *= fx
-    a += b
-    d -= c
-    d *= fx
-    c += d
-    c -= a
-    c *= fy
-    a += c
-    return a
+    return blended(table, TILE + 1, row.astype(np.intp), fx, fy)
 
 
 def octave(faces: Sequence[Face], wave: float, number: int, stretch: float = 1.0) -> Float32:
