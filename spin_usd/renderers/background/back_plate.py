@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.planet.elementary import Float32
-from spin_usd.renderers.background.planet.latlong import bilinear, repeated
+from spin_usd.renderers.background.arithmetic.bilinear import bilinear, repeated
+from spin_usd.renderers.background.arithmetic.elementary import Float32
 from spin_usd.scene.environment import BackPlate
 from spin_usd.scene.texture import Image
 

@@ -8,7 +8,7 @@ from spin_usd.arrays import Float
 from spin_usd.geometry import lens
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.planet.elementary import Float32
+from spin_usd.renderers.background.arithmetic.elementary import Float32
 from spin_usd.renderers.background.planet.globe import Rays
 
 WIDE = 0.7  # sine of a cone that is not worth bounding

@@ -3,10 +3,10 @@
 import numpy as np
 
 from spin_usd.geometry.region import Region
+from spin_usd.renderers.background.arithmetic.elementary import Float32
 from spin_usd.renderers.background.back_plate import place_image, plate_radiance
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.pixels import bands, region_of_cone, splat
-from spin_usd.renderers.background.planet.elementary import Float32
 from spin_usd.renderers.background.planet.globe import Globe
 from spin_usd.renderers.background.planet.grid import BLOCK, blocks
 from spin_usd.renderers.background.planet.points import Points

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from spin_usd.arrays import Float, digest
+from spin_usd.renderers.background.arithmetic.elementary import Float32
 from spin_usd.renderers.background.dome import dome_radiance
-from spin_usd.renderers.background.planet.elementary import Float32
 from spin_usd.renderers.background.planet.globe import Globe, Rays
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.radiance import mean_radiance

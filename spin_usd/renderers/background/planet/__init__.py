@@ -1,1 +1,1 @@
-"""A planet: rays that meet it, the light they find, and noise finer than its maps."""
+"""A planet: rays that meet it, the light they find, and detail finer than its maps."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import Float32, exp
+from spin_usd.renderers.background.arithmetic.elementary import Float32, exp
 from spin_usd.scene.environment import Planet
 
 

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import Float32, exp, log
-from spin_usd.renderers.background.planet.enlarge import enlarged
+from spin_usd.renderers.background.arithmetic.elementary import Float32, exp, log
+from spin_usd.renderers.background.arithmetic.enlarge import enlarged
+from spin_usd.renderers.background.noise.octaves import octave, resolved
+from spin_usd.renderers.background.noise.tile import MEAN_WAVE
 from spin_usd.renderers.background.planet.maps import Places, cloud_map, ground_map, night_map, ramp, shores
-from spin_usd.renderers.background.planet.octaves import MEAN_WAVE, octave_at, resolved
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.surface import LOGISTIC, SHARPNESS, PlanetSurface
 from spin_usd.renderers.background.planet.weather import Weather
@@ -108,7 +109,7 @@ class DetailMaker:
             (total,), stride = enlarged([total], stride // to), to
             seen_part = seen * np.float32(np.sqrt(share))
             plain, folded = self._up(seen_part * weather.plain, seen_part * weather.cells, to=to)
-            found = octave_at(self._points.faces, wave, number, 1.0, self._spacing // to)
+            found = octave(self._points.faces, wave, number, finer=self._spacing // to)
             slopes.add(found, plain, folded, number, wave, to)
             total += found * plain
             total += (np.abs(found) - np.float32(MEAN_FOLDED)) * folded
@@ -129,7 +130,7 @@ class DetailMaker:
             to = min(self._stride(wave / STEPS), stride)
             (total,), stride = enlarged([total], stride // to), to
             (part,) = self._up(seen * np.float32(0.6 * np.sqrt(share)), to=to)
-            total = total + part * octave_at(self._points.faces, wave, 20 + number, VEIL_STRETCH, self._spacing // to)
+            total = total + part * octave(self._points.faces, wave, 20 + number, VEIL_STRETCH, self._spacing // to)
         thin = ramp(total, 0.4, 2.6) * self._up(close, to=stride)[0]
         return enlarged([thin * np.float32(VEIL_OPACITY)], stride)[0][:-1, :-1]
 
@@ -184,7 +185,7 @@ class _Slopes:
             self._totals, self._stride = enlarged(self._totals, self._stride // to), to
         for sun, total in enumerate(self._totals):
             moved = [face.moved(sun, step) for face in self._points.faces]
-            ahead = octave_at(moved, wave, number, 1.0, self._spacing // to)
+            ahead = octave(moved, wave, number, finer=self._spacing // to)
             rise = (ahead - found) * plain + (np.abs(ahead) - np.abs(found)) * folded
             total += rise * relief
 

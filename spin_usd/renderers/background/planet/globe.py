@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.renderers.background.arithmetic.elementary import Float32, length, rotated
 from spin_usd.renderers.background.planet.atmosphere import Air
-from spin_usd.renderers.background.planet.elementary import Float32, length, rotated
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Image
 

@@ -6,8 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import Float32, arctan2
-from spin_usd.renderers.background.planet.latlong import bilinear_latlong, repeated
+from spin_usd.renderers.background.arithmetic.bilinear import repeated
+from spin_usd.renderers.background.arithmetic.elementary import Float32, arctan2
+from spin_usd.renderers.background.arithmetic.latlong import bilinear_latlong
 from spin_usd.scene.texture import Image
 
 LEVELS = 10

@@ -6,9 +6,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.planet.elementary import Float32
+from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.noise.faces import Face, faces_of, present
 from spin_usd.renderers.background.planet.globe import Globe, Meeting, Rays
-from spin_usd.renderers.background.planet.octaves import Face, faces_of, present
 from spin_usd.renderers.background.planet.sunlight import SunAtPoints, sunlight, transmittances
 from spin_usd.renderers.background.planet.weather import Weather
 from spin_usd.scene.light import DistantLight

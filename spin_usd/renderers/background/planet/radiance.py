@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.arithmetic.enlarge import enlarged
 from spin_usd.renderers.background.planet.detail import DetailMaker
-from spin_usd.renderers.background.planet.elementary import Float32
-from spin_usd.renderers.background.planet.enlarge import enlarged
 from spin_usd.renderers.background.planet.maps import Places, cloud_map, ground_map, night_map
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.sunlight import SunAtPoints

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.renderers.background.arithmetic.elementary import Float32, exp, rotated
 from spin_usd.renderers.background.planet.atmosphere import Air, rayleigh
-from spin_usd.renderers.background.planet.elementary import Float32, exp, rotated
 from spin_usd.renderers.background.planet.globe import Globe, Meeting, Rays
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, Light

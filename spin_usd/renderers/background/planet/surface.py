@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import Float32, exp
+from spin_usd.renderers.background.arithmetic.elementary import Float32, exp
 
 SHARPNESS = 0.5  # width of a cloud's edge, in standard deviations of its thickness
 LOGISTIC = 1.702  # a logistic function so much steeper is the normal distribution, to 0.01

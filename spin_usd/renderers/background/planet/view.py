@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.planet.enlarge import enlarged
+from spin_usd.renderers.background.arithmetic.enlarge import enlarged
 from spin_usd.renderers.background.planet.globe import AIR_HEIGHTS, Globe, Rays
 from spin_usd.renderers.background.planet.grid import (
     PATCH,

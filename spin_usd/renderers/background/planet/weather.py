@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import Float32
-from spin_usd.renderers.background.planet.enlarge import enlarged
+from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.arithmetic.enlarge import enlarged
+from spin_usd.renderers.background.noise.faces import Face
+from spin_usd.renderers.background.noise.octaves import octave, resolved
 from spin_usd.renderers.background.planet.maps import ramp
-from spin_usd.renderers.background.planet.octaves import Face, octave, resolved
 
 SWIRLS = ((0.045, 0.0012), (0.016, 0.0003))  # waves by which clouds are stirred, and how far; radians
 KINDS = (0.16, 0.05)  # waves, radians, over which cells close, open and give way to sheets

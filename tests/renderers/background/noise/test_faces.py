@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.octaves import faces_of
+from spin_usd.renderers.background.noise.faces import faces_of
 
 
 def test_points_moved_on_their_faces_are_those_that_moved_on_the_sphere() -> None:

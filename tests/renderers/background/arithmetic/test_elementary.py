@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from spin_usd.renderers.background.planet.elementary import arctan, arctan2, cosines, exp, log
+from spin_usd.renderers.background.arithmetic.elementary import arctan, arctan2, cosines, exp, log
 
 NUMBERS = np.random.default_rng(0).normal(size=(2, 20_000)).astype(np.float32)
 DIGEST = """

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from spin_usd.renderers.background.planet.elementary import Float32
+from spin_usd.renderers.background.arithmetic.elementary import Float32
 
 Plane = TypeVar("Plane", NDArray[np.float32], NDArray[np.float64])
 

@@ -1,0 +1,1 @@
+"""Arithmetic with the same bytes on all processors: elementary functions, and interpolation."""

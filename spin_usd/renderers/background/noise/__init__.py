@@ -1,0 +1,1 @@
+"""Noise on a sphere, octave by octave, the same on all processors."""
