@@ -18,12 +18,7 @@ def bands(camera: Camera, region: Region) -> Iterator[tuple[Region, Rays]]:
     """Yield the pixels of `region` in bands that fit a processor's cache, each with the rays (N,) through their
     centres."""
     for band in region.bands():
-        xy = camera.centres(band)
-        x, y = xy[..., 0].ravel(), xy[..., 1].ravel()
-        length = np.sqrt((1 + x * x + y * y).astype(np.float32))
-        # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
-        angle = 1 / (length * np.sqrt(length) * (camera.fx * camera.fy) ** 0.5)
-        yield band, Rays(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
+        yield band, Rays.through(camera, np.moveaxis(camera.centres(band), -1, 0).reshape(2, -1))
 
 
 def solid_angles(camera: Camera, xy: Float) -> Float:

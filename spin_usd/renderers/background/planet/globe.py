@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from spin_usd.arrays import Float
+from spin_usd.geometry.camera import Camera
 from spin_usd.renderers.background.arithmetic.elementary import Float32, length, rotated
 from spin_usd.renderers.background.planet.atmosphere import Air
 from spin_usd.scene.environment import Planet
@@ -19,14 +20,23 @@ BEHIND = np.float32(1e3)  # radii: there is no air as high
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rays:
-    """N rays in the camera frame: components x, y, z (N,), or one number z, float64, and their length (N,); angle (N,):
-    the angle that each ray's pixel spans, radians."""
+    """Rays in the camera frame, N of them or an array of any shape: components x, y, z, or one number z, float64, and
+    their length; angle: what each ray's pixel spans, radians."""
 
     x: Float
     y: Float
     z: Float | float
     length: Float32
     angle: Float32
+
+    @classmethod
+    def through(cls, camera: Camera, xy: Float) -> "Rays":
+        """Return the rays of the camera's pixels whose centres have the undistorted normalised coordinates (2, N)."""
+        x, y = xy
+        length = np.sqrt((1 + x * x + y * y).astype(np.float32))
+        # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
+        angle = 1 / (length * np.sqrt(length) * np.float32(np.sqrt(camera.fx * camera.fy)))
+        return cls(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -8,7 +8,6 @@ import numpy as np
 from spin_usd.arrays import Float, frozen
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.region import Region
-from spin_usd.renderers.background.planet.globe import Rays
 
 SPACING = 8  # pixels from node to node
 BLOCK = (128, 512)  # rows and columns worked on at once: fewer waste time on calls, more do not fit a core's cache
@@ -53,12 +52,3 @@ def _extended(xy: Float, axis: int, size: int, single: float) -> Float:
 def _unit(component: int) -> Float:
     direction: Float = np.eye(2)[component].reshape(2, 1, 1)
     return direction
-
-
-def rays_through(camera: Camera, xy: Float) -> Rays:
-    """Return the rays through the undistorted normalised coordinates (2, ...)."""
-    x, y = xy
-    length = np.sqrt((1 + x * x + y * y).astype(np.float32))
-    # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
-    angle = 1 / (length * np.sqrt(length) * np.float32(np.sqrt(camera.fx * camera.fy)))
-    return Rays(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))

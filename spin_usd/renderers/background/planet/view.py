@@ -15,7 +15,6 @@ from spin_usd.renderers.background.planet.grid import (
     blocks,
     node_coordinates,
     on_nodes,
-    rays_through,
 )
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.radiance import PlanetRadiance, fine_radiance
@@ -35,7 +34,7 @@ class PlanetView:
         self._camera, self._globe, self._suns = camera, globe, suns
         self._whole = on_nodes(region)
         xy = node_coordinates(camera)[:, *_nodes(self._whole)]
-        self._points = Points.of(globe, suns, rays_through(camera, xy)).on_grid()
+        self._points = Points.of(globe, suns, Rays.through(camera, xy)).on_grid()
         planet = globe.planet
         self._air = AIR_HEIGHTS * planet.atmosphere * 3 / sum(planet.radii) if globe.air else 0.0
 
@@ -62,7 +61,7 @@ class PlanetView:
         xy = np.stack(enlarged(list(node_coordinates(self._camera)[:, *_nodes(patch)]), SPACING // spacing))
         # Slow noise is that of the nodes, also along the limb.
         weather = self._points.weather and self._points.weather.part(self._at(patch), SPACING // spacing)
-        points = Points.of(self._globe, self._suns, rays_through(self._camera, xy)).on_grid(weather)
+        points = Points.of(self._globe, self._suns, Rays.through(self._camera, xy)).on_grid(weather)
         return fine_radiance(points, spacing)
 
     def _seen(self, block: Region, hidden: Hidden) -> bool:
