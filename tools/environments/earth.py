@@ -17,7 +17,7 @@ SNOW = (0.70, 0.71, 0.73)
 
 
 def albedo(width: int, height: int) -> Array:
-    """(height, width, 3) Lambert albedo, linear."""
+    """Return (height, width, 3): Lambert's albedo, linear, R, G, B."""
     points = sphere(width, height)
     north = points[2]
     elevation = fractal(points, seed=4, waves=1.3, octaves=9, gain=0.6) - 0.35
@@ -34,8 +34,8 @@ def albedo(width: int, height: int) -> Array:
 
 
 def clouds(width: int, height: int) -> Array:
-    """(height, width, 1) opacity: belts by latitude, storms that turn as they do in their hemisphere, sheets and
-    streaks; scattered clouds where it is neither 0 nor 1."""
+    """Return the opacity (height, width, 1): belts by latitude, storms that turn as they do in their hemisphere, sheets
+    and streaks; scattered clouds where it is neither 0 nor 1."""
     points = sphere(width, height)
     north = points[2]
     turned = _in_storms(points)
@@ -79,7 +79,8 @@ def _turned(points: Array, axis: Array, angle: Array) -> Array:
 
 
 def _rain(north: Array) -> Array:
-    """How wet the climate is by the sine of latitude: the tropics and the westerlies' storms, with deserts between."""
+    """Return how wet the climate is by the sine of latitude: the tropics and the westerlies' storms, deserts
+    between."""
     tropics = np.exp(-((north / 0.16) ** 2))
     storms = np.exp(-(((np.abs(north) - 0.8) / 0.2) ** 2))
     return np.asarray(tropics + 0.9 * storms - 0.45)

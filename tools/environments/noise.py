@@ -10,8 +10,8 @@ CORNERS = 1.6  # a mean of independent corners varies less than they do
 
 
 def sphere(width: int, height: int) -> Array:
-    """(3, height, width): the unit sphere's points at the centres of a latitude-longitude image's texels, north first,
-    longitude 0 in the middle."""
+    """Return (3, height, width): the unit sphere's points at the centres of a latitude-longitude image's texels, north
+    first, longitude 0 in the middle."""
     longitude = ((np.arange(width) + 0.5) / width * 2 - 1) * np.pi
     latitude = (0.5 - (np.arange(height) + 0.5) / height)[:, None] * np.pi
     z = np.sin(latitude) * np.ones(width)
@@ -19,8 +19,8 @@ def sphere(width: int, height: int) -> Array:
 
 
 def fractal(points: Array, *, seed: int, waves: float, octaves: int, gain: float = 0.5) -> Array:
-    """Noise (H, W) of variance about 1 at `points` (3, H, W): `waves` of its coarsest octave per radius, each further
-    octave twice as fine and `gain` times as high."""
+    """Return noise (H, W) of variance about 1 at `points` (3, H, W): `waves` of its coarsest octave per radius, each
+    further octave twice as fine and `gain` times as high."""
     rng = np.random.default_rng(seed)
     total, power = np.zeros(points.shape[1:]), 0.0
     for octave in range(octaves):
@@ -35,6 +35,6 @@ def fractal(points: Array, *, seed: int, waves: float, octaves: int, gain: float
 
 
 def ramp(values: Array, low: float, high: float) -> Array:
-    """0 below `low`, 1 above `high`, smooth between."""
+    """Return 0 below `low`, 1 above `high`, smooth between."""
     t = np.clip((values - low) / (high - low), 0, 1)
     return np.asarray(t * t * (3 - 2 * t))

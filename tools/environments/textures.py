@@ -14,7 +14,7 @@ SIZE = (2048, 1024)
 
 
 def pictures() -> dict[str, Callable[[], Array]]:
-    """What makes each file: (H, W, C) of the numbers in it, 0 to 1."""
+    """Return, by each file's name, the function that makes its numbers (H, W, C), 0 to 1."""
     return {
         "earth_albedo.jpg": lambda: srgb.encode(albedo(*SIZE)),
         "earth_clouds.jpg": lambda: clouds(*SIZE),
@@ -22,13 +22,13 @@ def pictures() -> dict[str, Callable[[], Array]]:
 
 
 def write_textures(folder: Path) -> None:
-    """Every texture into an existing folder."""
+    """Write every texture into an existing folder."""
     for name, make in pictures().items():
         write_image(folder / name, make(), quality=85)
 
 
 def write_image(path: Path, image: Array, *, quality: int) -> None:
-    """Numbers from 0 to 1 (H, W, C) as a file of 8 bits, a JPEG of that quality."""
+    """Write numbers from 0 to 1 (H, W, C) as a file of 8 bits, a JPEG with that quality."""
     pixels = np.round(np.clip(image, 0, 1) * 255).astype(np.uint8)
     height, width, channels = pixels.shape
     spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)

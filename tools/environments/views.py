@@ -1,4 +1,4 @@
-"""Pictures of the bundled Earth as it is seen from five heights."""
+"""Pictures of the bundled Earth as it is seen from six heights."""
 
 import tempfile
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ VIEWS = {
 
 
 def write_sheet(path: Path) -> None:
-    """All views as one JPEG, two rows of three."""
+    """Write all views as one JPEG, two rows of three."""
     earth = _earth()
     cells = [_reduced(_picture(earth, view)) for view in VIEWS.values()]
     rows = [np.concatenate(cells[start : start + 3], axis=1) for start in (0, 3)]
@@ -58,7 +58,7 @@ def write_sheet(path: Path) -> None:
 
 
 def write_views(folder: Path) -> None:
-    """Each view as a PNG of a frame's size, into a folder that is made."""
+    """Write each view as a PNG of a frame's size, into a folder that is made."""
     folder.mkdir(parents=True, exist_ok=True)
     earth = _earth()
     for name, view in VIEWS.items():
@@ -66,7 +66,7 @@ def write_views(folder: Path) -> None:
 
 
 def _earth() -> Scene:
-    """A scene with the bundled Earth, as a stage with it is read."""
+    """Return a scene with the bundled Earth, as a stage with it is read."""
     with tempfile.TemporaryDirectory() as folder:
         report = spin_usd.author(
             poses=POSES, target="cubesat", camera="speedplus", out=f"{folder}/stage", frames="0:1", environment="earth"
@@ -76,7 +76,7 @@ def _earth() -> Scene:
 
 
 def _picture(earth: Scene, view: View) -> Array:
-    """(H, W, 1) code values from 0 to 1 of what a camera without noise sees."""
+    """Return (H, W, 1): code values from 0 to 1 of what a camera without noise sees."""
     frame = sky(_seen(earth, view), seed=0)
     assert frame is not None
     grey: NDArray[np.float32] = frame.mean(-1, keepdims=True)
@@ -84,7 +84,7 @@ def _picture(earth: Scene, view: View) -> Array:
 
 
 def _seen(earth: Scene, view: View) -> Scene:
-    """`earth` with planet and Sun placed so that the camera has the view."""
+    """Return `earth` with planet and Sun placed so that the camera has the view."""
     latitude, longitude, heading, down, sun, aside = np.radians(
         [view.latitude, view.longitude, view.heading, view.down, view.sun, view.aside]
     )
@@ -105,6 +105,6 @@ def _seen(earth: Scene, view: View) -> Scene:
 
 
 def _reduced(picture: Array) -> Array:
-    """The means of as many pixels as make a cell of the sheet."""
+    """Return the means of as many pixels as make a cell of the sheet."""
     factor = SIZE[0] // CELL[0]
     return np.asarray(picture.reshape(CELL[1], factor, CELL[0], factor, 1).mean((1, 3)))

@@ -34,7 +34,7 @@ def place_image(plate: BackPlate, seed: int) -> PlacedImage | None:
 
 
 def plate_radiance(placed: PlacedImage, frame: Region, band: Region) -> list[Float32]:
-    """R, G, B (N,) of the image behind the pixels of `band`, in the same order; 1 is white.
+    """Return R, G, B (N,) of the image behind the pixels of `band`, in the same order; 1 is white.
 
     The image is as small as it can be without an edge in the frame, its middle in the frame's middle.
     """

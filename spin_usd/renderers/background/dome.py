@@ -10,7 +10,7 @@ from spin_usd.scene.light import DomeLight
 
 
 def dome_radiance(dome: DomeLight, rays: Rays) -> list[Float32]:
-    """R, G, B (N,) along the rays."""
+    """Return R, G, B (N,), W/m2/sr, along the rays."""
     if dome.image is None:
         return [np.full_like(rays.length, channel) for channel in dome.radiance]
     longitude, latitude = _places(dome.T_cam_dome.rotation.T, rays)
@@ -19,6 +19,6 @@ def dome_radiance(dome: DomeLight, rays: Rays) -> list[Float32]:
 
 
 def _places(turn: Float, rays: Rays) -> tuple[Float32, Float32]:
-    """Longitude, to the right of the dome's -z, and latitude, toward its +y; (N,), radians."""
+    """Return longitude, to the right of the dome's -z, and latitude, toward its +y; (N,), radians."""
     x, y, z = ((m[0] * rays.x + m[1] * rays.y + m[2] * rays.z).astype(np.float32) for m in turn)
     return np.arctan2(x, -z), np.arctan2(y, np.sqrt(x * x + z * z))

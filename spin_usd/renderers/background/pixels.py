@@ -22,7 +22,7 @@ def bands(camera: Camera, region: Region) -> Iterator[tuple[Region, Rays]]:
 
 
 def solid_angles(camera: Camera, xy: Float) -> Float:
-    """Return (N,) sr, of pixels around the undistorted normalised coordinates (N, 2)."""
+    """Return the solid angles (N,), sr, of the pixels around the undistorted normalised coordinates (N, 2)."""
     stretch = np.abs(np.linalg.det(lens.distortion_jacobian(xy, camera.distortion)))
     return np.asarray(1 / (camera.fx * camera.fy * stretch * (1 + (xy**2).sum(1)) ** 1.5))
 

@@ -93,6 +93,7 @@ class Grid:
 
     @property
     def width(self) -> int:
+        """Return the texels in a row."""
         return 2 * self.height
 
     @cached_property

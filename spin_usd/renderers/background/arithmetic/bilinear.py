@@ -7,7 +7,7 @@ from spin_usd.renderers.background.arithmetic.elementary import Float32
 
 
 def repeated(tables: Float32) -> Float32:
-    """`tables` (C, H, W) with the first column and the last row again at the end."""
+    """Return `tables` (C, H, W) with the first column and the last row again at the end."""
     wide = np.concatenate([tables, tables[:, :, :1]], axis=2)
     return np.ascontiguousarray(np.concatenate([wide, wide[:, -1:]], axis=1))
 

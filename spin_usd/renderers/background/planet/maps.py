@@ -28,6 +28,7 @@ class Places:
 
     @classmethod
     def of(cls, normal: Sequence[Float32], footprint: Float32) -> "Places":
+        """Return the places of the unit vectors x, y, z in planet axes, or of others of their directions."""
         x, y, z = normal
         latitude = arctan2(z, np.sqrt(x * x + y * y))
         return cls(longitude=arctan2(y, x), latitude=latitude, size=_size(footprint))
@@ -50,13 +51,13 @@ class Map:
             levels.append(repeated(tables))
         return cls(levels=tuple(levels), texel=texel)
 
-    def at(self, places: Places, channels: slice = slice(None)) -> list[Float32]:
+    def at(self, places: Places) -> list[Float32]:
         """Return each channel at `places`, of the levels whose texels are as wide as the pixels."""
         level = np.clip(places.size - _size(np.float32(self.texel)), 0, len(self.levels) - 1)
         first, last = int(level.min()), int(-(-float(level.max()) // 1))
         total: list[Float32] = []
         for index in range(first, last + 1):
-            found = bilinear_latlong(self.levels[index][channels], places.longitude, places.latitude)
+            found = bilinear_latlong(self.levels[index], places.longitude, places.latitude)
             if first < last:
                 share = np.maximum(1 - np.abs(level - np.float32(index)), 0)
                 found = [channel * share for channel in found]
@@ -66,26 +67,27 @@ class Map:
 
 @lru_cache(maxsize=4)
 def ground_map(albedo: Image) -> Map:
-    """R, G, B of the albedo, and the share of water."""
+    """Return R, G, B of the albedo and the share of water."""
     colour = np.ascontiguousarray(np.moveaxis(albedo.pixels[..., :3], -1, 0))
     return Map.of(np.concatenate([colour, _water(colour)[None]]))
 
 
 @lru_cache(maxsize=4)
 def cloud_map(clouds: Image) -> Map:
-    """The opacity."""
+    """Return the opacity."""
     return Map.of(np.ascontiguousarray(clouds.pixels[None, ..., 3]))
 
 
 @lru_cache(maxsize=4)
 def night_map(night: Image) -> Map:
-    """R, G, B of the lights."""
+    """Return R, G, B of the lights, of which 1 is the brightest."""
     return Map.of(np.ascontiguousarray(np.moveaxis(night.pixels[..., :3], -1, 0)))
 
 
 @lru_cache(maxsize=4)
 def shores(albedo: Image) -> Map:
-    """Water's R, G, B less land's, each as it is nearby: what a texel changes by that is all water and not land."""
+    """Return R, G, B of water less those of land, each as it is nearby: the change of a texel of land that becomes
+    water."""
     whole = ground_map(albedo)
     tables = whole.levels[min(WIDE_LEVEL, len(whole.levels) - 1)][:, :-1, :-1]
     water, land = tables[3], 1 - tables[3]
