@@ -55,14 +55,18 @@ class Map:
         """Return each channel at `places`, of the levels whose texels are as wide as the pixels."""
         level = np.clip(places.size - _size(np.float32(self.texel)), 0, len(self.levels) - 1)
         first, last = int(level.min()), int(-(-float(level.max()) // 1))
-        total: list[Float32] = []
+        if first == last:
+            return bilinear_latlong(self.levels[first], places.longitude, places.latitude)
+        total = [np.zeros(level.size, np.float32) for _ in self.levels[0]]
+        longitude, latitude = places.longitude.ravel(), places.latitude.ravel()
         for index in range(first, last + 1):
-            found = bilinear_latlong(self.levels[index], places.longitude, places.latitude)
-            if first < last:
-                share = np.maximum(1 - np.abs(level - np.float32(index)), 0)
-                found = [channel * share for channel in found]
-            total = [a + b for a, b in zip(total, found, strict=True)] if total else found
-        return total
+            share = np.maximum(1 - np.abs(level.ravel() - np.float32(index)), 0)
+            at = np.flatnonzero(share)
+            share = share[at]
+            found = bilinear_latlong(self.levels[index], longitude[at], latitude[at])
+            for channel, values in zip(total, found, strict=True):
+                channel[at] += values * share
+        return [channel.reshape(level.shape) for channel in total]
 
 
 @lru_cache(maxsize=4)
@@ -97,8 +101,8 @@ def shores(albedo: Image) -> Map:
 
 def _size(lengths: Float32 | np.float32) -> Float32:
     """Return their base-2 logarithm, along a line between powers of two: it only says which of two levels is nearer."""
-    part, exponent = np.frexp(np.maximum(lengths, np.float32(1e-12)))
-    return np.asarray(exponent.astype(np.float32) + 2 * part - 2, np.float32)
+    bits = np.maximum(lengths, np.float32(1e-12)).view(np.int32)
+    return np.asarray(bits.astype(np.float32) * np.float32(2**-23) - np.float32(127), np.float32)
 
 
 def _water(colour: Float32) -> Float32:
