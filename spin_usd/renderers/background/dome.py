@@ -3,7 +3,7 @@
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.arithmetic.elementary import Float32, rotated
 from spin_usd.renderers.background.arithmetic.latlong import bilinear_latlong, planes
 from spin_usd.renderers.background.planet.globe import Rays
 from spin_usd.scene.light import DomeLight
@@ -20,5 +20,5 @@ def dome_radiance(dome: DomeLight, rays: Rays) -> list[Float32]:
 
 def _places(turn: Float, rays: Rays) -> tuple[Float32, Float32]:
     """Return longitude, to the right of the dome's -z, and latitude, toward its +y; (N,), radians."""
-    x, y, z = ((m[0] * rays.x + m[1] * rays.y + m[2] * rays.z).astype(np.float32) for m in turn)
+    x, y, z = (way.astype(np.float32) for way in rotated(turn, [rays.x, rays.y, rays.z]))
     return np.arctan2(x, -z), np.arctan2(y, np.sqrt(x * x + z * z))

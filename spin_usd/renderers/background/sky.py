@@ -8,16 +8,13 @@ from spin_usd.renderers.background.back_plate import place_image, plate_radiance
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.pixels import bands, region_of_cone, splat
 from spin_usd.renderers.background.planet.globe import Globe
-from spin_usd.renderers.background.planet.grid import BLOCK, blocks
-from spin_usd.renderers.background.planet.points import Points
-from spin_usd.renderers.background.planet.radiance import mean_radiance
 from spin_usd.renderers.background.planet.sunlight import suns_of_planets
-from spin_usd.renderers.background.planet.view import Hidden, PlanetView, filling_rays
+from spin_usd.renderers.background.planet.view import Hidden, PlanetView
+from spin_usd.renderers.background.planet_light import planet_light
 from spin_usd.scene.light import DistantLight, DomeLight
 from spin_usd.scene.model import Scene
 
 SMALL_PX = 8.0  # radius of a planet that is rendered ray by ray, not pixel by pixel
-SMALL_STEPS = 64
 
 
 def sky(scene: Scene, *, seed: int, hidden: Hidden = None) -> Float32 | None:
@@ -66,39 +63,27 @@ def _add_stars(scene: Scene, frame: Float32) -> int:
     return len(scene.environment.stars)
 
 
-def _add_planets(scene: Scene, frame: Float32, hidden: Hidden) -> int:
-    """Add the planets to the frame, the farthest first, and return how many were rendered."""
-    suns, rendered = suns_of_planets(scene.lights), 0
+def _add_planets(scene: Scene, frame: Float32, hidden: Hidden) -> bool:
+    """Add the planets to the frame, the farthest first, and return whether any is seen."""
+    suns, seen = suns_of_planets(scene.lights), False
     for globe in sorted(_globes(scene), key=lambda globe: -globe.distance):
         if _is_small(scene, globe):
-            rendered += _add_small(scene, frame, globe, suns)
+            _add_small(scene, frame, globe, suns)
+            seen = True
         else:
-            rendered += _add_globe(scene, frame, globe, suns, hidden)
-    return rendered
+            seen |= _add_globe(scene, frame, globe, suns, hidden)
+    return seen
 
 
-def _add_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> int:
-    rays, solid_angle = filling_rays(globe, SMALL_STEPS)
-    light = mean_radiance(Points.of(globe, suns, rays))
-    irradiance = np.stack(light.radiance, -1).astype(np.float64) * solid_angle
+def _add_small(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...]) -> None:
+    rays, irradiance = planet_light(globe, suns)
     splat(frame, scene.camera, np.stack([rays.x, rays.y, rays.z], -1), irradiance)
-    return 1
 
 
-def _add_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...], hidden: Hidden) -> int:
+def _add_globe(scene: Scene, frame: Float32, globe: Globe, suns: tuple[DistantLight, ...], hidden: Hidden) -> bool:
     camera = scene.camera
     region = region_of_cone(camera, globe.centre / globe.distance, globe.angular_radius_sine)
-    if region.empty:
-        return 0
-    view, rendered = PlanetView(camera, globe, suns, region), 0
-    for block in blocks(region, BLOCK):
-        for own, light in view.radiance(block, hidden):
-            part = frame[own.slices]
-            for channel in range(3):
-                part[..., channel] *= light.transmittance[channel]
-                part[..., channel] += light.radiance[channel]
-            rendered += 1
-    return rendered
+    return not region.empty and PlanetView(camera, globe, suns, region).add_to(frame, hidden)
 
 
 def _add(frame: Float32, band: Region, radiance: list[Float32]) -> None:

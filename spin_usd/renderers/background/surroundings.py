@@ -4,15 +4,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float, digest
-from spin_usd.renderers.background.arithmetic.elementary import Float32
+from spin_usd.renderers.background.arithmetic.elementary import Float32, rotated
 from spin_usd.renderers.background.dome import dome_radiance
 from spin_usd.renderers.background.planet.globe import Globe, Rays
 from spin_usd.renderers.background.planet.points import Points
 from spin_usd.renderers.background.planet.radiance import mean_radiance
 from spin_usd.renderers.background.planet.sunlight import suns_of_planets
-from spin_usd.renderers.background.planet.view import filling_rays
+from spin_usd.renderers.background.planet_light import planet_light
 from spin_usd.scene.content import content
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.light import DistantLight, DomeLight
@@ -22,7 +23,6 @@ from spin_usd.scene.texture import Color
 HEIGHT = 256  # texels of 0.7 degrees: a planet has no finer light to give to what is not a mirror
 MAX_HEIGHT = 2048
 SMALL_TEXELS = 6.0  # radius of a planet whose rays are spread over texels one by one
-STEPS = 128
 NEARBY = 1e-3  # of a planet's distance from its surface: so far the target may be from where it is seen from
 DIGITS = 9  # of directions, and of places in planet radii, that count as the same
 
@@ -103,7 +103,7 @@ class Grid:
         latitude = (0.5 - (np.arange(self.height) + 0.5) / self.height)[:, None] * np.pi
         cosine, one = np.cos(latitude), np.ones(self.width)
         own = np.stack([cosine * np.sin(longitude), np.sin(latitude) * one, -cosine * np.cos(longitude)])
-        x, y, z = self.rotation @ own.reshape(3, -1)
+        x, y, z = rotated(self.rotation, list(own.reshape(3, -1)))
         ones = np.ones(len(x), np.float32)
         return Rays(x=x, y=y, z=z, length=ones, angle=ones * np.float32(np.pi / self.height))
 
@@ -113,10 +113,16 @@ class Grid:
         edges = np.sin((0.5 - np.arange(self.height + 1) / self.height) * np.pi)
         return np.repeat((edges[:-1] - edges[1:]) * (2 * np.pi / self.width), self.width)
 
-    def spread(self, rays: Rays, light: Float32) -> Float32:
-        """Return (3, height * width) radiance of `light` (3, N), W/m2, along the rays, each over the four texels around
-        it."""
-        x, y, z = self.rotation.T @ np.stack(np.broadcast_arrays(rays.x, rays.y, rays.z))
+    def seeing(self, globe: Globe) -> NDArray[np.intp]:
+        """Return the texels, among all in rows from the top, that may see the planet or its air."""
+        rays, axis = self.rays, globe.centre / globe.distance
+        radius = np.arcsin(globe.angular_radius_sine) + 2 * np.pi / self.height
+        return np.flatnonzero(rays.x * axis[0] + rays.y * axis[1] + rays.z * axis[2] > np.cos(radius))
+
+    def spread(self, rays: Rays, light: Float) -> Float32:
+        """Return the radiance (3, height * width) of `light` (N, 3), W/m2, along the rays, each over the four texels
+        around it."""
+        x, y, z = rotated(self.rotation.T, [rays.x, rays.y, rays.z])
         column = np.arctan2(x, -z) / (2 * np.pi) * self.width + self.width / 2 - 0.5
         row = np.clip(self.height / 2 - np.arctan2(y, np.hypot(x, z)) / np.pi * self.height - 0.5, 0, self.height - 1)
         left, top = np.floor(column), np.minimum(np.floor(row), self.height - 2)
@@ -126,23 +132,22 @@ class Grid:
                 weight = np.abs(1 - dx - (column - left)) * np.abs(1 - dy - (row - top))
                 at = ((top + dy) * self.width + (left + dx) % self.width).astype(int)
                 for c in range(3):
-                    total[c] += np.bincount(at, weight * light[c], minlength=total.shape[1])
+                    total[c] += np.bincount(at, weight * light[:, c], minlength=total.shape[1])
         return np.asarray(total / self.solid_angles, np.float32)
 
 
 def _add_globe(radiance: Float32, grid: Grid, globe: Globe, suns: tuple[DistantLight, ...]) -> None:
     """Add a planet to the image (3, N), with all of its light."""
-    filling, solid_angle = filling_rays(globe, STEPS)
-    sent = mean_radiance(Points.of(globe, suns, filling)).radiance
-    light = np.stack(sent) * np.float32(solid_angle)
+    rays, light = planet_light(globe, suns)
     if globe.angular_radius_sine * grid.height / np.pi < SMALL_TEXELS:
-        radiance += grid.spread(filling, light)
+        radiance += grid.spread(rays, light)
         return
-    rendered = mean_radiance(Points.of(globe, suns, grid.rays))
-    own = np.stack(rendered.radiance)
-    got = own @ grid.solid_angles
-    radiance *= np.stack(rendered.transmittance)
-    radiance += own * (light.sum(1) / np.maximum(got, np.finfo(float).tiny)).astype(np.float32)[:, None]
+    texels = grid.seeing(globe)
+    points = Points.of(globe, suns, grid.rays.at(texels))
+    own = np.stack(mean_radiance(points))
+    scale = light.sum(0) / np.maximum(own @ grid.solid_angles[texels], np.finfo(float).tiny)
+    behind = radiance[:, texels] * np.stack(points.transmittance)
+    radiance[:, texels] = behind + own * scale.astype(np.float32)[:, None]
 
 
 def _seen_from_target(scene: Scene) -> list[Globe]:

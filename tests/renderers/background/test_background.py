@@ -14,7 +14,7 @@ from spin_usd.renderers.background.pixels import solid_angles
 from spin_usd.renderers.background.planet.atmosphere import Air
 from spin_usd.renderers.background.planet.detail import DetailMaker
 from spin_usd.renderers.background.planet.globe import Globe, Rays
-from spin_usd.renderers.background.planet.grid import BLOCK, SPACING, blocks
+from spin_usd.renderers.background.planet.grid import BLOCK, blocks
 from spin_usd.renderers.background.planet.view import PlanetView
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
@@ -293,9 +293,9 @@ def test_clouds_cover_as_much_as_their_image_says_whatever_is_resolved(cover, he
     """Black ground under clouds that are white all over: the mean opacity, of hundreds of their longest waves."""
     clouds = Image(name="c", pixels=np.full((4, 8192, 4), (1, 1, 1, cover), np.float32))
     globe = planet((0, 0, 6.4e6 + height), (6.4e6,) * 3, albedo=(0.0,) * 3, clouds=clouds)
-    nodes = PlanetView(CAMERA, Globe(planet=globe, eye=np.zeros(3)), (sun(),), CAMERA.frame)
-    parts = [nodes.part(block) for block in blocks(CAMERA.frame, BLOCK)]
-    found = [DetailMaker(part, part.weather, SPACING).surface().opacity.mean() for part in parts]
+    view = PlanetView(CAMERA, Globe(planet=globe, eye=np.zeros(3)), (sun(),), CAMERA.frame)
+    parts = [view.nodes(block) for block in blocks(CAMERA.frame, BLOCK)]
+    found = [DetailMaker(part, part.points.weather).surface().clouds.opacity.mean() for part in parts]
     assert np.mean(found) == pytest.approx(cover, abs=0.12)
 
 

@@ -4,6 +4,7 @@ Those of numpy and of C libraries differ in the last bit from one processor to t
 square roots do not. Their polynomials were fitted for least error over the interval at which each is used.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -81,9 +82,10 @@ def length(v: Float) -> float:
     return float(np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
 
 
-def rotated(matrix: Float, v: Float) -> Float:
-    """Return `matrix` (3, 3) times the vector (3,): of sums in a fixed order, as BLAS's are not."""
-    return np.asarray(matrix[:, 0] * v[0] + matrix[:, 1] * v[1] + matrix[:, 2] * v[2])
+def rotated(matrix: Float, v: Sequence[Float | float]) -> list[Float]:
+    """Return x, y, z of `matrix` (3, 3) times vectors, their x, y, z (N,) or single numbers: of sums in a fixed order,
+    as BLAS's are not."""
+    return [np.asarray(m[0] * v[0] + m[1] * v[1] + m[2] * v[2]) for m in matrix]
 
 
 def _polynomial(x: NDArray[np.floating], coefficients: tuple[float, ...]) -> NDArray[np.floating]:

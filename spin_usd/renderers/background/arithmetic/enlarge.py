@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from spin_usd.renderers.background.arithmetic.elementary import Float32
 
 Plane = TypeVar("Plane", NDArray[np.float32], NDArray[np.float64])
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns (N,) of the points of a grid at the top left of squares of four of them."""
 
 
 def enlarged(values: Sequence[Plane], factor: int) -> list[Plane]:
@@ -27,6 +29,20 @@ def enlarged(values: Sequence[Plane], factor: int) -> list[Plane]:
     between = step.repeat(factor, axis=-1) * _shares(factor, columns - 1)
     np.add(between, few[..., :-1].repeat(factor, axis=-1), out=wide[..., :-1])
     return [_lengthened(plane, factor) for plane in wide]
+
+
+def in_cells(values: Sequence[Plane], cells: Cells, factor: int) -> list[Plane]:
+    """Return each of `values` (R, C) interpolated bilinearly at `factor` by `factor` points of each of N `cells`, in
+    their order: (N * factor * factor,)."""
+    rows, columns = cells
+    shares = np.arange(factor, dtype=np.float32) * np.float32(1 / factor)
+    found = []
+    for plane in values:
+        a, b = plane[rows, columns, None], plane[rows, columns + 1, None]
+        c, d = plane[rows + 1, columns, None], plane[rows + 1, columns + 1, None]
+        top, bottom = (a + (b - a) * shares)[:, None], (c + (d - c) * shares)[:, None]
+        found.append((top + (bottom - top) * shares[:, None]).ravel())
+    return found
 
 
 def _lengthened(values: Plane, factor: int) -> Plane:

@@ -9,22 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.renderers.background.arithmetic.elementary import Float32, exp
-from spin_usd.scene.environment import Planet
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Air:
-    """scale_height in planet radii; depth: the optical depth straight down, RGB."""
+    """Air that grows thinner with height. scale_height: in planet radii; depth: the optical depth straight down, R, G,
+    B."""
 
     scale_height: float
     depth: tuple[float, float, float]
-
-    @classmethod
-    def of(cls, planet: Planet) -> "Air | None":
-        """Return the planet's air, None where it has none."""
-        if planet.atmosphere <= 0 or not any(planet.haze):
-            return None
-        return cls(scale_height=planet.atmosphere / (sum(planet.radii) / 3), depth=planet.haze)
 
     def mass(self, cosine: Float32) -> Float32:
         """Return (N,) air mass from the surface to space, at the `cosine` of the zenith angle, 0 for one below the

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
@@ -37,6 +38,11 @@ class Rays:
         # What a pixel spans, as if the lens bent nothing: the root of its solid angle.
         angle = 1 / (length * np.sqrt(length) * np.float32(np.sqrt(camera.fx * camera.fy)))
         return cls(x=x, y=y, z=1.0, length=length, angle=np.asarray(angle, np.float32))
+
+    def at(self, places: NDArray[np.intp]) -> "Rays":
+        """Return the rays at `places` among those of a row."""
+        x, y, z = (each[places] for each in np.broadcast_arrays(self.x, self.y, self.z))
+        return Rays(x=x, y=y, z=z, length=self.length[places], angle=self.angle[places])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,22 +86,29 @@ class Globe:
         air = AIR_HEIGHTS * planet.atmosphere if any(planet.haze) else 0.0
         return min((max(planet.radii) + air) / self.distance, 1.0)
 
+    @property
+    def scale_height(self) -> float:
+        """The air's scale height in mean radii of the planet; 0 without air."""
+        return self.planet.atmosphere * 3 / sum(self.planet.radii)
+
     @cached_property
     def air(self) -> Air | None:
-        """The planet's air."""
-        return Air.of(self.planet)
+        """The planet's air, None where it has none."""
+        if self.planet.atmosphere <= 0 or not any(self.planet.haze):
+            return None
+        return Air(scale_height=self.scale_height, depth=self.planet.haze)
 
     @cached_property
     def mapped(self) -> bool:
-        """Return whether the planet has images, between whose texels there is detail."""
+        """Whether the planet has images, between whose texels there is detail."""
         return any(isinstance(each, Image) for each in (self.planet.albedo, self.planet.clouds, self.planet.night))
 
     def meet(self, rays: Rays) -> Meeting:
         """Return the points where the rays meet the planet; nothing is covered behind the eye."""
         radii, turn = np.array(self.planet.radii), self.planet.T_cam_planet.rotation.T
         mean = (radii[0] + radii[1] + radii[2]) / 3
-        o = rotated(turn, -self.centre) / radii  # the planet is the unit sphere
-        d = [m[0] * rays.x + m[1] * rays.y + m[2] * rays.z for m in turn / radii[:, None]]
+        o = rotated(turn / radii[:, None], list(-self.centre))  # the planet is the unit sphere
+        d = rotated(turn / radii[:, None], [rays.x, rays.y, rays.z])
         dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
         od = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
         inside = od * od / dd - (

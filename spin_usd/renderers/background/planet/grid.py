@@ -11,7 +11,7 @@ from spin_usd.geometry.region import Region
 
 SPACING = 8  # pixels from node to node
 BLOCK = (128, 512)  # rows and columns worked on at once: fewer waste time on calls, more do not fit a core's cache
-PATCH = (32, 256)  # the same along the limb
+STRIP = (32, 512)  # the same beside the limb
 
 
 def blocks(region: Region, size: tuple[int, int]) -> Iterator[Region]:
@@ -27,6 +27,19 @@ def on_nodes(region: Region) -> Region:
     """Return the smallest box around `region` whose edges are nodes; it may reach beyond the frame."""
     x1, y1 = (-(-edge // SPACING) * SPACING for edge in (region.x1, region.y1))
     return Region(x0=region.x0 // SPACING * SPACING, y0=region.y0 // SPACING * SPACING, x1=x1, y1=y1)
+
+
+def nodes_of(block: Region, whole: Region) -> tuple[slice, slice]:
+    """Return where the nodes of a block, those of its far edges included, are among all of `whole`; the edges of both
+    are nodes."""
+    rows, columns = cells_of(block, whole)
+    return slice(rows.start, rows.stop + 1), slice(columns.start, columns.stop + 1)
+
+
+def cells_of(block: Region, whole: Region) -> tuple[slice, slice]:
+    """Return where the squares between the nodes of a block are among all of `whole`."""
+    top, left = (block.y0 - whole.y0) // SPACING, (block.x0 - whole.x0) // SPACING
+    return slice(top, top + block.height // SPACING), slice(left, left + block.width // SPACING)
 
 
 @lru_cache(maxsize=4)

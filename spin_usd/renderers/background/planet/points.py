@@ -14,14 +14,13 @@ from spin_usd.renderers.background.planet.weather import Weather
 from spin_usd.scene.light import DistantLight
 
 Record = TypeVar("Record", Meeting, SunAtPoints)
-LOW = np.float32(0.06)  # the cosine of a Sun's zenith angle, below which slopes gain no more contrast
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points:
     """Points of any shape. through: the share of light, R, G, B, that the air in front lets pass · suns: each one's
-    light. Of a grid, on a planet that has maps: weather · faces: where they lie on the noise, stirred, and the ways
-    from there to the Suns · steep: the tangent of each Sun's zenith angle."""
+    light. On a planet that has maps, where detail is asked for: weather · faces: where they lie on the noise, stirred,
+    and the ways from there to the Suns."""
 
     globe: Globe
     meeting: Meeting
@@ -29,7 +28,6 @@ class Points:
     suns: tuple[SunAtPoints, ...]
     weather: Weather | None = None
     faces: tuple[Face, ...] = ()
-    steep: tuple[Float32, ...] = ()
 
     @classmethod
     def of(cls, globe: Globe, suns: tuple[DistantLight, ...], rays: Rays) -> "Points":
@@ -43,14 +41,19 @@ class Points:
             suns=tuple(sunlight(globe, sun, rays, meeting, through) for sun in suns),
         )
 
-    def on_grid(self, weather: Weather | None = None) -> "Points":
-        """Return them with their weather and the ways to the Suns. `weather`: what it is known to be."""
+    @property
+    def transmittance(self) -> list[Float32]:
+        """The share of light, R, G, B, from behind that gets past the planet and its air."""
+        return [(1 - self.meeting.covered) * through for through in self.through]
+
+    def with_weather(self, weather: Weather | None = None) -> "Points":
+        """Return the points with their weather, `weather` where it is known, and the ways to the Suns; as they are on a
+        planet without maps."""
         if not self.globe.mapped:
             return self
         faces = faces_of(self.meeting.normal, [_way(self.meeting.normal, sun) for sun in self.suns])
         weather = weather or Weather.of(faces, self.meeting.footprint)
-        steep = tuple(_steep(sun) for sun in self.suns)
-        return replace(self, weather=weather, faces=weather.stirred(faces), steep=steep)
+        return replace(self, weather=weather, faces=weather.stirred(faces))
 
     def part(self, slices: tuple[slice, ...]) -> "Points":
         """Return the points at `slices` alone."""
@@ -61,7 +64,6 @@ class Points:
             suns=tuple(_part(sun, slices) for sun in self.suns),
             weather=self.weather and self.weather.part(slices),
             faces=tuple(present(self.faces, slices)),
-            steep=tuple(each[slices] for each in self.steep),
         )
 
 
@@ -80,8 +82,3 @@ def _way(normal: list[Float], sun: SunAtPoints) -> list[Float]:
     along = [sun.direction[i] - n * sun.cosine for i, n in enumerate(normal)]
     size = np.sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2])
     return [each / np.maximum(size, 1e-6) for each in along]
-
-
-def _steep(sun: SunAtPoints) -> Float32:
-    """Return the tangent of the Sun's zenith angle, as far as it says how bright slopes are."""
-    return np.asarray(np.sqrt(np.maximum(1 - sun.cosine * sun.cosine, 0)) / np.maximum(sun.cosine, LOW), np.float32)

@@ -109,7 +109,7 @@ def _mass(air: Air, meeting: Meeting) -> Float32:
 
 def _direction(planet: Planet, sun: DistantLight) -> Float:
     """Return the direction (3,) to the Sun in the planet's axes."""
-    return rotated(planet.T_cam_planet.rotation.T, -np.array(sun.direction_cam))
+    return np.array(rotated(planet.T_cam_planet.rotation.T, [-way for way in sun.direction_cam]))
 
 
 def _scattering_cosine(sun: DistantLight, rays: Rays) -> Float32:

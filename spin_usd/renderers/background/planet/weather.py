@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spin_usd.renderers.background.arithmetic.elementary import Float32
-from spin_usd.renderers.background.arithmetic.enlarge import enlarged
+from spin_usd.renderers.background.arithmetic.enlarge import Cells, in_cells
 from spin_usd.renderers.background.noise.faces import Face
 from spin_usd.renderers.background.noise.octaves import octave, resolved
 from spin_usd.renderers.background.planet.maps import ramp
@@ -60,8 +60,18 @@ class Weather:
         a, b = self.swirl
         return tuple(replace(face, a=face.a + a, b=face.b + b) for face in faces)
 
-    def part(self, slices: tuple[slice, ...], factor: int = 1) -> "Weather":
-        """Return that at the points of `slices` alone, and `factor` - 1 between each and the next."""
-        planes = [plane[slices] for plane in (self.plain, self.cells, self.veil, self.ranges, *self.swirl)]
-        plain, cells, veil, ranges, a, b = enlarged(planes, factor)
-        return Weather(plain=plain, cells=cells, veil=veil, ranges=ranges, swirl=(a, b))
+    def part(self, slices: tuple[slice, ...]) -> "Weather":
+        """Return the weather at the points of `slices` alone."""
+        return self._of(*(plane[slices] for plane in self._planes))
+
+    def in_cells(self, cells: Cells, factor: int) -> "Weather":
+        """Return the weather at `factor` by `factor` points (N,) of each of the `cells` between points of a grid."""
+        return self._of(*in_cells(self._planes, cells, factor))
+
+    @property
+    def _planes(self) -> tuple[Float32, ...]:
+        return self.plain, self.cells, self.veil, self.ranges, *self.swirl
+
+    @classmethod
+    def _of(cls, plain: Float32, cells: Float32, veil: Float32, ranges: Float32, a: Float32, b: Float32) -> "Weather":
+        return cls(plain=plain, cells=cells, veil=veil, ranges=ranges, swirl=(a, b))

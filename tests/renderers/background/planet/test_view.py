@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spin_usd.renderers.background.planet import view
+from spin_usd.renderers.background.planet import cells
 from spin_usd.renderers.background.sky import sky
 from spin_usd.scene.environment import Planet
 from tests.cases import earths
+
+FEW_WAVES = 0.1  # relative: the mean of a dozen of the longest waves of ground that varies by 0.18
 
 
 def test_what_the_target_hides_changes_nothing_beside_it() -> None:
@@ -30,7 +32,7 @@ def test_nodes_are_as_good_as_every_pixel(monkeypatch: pytest.MonkeyPatch) -> No
     """Of a planet without maps, whose light is smooth, between nodes and at each pixel."""
     scene = earths.seen_from((0.0, 0.0, 7.2e6), albedo=(0.3, 0.3, 0.3), clouds=None)
     nodes = sky(scene, seed=0)
-    monkeypatch.setattr(view, "WIDE", 0.0)
+    monkeypatch.setattr(cells, "WIDE", 0.0)
     pixels = sky(scene, seed=0)
     assert nodes is not None
     assert pixels is not None
@@ -52,3 +54,14 @@ def test_lights_are_seen_by_night_past_clouds() -> None:
 
     assert middle() == pytest.approx(2e-3, rel=1e-5)
     assert middle(clouds=earths.image((0.7, 0.7, 0.7, 0.5), (0.7, 0.7, 0.7, 0.5))) == pytest.approx(1e-3, rel=0.3)
+
+
+def test_ground_without_clouds_is_as_bright_as_its_map_says() -> None:
+    """Beside a planet of the same albedo without a map; its detail is as often brighter as darker."""
+    grey = (0.3, 0.3, 0.3)
+    maps = earths.image(grey, grey), grey
+    mapped, plain = (sky(earths.seen_from((0.0, 0.0, 7.2e6), albedo=albedo, clouds=None), seed=0) for albedo in maps)
+    assert mapped is not None
+    assert plain is not None
+    assert mapped.std() > 1.001 * plain.std()
+    np.testing.assert_allclose(mapped.mean(), plain.mean(), rtol=FEW_WAVES)
