@@ -98,9 +98,9 @@ def test_the_committed_layers_are_what_the_script_writes(tmp_path: Path) -> None
     assert set(written) == LAYERS
     assert {path.name for path in (tmp_path / "textures").iterdir()} == TEXTURES
     for name in TEXTURES:
-        made, committed = (pixels(folder / "textures" / name) for folder in (tmp_path, FOLDER))
-        assert made.shape == committed.shape, name
-        assert np.abs(made - committed).max() <= MAX_LEVELS, name
+        made, kept = (pixels(folder / "textures" / name) for folder in (tmp_path, FOLDER))
+        assert made.shape == kept.shape, name
+        assert np.abs(made - kept).max() <= MAX_LEVELS, name
 
 
 def test_usd_finds_nothing_to_complain_about(stage: Usd.Stage) -> None:
