@@ -44,6 +44,8 @@ LAYOUTS: dict[str, tuple[Mapping[str, str], ...]] = {
 }
 """What the channels of each kind of file can be."""
 IMAGE_MEANING = "what the sensor wrote; its bits, channels and transfer curve are in each record"
+RENDERED = frozenset({IMAGE, RADIANCE})
+"""The kinds of file that show light, which a renderer makes; labels are of no renderer."""
 KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
 PASSES = (LABEL_PASS, BEAUTY_PASS)  # the kinds of work that a renderer does

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
 from spin_usd.dataset.plan.wall_time import Work, worker_seconds
@@ -33,8 +33,8 @@ class TimeLimits:
         """Return the seconds that a worker has for these kinds of file of the picture, its stage being open."""
         if self.given is not None:
             return self.given
-        renders = IMAGE in kinds or RADIANCE in kinds
-        expected = expected_work(Task(picture=picture, label_pass=True, render=renders), self.options)
+        task = Task(picture=picture, label_pass=True, render=not RENDERED.isdisjoint(kinds))
+        expected = expected_work(task, self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
         return max(self.least, TIMES * slowest)

@@ -100,12 +100,12 @@ def variant_table(
         pictures = by_variant.get(variant, [])
         before = len(exposed)
         tasks = [_task(picture, options, labelled, rendered) for picture in pictures]
-        if options.lit:
+        if options.renders:
             exposed.update(picture.exposure for picture in pictures)
         new = [costs.of(task) for task in tasks]
         works += [work for work, _ in new]
         rows.append(_row(variant, tasks, new, exposures=len(exposed) - before))
-    images = options.lit and any("planet" in picture.features for picture in todo)
+    images = options.renders and any("planet" in picture.features for picture in todo)
     return VariantTable(rows=tuple(rows), finished=len(plan.pictures) - len(todo), works=tuple(works), images=images)
 
 
@@ -145,7 +145,7 @@ def _task(picture: PlannedPicture, options: RunOptions, labelled: dict[str, set[
     """Return how the picture is made when the labels and renders with these keys are there already, and add what it
     makes to them."""
     label_pass = any(picture.label_key(kind) not in made for kind, made in labelled.items())
-    render = options.lit and picture.radiance not in rendered
+    render = options.renders and picture.radiance not in rendered
     for kind, made in labelled.items():
         made.add(picture.label_key(kind))
     rendered.add(picture.radiance)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from spin_usd.dataset.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RADIANCE
+from spin_usd.dataset.picture.make_picture import BEAM_PASS, BEAUTY_PASS, IMAGE, LABEL_PASS, RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.geometry.bands import ROWS
@@ -52,9 +52,9 @@ class RunOptions:
         return tuple(kind for kind in self.kinds if kind in LABELS)
 
     @property
-    def lit(self) -> bool:
-        """Return whether pictures show the target's light, and so take a render."""
-        return IMAGE in self.kinds or RADIANCE in self.kinds
+    def renders(self) -> bool:
+        """Return whether pictures take a render: labels alone take none."""
+        return not RENDERED.isdisjoint(self.kinds)
 
 
 def features(scene: Scene) -> list[str]:
@@ -94,7 +94,7 @@ def work_units(task: Task, options: RunOptions) -> dict[str, Units]:
         found["labels"] = {"pixel": picture.region_pixels, "target": picture.target_pixels, **costly}
     if task.render:
         found[BEAUTY_PASS] = {"picture": 1, **dict(_light(picture, options))}
-    elif options.lit:
+    elif options.renders:
         found["cache"]["pixel"] = picture.region_pixels
     if IMAGE in options.kinds:
         found["background"] = {name: frame for name in picture.features if name in BEHIND}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE, Stopwatch
+from spin_usd.dataset.picture.make_picture import RENDERED, Stopwatch
 from spin_usd.dataset.picture.shown_bodies import ShownBodies
 from spin_usd.dataset.picture.target_facts import TargetFacts
 from spin_usd.dataset.render.worker_options import WorkerOptions
@@ -19,7 +19,7 @@ from spin_usd.scene.derived.content_keys import picture_seed, render_seed
 from spin_usd.scene.model import Scene
 from spin_usd.scene.photometry.sunlight import Sunlight, sunlight
 
-OF_THE_SUN = {IMAGE, RADIANCE, LIT.name}
+OF_THE_SUN = RENDERED | {LIT.name}
 """The kinds of file that depend on where the Sun is."""
 
 

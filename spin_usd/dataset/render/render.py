@@ -58,7 +58,7 @@ def render(
         raise InputError("--device and --cluster are given together", do=do)
     if workers is not None:
         refuse_workers(workers)
-    if request.lit:
+    if request.renders:
         require_renderer(request.renderer)
     options = DatasetOptions(
         workers=workers,

@@ -58,7 +58,7 @@ class RenderRequest:
 
     def _refuse_device(self) -> None:
         """Raise InputError where no light is rendered on the device that is named."""
-        if not self.lit:
+        if not self.renders:
             raise InputError(f"device {self.device} is given where no light is rendered", do="leave it out")
         if not renderer_entry(self.renderer).graphics:
             able = " or ".join(f"--renderer {name}" for name, entry in RENDERERS.items() if entry.graphics)
@@ -68,7 +68,7 @@ class RenderRequest:
     def devices(self) -> tuple[str, ...]:
         """Return the devices of this machine that may render the light, the best first. Raises UnsupportedError where
         the one that is asked for is not there."""
-        if self.device == AUTO and self.lit and renderer_entry(self.renderer).graphics:
+        if self.device == AUTO and self.renders and renderer_entry(self.renderer).graphics:
             return tuple(usable_devices())
         name = CPU if self.device == AUTO else self.device
         require_device(name)
@@ -81,8 +81,8 @@ class RenderRequest:
         return tuple(kind for kind in KINDS if kind in wanted)
 
     @property
-    def lit(self) -> bool:
-        """Whether pictures are asked for that show light: labels alone take no renderer."""
+    def renders(self) -> bool:
+        """Whether pictures take a renderer: labels alone take none."""
         return self.image or self.radiance
 
 

@@ -173,7 +173,7 @@ class DatasetRun:
             _keep_only_shared_renders(tasks)
         if self._destination.mirror:
             _keep_only_shared_labels(tasks)
-        for_workers = self._worker_options(planned, root, lit=any(task.renders for task in tasks))
+        for_workers = self._worker_options(planned, root, renders=any(task.renders for task in tasks))
         with postponed() as stop:
             try:
                 make_pictures(
@@ -194,8 +194,8 @@ class DatasetRun:
             return count, count
         return min(self._options.workers or default_workers(), tasks), len(usable_cpus())
 
-    def _worker_options(self, planned: Plan, root: str, *, lit: bool) -> WorkerOptions:
-        if lit:  # a picture made again keeps the image that it had, whatever is asked for
+    def _worker_options(self, planned: Plan, root: str, *, renders: bool) -> WorkerOptions:
+        if renders:  # a picture made again keeps the image that it had, whatever is asked for
             require_renderer(self._request.renderer)
         return WorkerOptions(
             root=str(self._store.root),
@@ -203,7 +203,7 @@ class DatasetRun:
             stage=root,
             image_suffix=self._request.image_suffix,
             settings=planned.settings,
-            lit=lit,
+            renders=renders,
             chosen=self._request.chosen,
         )
 

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.process.retries import Retries
 from spin_usd.labels.table import LABELS
@@ -32,7 +32,7 @@ class RenderTask:
 
     @property
     def renders(self) -> bool:
-        return IMAGE in self.kinds or RADIANCE in self.kinds
+        return not RENDERED.isdisjoint(self.kinds)
 
 
 class TaskQueue:

@@ -14,6 +14,7 @@ from spin_usd.dataset.picture.brightness import faults
 from spin_usd.dataset.picture.make_picture import (
     IMAGE,
     RADIANCE,
+    RENDERED,
     Made,
     Stopwatch,
     image_tones,
@@ -71,7 +72,7 @@ class Worker:
         self.options = WorkerOptions.from_json(options)
         self.store, self.work = Store(root=Path(self.options.root)), Path(self.options.work)
         self.caster = EmbreeCaster()
-        self.renderer = self._open_renderer() if self.options.lit else None
+        self.renderer = self._open_renderer() if self.options.renders else None
         self.versions = library_versions() | (self.renderer.versions() if self.renderer else {})
         self.cache = Cache(folder=self.store.folder, versions=self.versions, work=self.work)
         self._reader: StageReader | None = None
@@ -188,7 +189,7 @@ class Worker:
         kept."""
         kept: Future[Any] = Future()
         kept.set_result(None)
-        if IMAGE not in picture.kinds and RADIANCE not in picture.kinds:
+        if RENDERED.isdisjoint(picture.kinds):
             return kept
         scene, settings, key = picture.scene, self.options.settings, picture.keys["radiance"]
         light = in_unit_light(scene)
@@ -196,7 +197,7 @@ class Worker:
             rendered = self._cached_render(key, scene, groups=len(light.gains))
         picture.passes["render"] = "shared" if rendered else "made"
         if rendered is None:
-            assert self.renderer, "the run was said to have no picture that shows light"
+            assert self.renderer, "the run was said to render nothing"
             rendered = in_order(render_in(light, self.renderer, settings, picture.watch))
             if picture.keep_render:
                 write = partial(write_render, radiance=rendered)

@@ -10,15 +10,16 @@ from spin_usd.scene.derived.content_keys import RenderSettings
 
 @dataclass(frozen=True, kw_only=True)
 class WorkerOptions:
-    """A run over the stage copied into the dataset `root`. work: the folder of its temporary files · lit: whether any
-    picture shows light, so that a renderer is opened · chosen: why the effort is what it is, for the records."""
+    """A run over the stage copied into the dataset `root`. work: the folder of its temporary files · renders: whether
+    any of its pictures shows light, so that a renderer is opened · chosen: why the effort is what it is, for the
+    records."""
 
     root: str
     work: str
     stage: str
     image_suffix: str
     settings: RenderSettings
-    lit: bool = True
+    renders: bool = True
     chosen: Chosen | None = None
 
     def as_json(self) -> dict[str, Any]:

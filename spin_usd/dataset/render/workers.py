@@ -38,8 +38,8 @@ class WorkerProcesses:
 
     def __init__(self, lease: Lease, request: RenderRequest) -> None:
         self._lease, self._memory = lease, rendering_memory(graphics=request.device != CPU)
-        lit = (renderer_entry(request.renderer).module,) if request.lit else ()
-        self._modules = (WORKER, *lit, SPATIAL)
+        renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
+        self._modules = (WORKER, *renderer, SPATIAL)
         self._ahead: Child | None = None
 
     @contextmanager
@@ -78,7 +78,7 @@ def make_pictures(
     elsewhere, cluster = destination.start(options, lease, workers), destination.cluster
 
     def start(number: int) -> ChildProtocol:
-        started = options.settings.renderer if options.lit else "labels"
+        started = options.settings.renderer if options.renders else "labels"
         listener.progress(f"starting {started}: worker", number + 1, room())
         if elsewhere:
             return elsewhere(number)

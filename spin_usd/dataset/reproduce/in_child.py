@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.names import record_of
@@ -32,7 +32,7 @@ def make_again(*, dataset: str, record: dict[str, Any], folder: str, device: str
             seed=provenance["seed"]["dataset"],
             device=device,
         ),
-        lit=IMAGE in kinds or RADIANCE in kinds,
+        renders=not RENDERED.isdisjoint(kinds),
     )
     worker = Worker(options=options.as_json())
     reader = worker.reader(record["variant"])

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.process.ask_child import ask_child
 from spin_usd.dataset.process.child_limits import RENDER_PATIENCE_S, rendering_memory
 from spin_usd.dataset.process.devices import refuse_unknown_device, require_device
@@ -65,7 +65,7 @@ def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL, device: str 
     record = read_json(store.folder, record_of(variant, frame), "record-1")
     render = record["provenance"]["render"]
     recorded = render.get("device", CPU)
-    if {IMAGE, RADIANCE} & record["files"].keys():
+    if RENDERED & record["files"].keys():
         require_renderer(render["renderer"])
         require_device(device or recorded)
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:

@@ -74,12 +74,12 @@ def partition(pictures: Sequence[PlannedPicture], options: RunOptions, count: in
 
 
 def _picture(place: int, picture: PlannedPicture, options: RunOptions) -> _Picture:
-    work = expected_work(Task(picture=picture, label_pass=bool(options.labels), render=options.lit), options)
+    work = expected_work(Task(picture=picture, label_pass=bool(options.labels), render=options.renders), options)
     labels, render = sum(work.get(kind, 0.0) for kind in OF_LABELS), work.get(BEAUTY_PASS, 0.0)
     return _Picture(
         place=place,
         labels=tuple(sorted({picture.label_key(kind) for kind in options.labels})),
-        render=picture.radiance if options.lit else picture.name,
+        render=picture.radiance if options.renders else picture.name,
         label_pass=round(1e6 * labels),
         render_pass=round(1e6 * render),
         rest=round(1e6 * (sum(work.values()) - labels - render)),

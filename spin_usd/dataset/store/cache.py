@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.arrays import digest
-from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
+from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.picture.versions import LABELLING
 from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.dataset_folder import Store
@@ -116,7 +116,7 @@ def uses(record: Mapping[str, Any]) -> set[Purpose]:
     provenance, kinds = record["provenance"], set(record["files"])
     keys, versions = provenance["keys"], provenance["versions"]
     of = {kind: keys.get(kind, keys["geometry"]) for kind in kinds & set(LABELS)}
-    of |= {RENDERS: keys["radiance"]} if kinds & {IMAGE, RADIANCE} else {}
+    of |= {RENDERS: keys["radiance"]} if kinds & RENDERED else {}
     return {Purpose(kind=kind, key=key, versions=made_by(versions, kind)) for kind, key in of.items()}
 
 

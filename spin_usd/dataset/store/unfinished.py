@@ -6,7 +6,7 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RADIANCE
+from spin_usd.dataset.picture.make_picture import IMAGE, KINDS, LAYOUTS, RENDERED
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.store.atomic import write_json
 from spin_usd.dataset.store.dataset_folder import Store
@@ -116,7 +116,7 @@ def _record(store: Store, picture: PlannedPicture) -> dict[str, Any]:
 
 
 def _same_content(record: Mapping[str, Any], picture: PlannedPicture, had: Mapping[str, str]) -> bool:
-    decisive = KEYS if IMAGE in had or RADIANCE in had else ("geometry",)
+    decisive = KEYS if RENDERED & had.keys() else ("geometry",)
     if not all(_can_have(picture, kind) for kind in had):
         return False
     try:
