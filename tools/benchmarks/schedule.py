@@ -118,7 +118,7 @@ def of_several(options: argparse.Namespace, stage: Path, folder: Path) -> dict[s
         wide, alone = on_all.work(options.pictures), each[0].work(options.pictures)
         beside = list(threads.map(lambda maker: maker.work(options.pictures), each))
     slower = sum(work.total for work in beside) / len(beside) / alone.total
-    return {"BESIDE": slower, "SPEED_UP": math.log(alone.passes / wide.passes) / math.log(len(cpus))}
+    return {"BESIDE": slower, "SPEED_UP": math.log(alone.render / wide.render) / math.log(len(cpus))}
 
 
 class Maker:
@@ -147,7 +147,7 @@ class Maker:
     def work(self, pictures: int) -> Work:
         """Of the first so many together."""
         works = [Work.of(self.seconds(index)) for index in range(pictures)]
-        return Work(passes=sum(work.passes for work in works), rest=sum(work.rest for work in works))
+        return Work(render=sum(work.render for work in works), rest=sum(work.rest for work in works))
 
 
 def table(figures: dict[str, Any]) -> str:

@@ -48,7 +48,6 @@ RENDERED = frozenset({IMAGE, RADIANCE})
 """The kinds of file that show light, which a renderer makes; labels are of no renderer."""
 KINDS = (IMAGE, RADIANCE, *LABELS)
 LABEL_PASS, BEAM_PASS, BEAUTY_PASS = "label pass", "beam pass", "beauty pass"
-PASSES = (LABEL_PASS, BEAUTY_PASS)  # the kinds of work that a renderer does
 
 
 class Stopwatch:

@@ -7,7 +7,7 @@ import heapq
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from spin_usd.dataset.picture.make_picture import PASSES
+from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.make_plan import sharing
 
 PLANNING_S = 1.4  # to open the stage in a process of its own
@@ -16,25 +16,26 @@ START_S = 2.4  # a worker's start, and what its first picture takes more than ot
 OPEN_S = 0.2  # a variant's stage, in each worker
 IMAGES_S = 0.8  # a planet's images: read when planned, and once more by each worker
 BESIDE = 1.02  # what work takes, beside another worker, of what it takes alone: they share the memory's bandwidth
-SPEED_UP = 0.9  # power of the number of cores by which the passes of one worker are faster
+SPEED_UP = 0.9  # power of the number of cores by which the renders of one worker are faster
 
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """A picture's work in seconds of one core: `passes` use all of a worker's cores, the `rest` one; more or less."""
+    """A picture's work in seconds of one core: the `render` uses all of a worker's cores, the `rest` one; more or
+    less."""
 
-    passes: float
+    render: float
     rest: float
 
     @classmethod
     def of(cls, seconds: Mapping[str, float]) -> "Work":
         """Sum up seconds by kind of work."""
-        passes = sum(seconds.get(kind, 0.0) for kind in PASSES)
-        return cls(passes=passes, rest=sum(seconds.values()) - passes)
+        render = seconds.get(BEAUTY_PASS, 0.0)
+        return cls(render=render, rest=sum(seconds.values()) - render)
 
     @property
     def total(self) -> float:
-        return self.passes + self.rest
+        return self.render + self.rest
 
 
 def wall_seconds(
@@ -59,17 +60,17 @@ def wall_seconds(
 def worker_seconds(work: Work, *, workers: int, cores: int) -> float:
     """Return the wall-clock seconds that the work takes one of so many workers."""
     faster, slower = _pace(workers, cores)
-    return slower * (work.passes / faster + work.rest)
+    return slower * (work.render / faster + work.rest)
 
 
 def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[str, float]:
     """Return the work, in seconds of one core by its kinds, that took one of so many workers so long."""
     faster, slower = _pace(workers, cores)
-    return {kind: seconds * (faster if kind in PASSES else 1.0) / slower for kind, seconds in taken.items()}
+    return {kind: seconds * (faster if kind == BEAUTY_PASS else 1.0) / slower for kind, seconds in taken.items()}
 
 
 def _pace(workers: int, cores: int) -> tuple[float, float]:
-    """Return how many times faster the passes of each of so many workers are than on one core, and how many times
+    """Return how many times faster the renders of each of so many workers are than on one core, and how many times
     slower all its work is."""
     slower = max(workers / cores, 1.0) * (BESIDE if workers > 1 else 1.0)
     return max(cores // workers, 1) ** SPEED_UP, slower

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from spin_usd.dataset.picture.make_picture import PASSES
+from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, LABEL_PASS
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_bytes, expected_work, read_measured, write_measured
 from spin_usd.dataset.plan.make_plan import Plan, Question, make_plan
@@ -175,7 +175,7 @@ def test_what_a_run_took_scales_what_is_expected_next(tmp_path) -> None:
     for _ in range(2):
         write_measured(*place, of_run, work=tmp_path)
     scaled = read_measured(*place).scaled(expected)
-    for kind in PASSES:
+    for kind in (LABEL_PASS, BEAUTY_PASS):
         assert scaled[kind] == pytest.approx(3 * expected[kind])
     assert expected_bytes(task, OPTIONS) > 0
 

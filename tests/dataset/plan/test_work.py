@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
+from spin_usd.dataset.picture.make_picture import BEAUTY_PASS, LABEL_PASS
 from spin_usd.dataset.plan.cost import expected_work
 from spin_usd.dataset.plan.in_child import Extents
 from spin_usd.dataset.plan.make_plan import SHARED_FROM, Question, make_plan
@@ -96,12 +96,12 @@ def wall(works, workers, cores=1):
 
 def spent(works, workers, cores=1):
     """Without the start."""
-    return wall(works, workers, cores) - wall([Work(passes=0, rest=0)], 1)
+    return wall(works, workers, cores) - wall([Work(render=0, rest=0)], 1)
 
 
 @given(seconds=SECONDS, workers=st.integers(1, 8), cores=st.integers(1, 8))
 def test_a_run_takes_at_least_its_longest_picture_and_its_share_and_no_more_than_both(seconds, workers, cores) -> None:
-    took = spent([Work(passes=0, rest=s) for s in seconds], workers, cores)
+    took = spent([Work(render=0, rest=s) for s in seconds], workers, cores)
     count = min(workers, len(seconds))
     slowest = BESIDE * max(count / cores, 1) * (max(seconds) + sum(seconds) / count)
     assert max(max(seconds), sum(seconds) / min(count, cores)) - 1e-6 <= took <= slowest + 1e-6
@@ -118,18 +118,17 @@ def test_what_a_run_took_is_what_another_like_it_is_planned_to_take(seconds, wor
     assert spent(alone, workers, cores) == pytest.approx(max(ends), abs=1e-6)
 
 
-def test_no_pictures_take_no_time_and_cores_speed_up_passes_alone() -> None:
+def test_no_pictures_take_no_time_and_cores_speed_up_renders_alone() -> None:
     assert wall([], 2) == 0
-    passes, rest = (
-        wall([Work(passes=p, rest=r)], 1, cores=2) - wall([Work(passes=p, rest=r)], 1) for p, r in ((9, 0), (0, 9))
-    )
-    assert passes < 0 == rest
+    works = (Work.of({kind: 9.0}) for kind in (BEAUTY_PASS, LABEL_PASS, "files"))
+    render, label_pass, files = (wall([work], 1, cores=2) - wall([work], 1) for work in works)
+    assert render < 0 == label_pass == files
 
 
 @pytest.mark.parametrize(("cores", "shares"), [(1, 1), (2, 2), (8, 2)])
 def test_only_many_pictures_are_planned_by_as_many_processes_as_planning_takes(cores, shares) -> None:
     def planning(pictures):
-        none = [Work(passes=0, rest=0)]
+        none = [Work(render=0, rest=0)]
         return wall_seconds(none, planned=pictures, variants=0, images=False, workers=1, cores=cores) - wall(none, 1)
 
     few, many = SHARED_FROM - 1, 10 * SHARED_FROM
