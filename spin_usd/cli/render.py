@@ -19,7 +19,7 @@ from spin_usd.dataset.process.child_ahead import child_ahead
 if TYPE_CHECKING:
     from spin_usd.dataset.render.report import RenderReport
 
-PLANNING = "spin_usd.dataset.plan.in_child"  # named as text: it loads USD
+PLANNING_MODULE = "spin_usd.dataset.plan.in_child"  # named as text: it loads USD
 
 
 def render(
@@ -55,7 +55,7 @@ def render(
     as_json: options.Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
-    with child_ahead(PLANNING), shown(context.obj["quiet"]) as progress:
+    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
         report = spin_usd.render(
             stage,
             out=out,

@@ -18,15 +18,15 @@ class TimeLimits:
     """The time limits of a run's pictures: TIMES as long as each is expected to take.
 
     options: of the run · workers, cores: that share the work · measured: timings of earlier runs and of this one, which
-    grow as it goes on; the slowest counts · least: seconds that every picture has · given: the user's own limit for all
-    pictures in seconds, None for none.
+    grow as it goes on; the slowest counts · min_s: seconds that every picture has at least · given: the user's own
+    limit for all pictures in seconds, None for none.
     """
 
     options: RunOptions
     workers: int
     cores: int
     measured: Sequence[Timings] = ()
-    least: float = MIN_S
+    min_s: float = MIN_S
     given: float | None = None
 
     def of(self, picture: PlannedPicture, kinds: Sequence[str]) -> float:
@@ -37,4 +37,4 @@ class TimeLimits:
         expected = expected_work(task, self.options)
         works = (expected, *(timings.scaled(expected) for timings in self.measured))
         slowest = max(worker_seconds(Work.of(each), workers=self.workers, cores=self.cores) for each in works)
-        return max(self.least, TIMES * slowest)
+        return max(self.min_s, TIMES * slowest)

@@ -166,7 +166,7 @@ class DatasetRun:
             workers=count,
             cores=cores,
             measured=(read_measured(self._store.folder, MEASURED), listener.measured),
-            least=MIN_S if planned.settings.device == CPU else GRAPHICS_S,
+            min_s=MIN_S if planned.settings.device == CPU else GRAPHICS_S,
             given=self._options.picture_timeout,
         )
         if not self._options.keep_cache:

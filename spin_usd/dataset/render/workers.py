@@ -22,8 +22,8 @@ from spin_usd.scene.effort import CPU
 from spin_usd.stop_signals import StopRequest
 
 MEMORY_PER_WORKER = 1 << 30  # bytes a worker is expected to need at the most; 300-400 MB is usual
-WORKER = "spin_usd.dataset.render.worker"  # named as text: it loads USD
-SPATIAL = "scipy.spatial"  # for the hull of every target; it takes a third of a second to load
+WORKER_MODULE = "spin_usd.dataset.render.worker"  # named as text: it loads USD
+HULL_MODULE = "scipy.spatial"  # for the hull of every target; it takes a third of a second to load
 USUAL_SHARE, LARGEST_SHARE = 0.5, 0.9  # of the machine's memory, for all workers together
 
 
@@ -39,7 +39,7 @@ class WorkerProcesses:
     def __init__(self, lease: Lease, request: RenderRequest) -> None:
         self._lease, self._memory = lease, rendering_memory(graphics=request.device != CPU)
         renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
-        self._modules = (WORKER, *renderer, SPATIAL)
+        self._modules = (WORKER_MODULE, *renderer, HULL_MODULE)
         self._ahead: Child | None = None
 
     @contextmanager

@@ -51,7 +51,7 @@ def test_the_users_own_limit_holds_for_all() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, 0.9, 1e6, float("nan"), float("inf")])
-def test_a_limit_that_is_none_is_refused(seconds) -> None:
+def test_a_limit_too_short_too_long_or_not_finite_is_refused(seconds) -> None:
     with pytest.raises(InputError, match=r"--picture-timeout .* is .*; make it seconds from 1 to 604800"):
         refuse_time_limit(seconds)
 
