@@ -25,7 +25,7 @@ def cross_findings(path: Path, count: int | None, *, progress: Progress) -> Iter
         raise InputError("is not a dataset, and --cross is for those", where=path, do="give a dataset's folder")
     if count is not None and count < 1:
         raise InputError(f"--cross-pictures is {count}", do="give 1 or more, or leave it out for all")
-    require_renderer(CHECKING)
+    require_renderer(CHECKING, instead="leave --cross out")
     return _crossed(store, _spread(list(store.records()), count), progress)
 
 

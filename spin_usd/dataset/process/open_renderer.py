@@ -92,6 +92,8 @@ _ALL = (
 RENDERERS: Mapping[str, RendererEntry] = {entry.name: entry for entry in _ALL}
 DEFAULT_RENDERER = "blender"
 CHECKING = "blender"  # whose own label pass shares no code with that of runs
+ANOTHER_RENDERER = "choose " + " or ".join(f"--renderer {entry.name}" for entry in _ALL if not entry.library)
+"""The way out of a command that renders, where a library is lacking."""
 
 
 def renderer_entry(name: str) -> RendererEntry:
@@ -108,15 +110,14 @@ def default_effort(name: str) -> Effort:
     return Effort(**{setting: getattr(wanted, setting) for setting in renderer_entry(name).effort})
 
 
-def require_renderer(name: str) -> None:
-    """Raise UnsupportedError where the renderer `name` lacks its library; loads nothing."""
+def require_renderer(name: str, *, instead: str = "") -> None:
+    """Raise UnsupportedError where the renderer `name` lacks its library; load nothing. `instead`: what the user may do
+    without it, such as ANOTHER_RENDERER."""
     entry = renderer_entry(name)
     if entry.library and find_spec(entry.library) is None:
-        others = " or ".join(f"--renderer {other.name}" for other in _ALL if not other.library)
-        raise UnsupportedError(
-            f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have",
-            do=f"install spin_usd with Python {entry.python}, which has it, or choose {others}",
-        )
+        found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
+        do = f"install spin_usd with Python {entry.python}, which has it"
+        raise UnsupportedError(found, do=f"{do}, or {instead}" if instead else do)
 
 
 def graphics_processors() -> dict[str, list[str]]:

@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 
 from spin_usd.dataset.plan.picture_timeout import refuse_time_limit
-from spin_usd.dataset.process.open_renderer import require_renderer
+from spin_usd.dataset.process.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.dataset.process.processors import refuse_workers
 from spin_usd.dataset.render.destination import opened
 from spin_usd.dataset.render.report import RenderReport
@@ -59,7 +59,7 @@ def render(
     if workers is not None:
         refuse_workers(workers)
     if request.renders:
-        require_renderer(request.renderer)
+        require_renderer(request.renderer, instead=ANOTHER_RENDERER)
     options = DatasetOptions(
         workers=workers,
         keep_cache=keep_cache and not is_url(out),

@@ -59,7 +59,7 @@ class RenderRequest:
     def _refuse_device(self) -> None:
         """Raise InputError where no light is rendered on the device that is named."""
         if not self.renders:
-            raise InputError(f"device {self.device} is given where no light is rendered", do="leave it out")
+            raise InputError(f"device {self.device} is given where no light is rendered", do="leave --device out")
         if not renderer_entry(self.renderer).graphics:
             able = " or ".join(f"--renderer {name}" for name, entry in RENDERERS.items() if entry.graphics)
             found = f"the renderer {self.renderer} renders on the CPU alone, and the device {self.device} is asked for"

@@ -14,7 +14,7 @@ from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.plan.time_limit import GRAPHICS_S, MIN_S, TimeLimits
 from spin_usd.dataset.plan.wall_time import one_core
 from spin_usd.dataset.process.devices import AUTO
-from spin_usd.dataset.process.open_renderer import require_renderer
+from spin_usd.dataset.process.open_renderer import ANOTHER_RENDERER, require_renderer
 from spin_usd.dataset.process.processors import MAX_WORKERS, usable_cpus
 from spin_usd.dataset.render import orphans, same_stage
 from spin_usd.dataset.render.command import command_of
@@ -196,7 +196,7 @@ class DatasetRun:
 
     def _worker_options(self, planned: Plan, root: str, *, renders: bool) -> WorkerOptions:
         if renders:  # a picture made again keeps the image that it had, whatever is asked for
-            require_renderer(self._request.renderer)
+            require_renderer(self._request.renderer, instead=ANOTHER_RENDERER)
         return WorkerOptions(
             root=str(self._store.root),
             work=str(self._lease.work),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import spin_usd as package
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.arrays.array_file import write_array
 from spin_usd.labels.table import LABELS
 
@@ -32,6 +32,12 @@ def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
 def test_pictures_are_counted_for_a_comparison_alone(made) -> None:
     with pytest.raises(InputError, match="cross_pictures is given without cross"):
         package.check(made, cross_pictures=1)
+
+
+def test_without_blender_nothing_is_advised_that_check_does_not_have(made, monkeypatch) -> None:
+    monkeypatch.setattr("spin_usd.dataset.process.open_renderer.find_spec", lambda _: None)
+    with pytest.raises(UnsupportedError, match=r"needs bpy, .* has it, or leave --cross out$"):
+        package.check(made, cross=True)
 
 
 def test_a_stage_is_not_crossed(small_stage) -> None:

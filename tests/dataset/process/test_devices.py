@@ -49,7 +49,7 @@ def test_the_plan_says_what_auto_takes(small_stage, spin_usd, usable) -> None:
     [
         (["--device", "gpu"], "there is no device 'gpu'; choose cpu or auto or optix"),
         (["--device", "cuda", "--renderer", "raycast"], "choose --renderer blender"),
-        (["--device", "cuda", "--labels-only"], "where no light is rendered; leave it out"),
+        (["--device", "cuda", "--labels-only"], "where no light is rendered; leave --device out"),
     ],
 )
 def test_what_does_not_go_together_is_refused(options, said, small_stage, spin_usd) -> None:
