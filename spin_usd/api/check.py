@@ -5,7 +5,7 @@ from pathlib import Path
 
 from spin_usd.api.checked import checked
 from spin_usd.dataset.check import check as checking
-from spin_usd.dataset.check.cross import cross_findings
+from spin_usd.dataset.check.cross import cross_check, refuse_cross
 from spin_usd.dataset.repair import repair as repairing
 from spin_usd.errors import InputError
 from spin_usd.progress import Note, Progress, ignore, unsaid
@@ -28,8 +28,8 @@ def check(
         repair: first make again what is missing or damaged in a dataset, from its own stage; the report then says what
             was `repaired`, and what is `unrepaired`.
         cross: also cast a dataset's labels again through Cycles, which has no part in making them, and find where they
-            differ by more than two exact passes may.
-        cross_pictures: do so for so many pictures, evenly spread; all if not given.
+            differ by more than two exact passes may; the report then says how many pictures were `compared`.
+        cross_pictures: compare so many pictures, evenly spread; all if not given.
         on_progress: called with what is counted, how many are done and how many there are.
         on_note: called with what is to be said meanwhile.
 
@@ -38,10 +38,14 @@ def check(
     """
     if cross_pictures is not None and not cross:
         raise InputError("cross_pictures is given without cross", do="give cross too")
+    if cross:
+        refuse_cross(Path(path), cross_pictures)
     progress, note = ignore if on_progress is None else on_progress, on_note or unsaid
-    crossed = cross_findings(Path(path), cross_pictures, progress=progress) if cross else ()
     if repair:
         report: checking.CheckReport = repairing.repair(Path(path), progress=progress, note=note)
     else:
         report = checking.check(Path(path), progress=progress)
-    return replace(report, findings=[*report.findings, *crossed])
+    if not cross:
+        return report
+    crossed = cross_check(Path(path), cross_pictures, progress=progress)
+    return replace(report, findings=[*report.findings, *crossed.findings], compared=crossed.compared)

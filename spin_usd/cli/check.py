@@ -58,6 +58,7 @@ def check(
     if as_json:
         more: dict[str, Any] = {"views": views.as_json()} if views else {}
         more |= {name: getattr(checked, name) for name in ("repaired", "unrepaired") if repair}
+        more |= {"compared": checked.compared} if cross else {}
         show(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **more}))
     else:
         for name in ("repaired", "unrepaired") if repair else ():
@@ -67,6 +68,8 @@ def check(
             show(*summary(views).split("\n"))
         for finding in findings:
             show(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
+        if checked.compared is not None:
+            show(f"compared with Cycles: {counted(checked.compared, 'picture')}")
         warnings = counted(len(findings) - len(errors), "warning")
         show(f"{checked.kind} {path}: {counted(len(errors), 'error')}, {warnings}")
     if errors:

@@ -20,12 +20,14 @@ class CheckReport:
     """The findings of a check.
 
     kind: "stage" or "dataset" · findings: what is wrong with it · views: what a stage's own pictures show, where they
-    can be read.
+    can be read · compared: how many pictures' labels were compared with those that Cycles casts, None where that was
+    not asked for.
     """
 
     kind: str
     findings: list[Finding]
     views: Views | None = None
+    compared: int | None = None
 
 
 def check(path: Path, *, progress: Progress) -> CheckReport:

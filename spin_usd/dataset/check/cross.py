@@ -1,6 +1,7 @@
 """`check --cross`: labels of a dataset's pictures against those that Cycles casts again, in children."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,33 +15,47 @@ from spin_usd.errors import InputError, SpinError
 from spin_usd.progress import Progress
 from spin_usd.scene.finding import Finding
 
+COMPARING = "comparing with Cycles: picture"
 PICTURES_PER_CHILD = 16  # opening Blender takes as long as casting so many
 
 
-def cross_findings(path: Path, count: int | None, *, progress: Progress) -> Iterator[Finding]:
-    """Find where labels differ from those of Cycles, in `count` pictures of the dataset `path`, evenly spread, or in
-    all. Raises InputError where it is no dataset, or `count` is none; UnsupportedError without Blender."""
-    store = Store(root=path.absolute())
-    if not store.is_dataset():
+@dataclass(frozen=True, kw_only=True)
+class CrossReport:
+    """The result of a comparison. compared: how many pictures were compared · findings: where their labels differ, and
+    which pictures could not be compared."""
+
+    compared: int
+    findings: Sequence[Finding]
+
+
+def refuse_cross(path: Path, count: int | None) -> None:
+    """Raise InputError where `path` is not a dataset, or `count`, of pictures, is below 1; UnsupportedError without
+    Blender."""
+    if not Store(root=path.absolute()).is_dataset():
         raise InputError("is not a dataset, and --cross is for those", where=path, do="give a dataset's folder")
     if count is not None and count < 1:
         raise InputError(f"--cross-pictures is {count}", do="give 1 or more, or leave it out for all")
     require_renderer(CHECKING, instead="leave --cross out")
-    return _crossed(store, _spread(list(store.records()), count), progress)
 
 
-def _crossed(store: Store, records: Sequence[str], progress: Progress) -> Iterator[Finding]:
+def cross_check(path: Path, count: int | None, *, progress: Progress) -> CrossReport:
+    """Compare the labels of `count` pictures of the dataset `path`, evenly spread, or of all, with those of Cycles."""
+    store, compared = Store(root=path.absolute()), 0
+    records = _spread(list(store.records()), count)
     calls = [Call("cross_picture", {"dataset": str(store.root), "record": record}) for record in records]
     children = max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
     start = partial(Child, memory=rendering_memory())
     results = results_of(calls, children, progress=progress, start=start, within_s=START_PATIENCE_S)
-    for done, (record, result) in enumerate(zip(records, results, strict=True)):
-        progress("comparing with Cycles: picture", done, len(records))
+    findings: list[Finding] = []
+    progress(COMPARING, 0, len(records))
+    for done, (record, result) in enumerate(zip(records, results, strict=True), 1):
         if isinstance(result, SpinError):
-            yield Finding(code="cross", where=record, message=f"cannot be cast again: {result.found}")
+            findings.append(Finding(code="cross", where=record, message=f"cannot be cast again: {result.found}"))
         else:
-            yield from (Finding(**each) for each in result)
-    progress("comparing with Cycles: picture", len(records), len(records))
+            compared += result["compared"]
+            findings += (Finding(**each) for each in result["findings"])
+        progress(COMPARING, done, len(records))
+    return CrossReport(compared=compared, findings=findings)
 
 
 def _spread(records: Sequence[str], count: int | None) -> list[str]:

@@ -23,8 +23,9 @@ def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
     picture = package.Dataset(made)[1]
     moved = np.roll(picture.label("depth"), 1, axis=1)
     write_array(made / picture.files["depth"].path, moved, kind="depth", channels=LABELS["depth"].channels)
-    findings = json.loads(spin_usd("check", made, "--cross", "--json", code=1).stdout)["findings"]
-    crossed = [finding for finding in findings if finding["code"] == "cross"]
+    said = json.loads(spin_usd("check", made, "--cross", "--json", code=1).stdout)
+    crossed = [finding for finding in said["findings"] if finding["code"] == "cross"]
+    assert said["compared"] == 3
     assert {finding["where"] for finding in crossed} == {"records/nominal/img000002.json"}
     assert any("the depth differs" in finding["message"] for finding in crossed)
 

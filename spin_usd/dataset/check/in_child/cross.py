@@ -1,6 +1,6 @@
 """The child's part of `check --cross`: a picture's labels cast again by Cycles, and what differs."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from functools import cache, lru_cache
 from pathlib import Path
@@ -31,30 +31,35 @@ FACES_AT_ONCE = 512
 ON_EDGE = 1e-9  # of a triangle, in barycentric weights
 
 
-def cross_findings(*, dataset: str, record: str) -> list[dict[str, Any]]:
-    """Return the findings, as JSON, on the labels of the picture whose record is the file `record`; none where the
-    record or a file of it cannot be used, which `check` says by itself."""
+def cross_findings(*, dataset: str, record: str) -> dict[str, Any]:
+    """Return "findings", as JSON, on the labels of the picture whose record is the file `record`, and whether they were
+    "compared". Where the record or a file of it cannot be used there are none: `check` says so by itself."""
     root = Path(dataset)
     try:
         content = read_json(Folder(root), record, "record-1")
     except SpinError:
-        return []
+        return _answer([], compared=False)
     files = {kind: entry for kind, entry in content["files"].items() if kind in COMPARED}
     arrays = dict(read_arrays(root, {"files": files}))
     ours = {kind: array for kind, array in arrays.items() if not isinstance(array, Finding)}
     if len(ours) < len(arrays):
-        return []
+        return _answer([], compared=False)
     if not ours:
         message = f"holds none of {', '.join(COMPARED)}, so there is nothing to compare"
-        return [asdict(Finding(code="cross", where=record, message=message, severity=WARNING))]
-    return [asdict(finding) for finding in _findings(root, record, content, ours)]
-
-
-def _findings(root: Path, where: str, record: Mapping[str, Any], ours: Labels) -> Iterator[Finding]:
-    scene = _scene(root, record)
+        return _answer([Finding(code="cross", where=record, message=message, severity=WARNING)], compared=False)
+    scene = _scene(root, content)
     if scene is None or any(array.shape[:2] != scene.camera.frame.shape for array in ours.values()):
-        yield Finding(code="cross", where=where, message=f"is not of the dataset's stage; {MAKE_AGAIN}")
-        return
+        message = f"is not of the dataset's stage; {MAKE_AGAIN}"
+        return _answer([Finding(code="cross", where=record, message=message)], compared=False)
+    return _answer(_findings(record, scene, ours), compared=True)
+
+
+def _answer(findings: Iterable[Finding], *, compared: bool) -> dict[str, Any]:
+    return {"compared": compared, "findings": [asdict(finding) for finding in findings]}
+
+
+def _findings(where: str, scene: Scene, ours: Labels) -> Iterator[Finding]:
+    """Yield where our labels of the scene's picture differ from those of Cycles in more pixels than may."""
     theirs = {kind: array for kind, array, _ in make_labels(scene, _check_pass(), COMPARED, Stopwatch())}
     coincident = _coincident(scene, ours, theirs)
     for each in disagreements(ours, theirs, scene.camera, coincident=coincident):
