@@ -1,9 +1,9 @@
 """`spin-usd check`: prints what is wrong with a stage or a dataset."""
 
 import json
-from dataclasses import asdict
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,9 +11,12 @@ import spin_usd
 from spin_usd.cli.options import Json
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show
-from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown
 from spin_usd.errors import FINDINGS
+
+if TYPE_CHECKING:
+    from spin_usd.dataset.check.check import CheckReport
 
 
 def check(
@@ -42,8 +45,6 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
-    from spin_usd.scene.derived.view_text import summary
-
     with shown(context.obj["quiet"]) as progress:
         checked = spin_usd.check(
             path,
@@ -51,26 +52,29 @@ def check(
             cross=cross,
             cross_pictures=cross_pictures,
             on_progress=progress,
-            on_note=lambda note: show_notes([note]),
+            on_note=show_note,
         )
-    findings, views = checked.findings, checked.views
-    errors = [finding for finding in findings if finding.severity == "error"]
     if as_json:
-        more: dict[str, Any] = {"views": views.as_json()} if views else {}
-        more |= {name: getattr(checked, name) for name in ("repaired", "unrepaired") if repair}
-        more |= {"compared": checked.compared} if cross else {}
-        show(json.dumps({"kind": checked.kind, "findings": [asdict(finding) for finding in findings], **more}))
+        show(json.dumps(checked.as_json()))
     else:
-        for name in ("repaired", "unrepaired") if repair else ():
-            for what in getattr(checked, name):
-                show(f"{name}: {what}")
-        if views:
-            show(*summary(views).split("\n"))
-        for finding in findings:
-            show(f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]")
-        if checked.compared is not None:
-            show(f"compared with Cycles: {counted(checked.compared, 'picture')}")
-        warnings = counted(len(findings) - len(errors), "warning")
-        show(f"{checked.kind} {path}: {counted(len(errors), 'error')}, {warnings}")
-    if errors:
+        show(*_lines(checked, path))
+    if checked.errors:
         raise typer.Exit(FINDINGS)
+
+
+def _lines(checked: "CheckReport", path: Path) -> Iterator[str]:
+    """Yield the lines that tell the report to people."""
+    from spin_usd.dataset.repair.repair import RepairReport
+    from spin_usd.scene.derived.view_text import summary
+
+    if isinstance(checked, RepairReport):
+        yield from (f"repaired: {what}" for what in checked.repaired)
+        yield from (f"unrepaired: {what}" for what in checked.unrepaired)
+    if checked.views:
+        yield from summary(checked.views).split("\n")
+    for finding in checked.findings:
+        yield f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]"
+    if checked.compared is not None:
+        yield f"compared with Cycles: {counted(checked.compared, 'picture')}"
+    warnings = counted(len(checked.findings) - checked.errors, "warning")
+    yield f"{checked.kind} {path}: {counted(checked.errors, 'error')}, {warnings}"

@@ -9,7 +9,7 @@ import typer
 import spin_usd
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.output.lines import show, tell
-from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown
 from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.errors import FINDINGS
@@ -65,7 +65,7 @@ def measure(
             reference_samples=reference_samples,
             workers=workers,
             on_progress=progress,
-            on_note=lambda note: show_notes([note]),
+            on_note=show_note,
         )
     if as_json:
         show(json.dumps(found.as_json()))

@@ -11,7 +11,7 @@ from spin_usd.cli import options
 from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
-from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.dataset.plan.picture_timeout import parse_time_limit
 from spin_usd.dataset.process.child_ahead import child_ahead
@@ -82,7 +82,7 @@ def render(
             shard=shard,
             picture_timeout=None if picture_timeout is None else parse_time_limit(picture_timeout),
             on_progress=progress,
-            on_note=lambda note: show_notes([note]),
+            on_note=show_note,
         )
     show_notes(report.doubts)
     if as_json:

@@ -9,7 +9,7 @@ import typer
 import spin_usd
 from spin_usd.cli.options import Json
 from spin_usd.cli.output.lines import show
-from spin_usd.cli.output.notes import show_notes
+from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.errors import FINDINGS
 
 OTHER_DEVICE = (
@@ -40,7 +40,7 @@ def reproduce(
             show(f"{word:9}  {file.path}")
         recorded, now = made.devices
         if recorded != now:
-            show_notes([OTHER_DEVICE.format(recorded, now)])
+            show_note(OTHER_DEVICE.format(recorded, now))
         changed = made.versions.items()
         show_notes(f"{name} was {recorded or 'absent'}, is {now or 'absent'}" for name, (recorded, now) in changed)
     if not made.same:

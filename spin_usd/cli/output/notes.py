@@ -5,7 +5,12 @@ from collections.abc import Iterable
 from spin_usd.cli.output.lines import tell
 
 
+def show_note(note: str) -> None:
+    """Print the note on standard error."""
+    tell(f"note: {note}")
+
+
 def show_notes(notes: Iterable[str]) -> None:
     """Print each note on standard error."""
     for note in notes:
-        tell(f"note: {note}")
+        show_note(note)

@@ -1,8 +1,9 @@
 """Findings on a stage or a dataset."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from spin_usd.dataset.check.dataset import dataset_findings
 from spin_usd.dataset.check.stage import StageAnswer, stage_call
@@ -12,7 +13,7 @@ from spin_usd.dataset.store.stage_path import root_layer
 from spin_usd.errors import InputError
 from spin_usd.progress import Progress
 from spin_usd.scene.derived.views import Views
-from spin_usd.scene.finding import Finding
+from spin_usd.scene.finding import ERROR, Finding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +29,16 @@ class CheckReport:
     findings: list[Finding]
     views: Views | None = None
     compared: int | None = None
+
+    @property
+    def errors(self) -> int:
+        """The number of findings that are errors: the others are warnings."""
+        return sum(finding.severity == ERROR for finding in self.findings)
+
+    def as_json(self) -> dict[str, Any]:
+        more: dict[str, Any] = {"views": self.views.as_json()} if self.views else {}
+        more |= {} if self.compared is None else {"compared": self.compared}
+        return {"kind": self.kind, "findings": [asdict(finding) for finding in self.findings], **more}
 
 
 def check(path: Path, *, progress: Progress) -> CheckReport:

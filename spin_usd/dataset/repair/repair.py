@@ -34,6 +34,9 @@ class RepairReport(CheckReport):
     repaired: list[str] = field(default_factory=list)
     unrepaired: list[str] = field(default_factory=list)
 
+    def as_json(self) -> dict[str, Any]:
+        return super().as_json() | {"repaired": self.repaired, "unrepaired": self.unrepaired}
+
 
 def repair(root: Path, *, progress: Progress, note: Note = unsaid) -> RepairReport:
     """Make again what is missing or damaged in the dataset `root`, and check it then.
