@@ -11,8 +11,9 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from spin_usd.arrays import Float
-from spin_usd.renderers.embree.coincident import CoincidentFaces, embree_scene
 from spin_usd.renderers.embree.holes import first_stop
+from spin_usd.renderers.embree.mesh_scene import in_target_units, mesh_scene
+from spin_usd.renderers.embree.overlapping_faces import OverlappingFaces
 from spin_usd.renderers.embree.rays import Float32, rays_entering, rays_in_target_units
 from spin_usd.scene.derived.faces import groups_of
 from spin_usd.scene.derived.lookup import is_there
@@ -31,7 +32,7 @@ class EmbreeCaster:
 
     def __init__(self) -> None:
         self._opened: WeakKeyDictionary[Mesh, EmbreeScene] = WeakKeyDictionary()
-        self._coincident: WeakKeyDictionary[Mesh, CoincidentFaces | None] = WeakKeyDictionary()
+        self._overlapping: WeakKeyDictionary[Mesh, OverlappingFaces | None] = WeakKeyDictionary()
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`."""
@@ -83,7 +84,7 @@ class EmbreeCaster:
     def close(self) -> None:
         """Release what was made of the meshes."""
         self._opened.clear()
-        self._coincident.clear()
+        self._overlapping.clear()
 
     def _cast(self, scene: Scene, xy: Float) -> NDArray[np.int32]:
         """Return the first face (N,) of the scene's target alone."""
@@ -91,26 +92,18 @@ class EmbreeCaster:
 
     def _first_there(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
         embree = self._embree(target.mesh)
-        if not target.cut_out_key:
-            face = np.asarray(embree.run(origins, directions), np.int32)
-            coincident = self._coincident[target.mesh]
-            return coincident.lowest(face, origins, directions) if coincident else face
-        return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
+        if target.cut_out_key:
+            return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
+        face, overlapping = np.asarray(embree.run(origins, directions), np.int32), self._overlaps(target.mesh)
+        return overlapping.lowest(face, origins, directions) if overlapping else face
 
     def _embree(self, mesh: Mesh) -> EmbreeScene:
         if mesh not in self._opened:
-            points, faces = _in_target_units(mesh)
-            self._opened[mesh] = embree_scene(points, faces)
-            self._coincident[mesh] = CoincidentFaces.among(points, faces)
+            self._opened[mesh] = mesh_scene(*in_target_units(mesh))
         return self._opened[mesh]
 
-
-def _in_target_units(mesh: Mesh) -> tuple[Float32, NDArray[np.int32]]:
-    """Points (P, 3) and faces (F, 3) of all of `mesh`: Embree's binding places nothing twice, so instances are made out
-    for it, in its own 70 bytes a face."""
-    points, faces, first = [], [], 0
-    for placed, indices in mesh.placed:
-        points.append(((placed - mesh.centre) / mesh.radius).astype(np.float32))
-        faces.append(indices + np.int32(first))
-        first += len(placed)
-    return np.concatenate(points), np.concatenate(faces)
+    def _overlaps(self, mesh: Mesh) -> OverlappingFaces | None:
+        """Return the mesh's faces that lie in one another, looked for where a first face is asked for."""
+        if mesh not in self._overlapping:
+            self._overlapping[mesh] = OverlappingFaces.among(*in_target_units(mesh))
+        return self._overlapping[mesh]

@@ -1,4 +1,8 @@
-"""Triangles that lie in one another: in one plane, and with an area in common."""
+"""Triangles that lie in one another: in one plane, and with an area in common.
+
+Every pair is found, to the rounding of float32, as labels depend on it; scene.derived.coincidence looks for faces to
+warn of, by the middles of some, and as far apart as no renderer can tell.
+"""
 
 from collections.abc import Iterator
 
@@ -14,8 +18,8 @@ IN_PLANE = 2e-6  # off a plane, still in it
 IN_COMMON = 1e-6  # width of what two triangles share: those that share an edge have less
 ASLANT = (0.43, 0.57, 0.7)  # a direction in which few planes of a model have no extent
 APART = 8  # more than the extent of all coordinates, so that planes follow one another
-MAX_PAIRS = 30_000_000  # that are looked at: some seconds; what a mesh has beyond is not found
-CHUNK = 1 << 18  # pairs that are looked at together
+MAX_CANDIDATES = 30_000_000  # pairs that are looked at: some seconds; what a mesh has beyond is not found
+CHUNK = 1 << 18  # candidates that are looked at together
 
 Pairs = NDArray[np.intp]
 
@@ -27,13 +31,13 @@ def overlapping(corners: Float) -> Pairs:
     normals *= np.where(normals[np.arange(len(normals)), np.abs(normals).argmax(1)] < 0, -1.0, 1.0)[:, None]
     offsets = (normals * corners.mean(1)).sum(1)
     planes = _linked(np.column_stack([offsets, normals]), SAME_PLANE)
-    found = [_overlapping(corners, normals, pairs) for pairs in _neighbours(corners, planes)]
+    found = [_overlapping(corners, normals, pairs) for pairs in _candidates(corners, planes)]
     return np.sort(np.concatenate([np.zeros((0, 2), np.intp), *found]), axis=1)
 
 
 def _linked(values: Float, apart: float) -> NDArray[np.intp]:
-    """Return (F,) a number for each row of the `values` (F, K): the same for rows between which others lie, column by
-    column, no further `apart`."""
+    """Return (F,) a number for each row of the `values` (F, K). Rows have the same number where steps of at most
+    `apart`, in every column, lead from one to the other by way of such rows."""
     group = np.zeros(len(values), np.intp)
     for column in values.T:
         order = np.lexsort((column, group))
@@ -43,7 +47,7 @@ def _linked(values: Float, apart: float) -> NDArray[np.intp]:
     return group
 
 
-def _neighbours(corners: Float, planes: NDArray[np.intp]) -> Iterator[Pairs]:
+def _candidates(corners: Float, planes: NDArray[np.intp]) -> Iterator[Pairs]:
     """Yield (n, 2) pairs of triangles of one plane whose boxes overlap, some at a time."""
     places = (corners * ASLANT).sum(-1)
     low, high = (np.asfortranarray(each) for each in (corners.min(1), corners.max(1)))
@@ -52,7 +56,7 @@ def _neighbours(corners: Float, planes: NDArray[np.intp]) -> Iterator[Pairs]:
     end = np.searchsorted(start, APART * planes[order] + places.max(1)[order], side="right")
     count = end - np.arange(len(order)) - 1
     total = np.cumsum(count)
-    for first in range(0, min(int(total[-1]) if len(total) else 0, MAX_PAIRS), CHUNK):
+    for first in range(0, min(int(total[-1]) if len(total) else 0, MAX_CANDIDATES), CHUNK):
         number = np.arange(first, min(first + CHUNK, int(total[-1])))
         one = np.searchsorted(total, number, side="right")
         other = one + 1 + number - (total[one] - count[one])

@@ -13,9 +13,10 @@ MARGIN = 1.001  # of the bounding sphere's radius: rays start a little outside
 
 
 def rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
-    """Origins and unit directions (N, 3) in body axes around the target's centre, in units of its radius.
+    """Return origins and unit directions (N, 3), in body axes around the target's centre, in units of its radius, of
+    the camera's rays (x, y, 1) of `xy` (N, 2).
 
-    The camera's own position is the earliest start: nothing behind it is seen.
+    Rays start where they enter the target's bounding sphere, or at the camera, behind which nothing is seen.
     """
     mesh, pose = scene.target.mesh, scene.T_cam_body
     cx, cy, cz = pose.points(mesh.centre) / mesh.radius
@@ -35,8 +36,11 @@ def rays_in_target_units(scene: Scene, xy: Float) -> tuple[Float32, Float32]:
 
 
 def rays_entering(origin: Float, directions: Float) -> tuple[Float32, Float32]:
-    """Origins and unit directions (N, 3), in units of the target's radius around its centre, of the rays from `origin`
-    (3,) where they enter its bounding sphere; `origin` itself within it."""
+    """Return origins and unit directions (N, 3), in body axes around the target's centre, in units of its radius, of
+    the rays from `origin` (3,) along the unit `directions` (N, 3), which are in the same axes and units.
+
+    Rays start where they enter the target's bounding sphere; from within it, at `origin`.
+    """
     along = -(directions * origin).sum(1)
     nearest = origin + along[:, None] * directions
     half_chord = np.sqrt(np.maximum(MARGIN**2 - (nearest * nearest).sum(1), 0))

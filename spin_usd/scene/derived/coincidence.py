@@ -1,4 +1,7 @@
-"""Faces of a mesh that lie in one another: which of two is seen there is chance, and the picture's light is wrong."""
+"""Faces of a mesh that lie in one another as far as renderers can tell: pictures of them have the wrong light.
+
+The middles of some faces are looked at. renderers.embree.overlaps finds every pair that lies in one plane.
+"""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -15,7 +18,7 @@ from spin_usd.scene.mesh import Mesh
 GAP = 2.0**-20
 MAX_MIDDLES = 100_000  # of a mesh with more faces, evenly spread ones are looked at
 CHUNK = 4096  # faces whose neighbourhoods are looked at together
-MAX_PAIRS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
+MAX_NEIGHBOURS = 30_000_000  # in all: some seconds; what a mesh of huge crossing faces has beyond is not looked at
 INSIDE = 1e-6  # least weight: a middle so near to an edge lies beside the face
 
 
@@ -41,11 +44,11 @@ def coincident_faces(mesh: Mesh, chosen: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], Float]]:
-    """Indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, and the faces' corners (n, 3, 3)
-    around the mesh's centre, some faces at a time."""
+    """Yield indices (n,) of middles and (n,) of faces whose bounding spheres they lie in, and the faces' corners
+    (n, 3, 3) around the mesh's centre, some faces at a time."""
     from scipy.spatial import cKDTree
 
-    tree, left = cKDTree(middles), MAX_PAIRS
+    tree, left = cKDTree(middles), MAX_NEIGHBOURS
     for start in range(0, mesh.count, CHUNK):
         corners = corners_of(mesh, np.arange(start, min(start + CHUNK, mesh.count))) - mesh.centre
         centre, radius = _bounding_spheres(corners)
@@ -61,7 +64,7 @@ def _neighbours(middles: Float, mesh: Mesh) -> Iterator[tuple[NDArray[np.intp], 
 
 
 def _bounding_spheres(corners: Float) -> tuple[Float, Float]:
-    """Centres (F, 3) and radii (F,) around the middles of the faces' longest edges."""
+    """Return centres (F, 3) and radii (F,) around the middles of the faces' longest edges."""
     ends = np.roll(corners, -1, axis=1)
     longest = np.linalg.norm(ends - corners, axis=2).argmax(1)
     each = np.arange(len(corners))

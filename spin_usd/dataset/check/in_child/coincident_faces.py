@@ -1,7 +1,7 @@
 """Rule on a target's shape: faces that lie in one another where that is seen.
 
-Which of two is rendered there is chance, so labels name either, and Cycles leaves their light out: a sphere whose every
-face is there twice keeps half of it, a plate nothing. Faces within a solid, where its parts touch, are nobody's to see.
+Of two, labels show the one with the lower number alone, and Cycles leaves light out: a sphere whose every face is there
+twice keeps half of it, a plate nothing. Faces within a solid, where its parts touch, are not seen.
 """
 
 from collections import Counter
@@ -40,9 +40,9 @@ def face_findings(target: Target) -> Iterator[Finding]:
     share = float(area[np.unique(pairs[:, 0])].sum())
     if share >= MIN_SHARE:
         message = (
-            f"faces that hold {100 * share:.3g} % of its area overlap others ({_named(target, pairs, area)}): which is "
-            "seen there is chance, and Blender renders them too dark; remove one of each two, or move it by more "
-            f"than {GAP * mesh.radius:.1g} m"
+            f"faces that hold {100 * share:.3g} % of its area overlap others ({_named(target, pairs, area)}): labels "
+            "show only the first of each two, and Blender renders them too dark; remove one of each two, or move it by "
+            f"more than {GAP * mesh.radius:.1g} m"
         )
         yield Finding(code="faces-coincident", where=target.path, message=message, severity=WARNING)
 
@@ -66,10 +66,10 @@ def _in_the_open(target: Target, face: NDArray[np.intp]) -> NDArray[np.bool_]:
     faces, which = np.unique(face, return_inverse=True)
     corners = corners_of(target.mesh, faces)
     middles, normals = corners.mean(1), unit_normals(corners)
-    renderer, open_faces = EmbreeCaster(), np.zeros(len(faces), bool)
+    caster, open_faces = EmbreeCaster(), np.zeros(len(faces), bool)
     for way in sphere(WAYS):
         cosine = normals @ way
         tried = np.flatnonzero(~open_faces & (np.abs(cosine) > GRAZING))
         start = middles[tried] + LIFT * target.mesh.radius * np.sign(cosine[tried])[:, None] * normals[tried]
-        open_faces[tried] = ~renderer.shadowed(target, start, way)
+        open_faces[tried] = ~caster.shadowed(target, start, way)
     return np.asarray(open_faces[which])

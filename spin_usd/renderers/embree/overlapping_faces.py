@@ -1,16 +1,16 @@
-"""Faces that lie in one another, of which Embree's kernels for one processor see one and those for another the other.
+"""Faces that lie in one another: of two, Embree's kernels for some processors see the one, those for others the other.
 
-So that labels have the same bytes on all, the one with the lowest number is seen.
+So that labels have the same bytes on all processors, the one with the lowest number is seen.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from spin_usd.renderers.embree.mesh_scene import Faces, mesh_scene
 from spin_usd.renderers.embree.overlaps import Pairs, overlapping
 from spin_usd.renderers.embree.rays import Float32
 
@@ -19,7 +19,7 @@ MAX_LAYERS = 16  # each is a scene of Embree's, and a process that opens a thous
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CoincidentFaces:
+class OverlappingFaces:
     """The faces of a mesh that overlap others, in layers: none overlaps another of its layer, and of faces that lie in
     one another the lowest number is in the lowest layer. The highest layer has all that are above MAX_LAYERS others,
     and may overlap itself.
@@ -34,7 +34,7 @@ class CoincidentFaces:
     pairs: NDArray[np.int64]
 
     @classmethod
-    def among(cls, points: Float32, faces: NDArray[np.int32]) -> "CoincidentFaces | None":
+    def among(cls, points: Float32, faces: Faces) -> "OverlappingFaces | None":
         """Return those of the mesh with these points (P, 3) and faces (F, 3); None where there are none, or too many
         faces to look."""
         found = overlapping(points[faces].astype(np.float64)) if len(faces) <= MAX_FACES else np.zeros((0, 2), np.intp)
@@ -42,7 +42,7 @@ class CoincidentFaces:
             return None
         layer = _layers(found, len(faces))
         numbers = [np.flatnonzero(layer == each).astype(np.int32) for each in range(layer.max())]
-        scenes = [embree_scene(points, faces[own]) for own in numbers]
+        scenes = [mesh_scene(points, faces[own]) for own in numbers]
         pairs = np.unique(found[:, 1] * np.int64(len(faces)) + found[:, 0])
         return cls(layer=layer, scenes=scenes, numbers=numbers, pairs=pairs)
 
@@ -63,13 +63,6 @@ class CoincidentFaces:
         wanted = higher * np.int64(len(self.layer)) + lower
         at = np.minimum(np.searchsorted(self.pairs, wanted), len(self.pairs) - 1)
         return np.asarray(self.pairs[at] == wanted)
-
-
-def embree_scene(points: Float32, faces: NDArray[np.int32]) -> EmbreeScene:
-    """Return Embree's scene of the triangles `faces` (F, 3) between `points` (P, 3)."""
-    scene = EmbreeScene(robust=True)
-    TriangleMesh(scene, points, faces)
-    return scene
 
 
 def _layers(pairs: Pairs, count: int) -> NDArray[np.int32]:
