@@ -1,4 +1,4 @@
-"""Rays that go on through faces that do not stop them: cut-outs, and those that cast no shadow of a light."""
+"""Rays that go on behind faces that do not stop them: cut-outs, and those that cast no shadow of a light."""
 
 from collections.abc import Callable
 
@@ -20,9 +20,12 @@ def first_stop(
     stops: Callable[[NDArray[np.int32], Float], NDArray[np.bool_]],
     max_distance: Float32 | None = None,
 ) -> NDArray[np.int32]:
-    """Return the first face (N,) of each ray, within its `max_distance`, that stops it; -1 for none. A ray goes on from
-    behind those that do not; one that meets the same face again has only been rounded before it, and goes a longer
-    step."""
+    """Return the first face (N,) that stops each of the rays, within its `max_distance` (N,) where given; -1 for none.
+
+    Origins and unit directions are (N, 3). `stops` says of faces (n,) and the barycentric weights (n, 3) at which rays
+    meet them whether they do. A ray goes on from just behind a face that does not; where it meets that face again, its
+    start was rounded to before it, and the next step is twice as long.
+    """
     face = np.full(len(origins), -1, np.int32)
     left = np.full(len(origins), FAR, np.float32) if max_distance is None else max_distance
     rays = np.arange(len(origins))
