@@ -1,7 +1,7 @@
-"""Files written whole: the system says of every byte whether it has taken it.
+"""New files, written so that a full disk is noticed.
 
-Libraries that write files by themselves lose that word: theirs is success on a full disk. So they encode into memory,
-and what they made is written here.
+Libraries that write files by themselves report success on a full disk. So they encode into memory, and the bytes are
+written here, where each call of the system says how many it has taken.
 """
 
 import os
@@ -14,8 +14,9 @@ from spin_usd.files.descriptor import read_all
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write the file `path` anew, until the system has taken all of the `data`. Raises OSError, such as of a full disk,
-    a quota, or the limit of a file's size; a network's file system may say so only when it is closed, or by `fsync`."""
+    """Write the `data` to the file `path`, in place of what it holds. Raises OSError where the system does not take
+    all of it: the disk is full, or a quota or the limit of a file's size is reached. A network's file system may say so
+    only when the file is closed, or forced to disk."""
     left = memoryview(data)
     with path.open("wb", buffering=0) as file:
         while left:
@@ -23,21 +24,21 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 class MemoryFile:
-    """A file that lies in memory where the system has such, and has no name: libraries write to its `path`."""
+    """A file without a name, in memory on systems that have such files. Libraries write to its `path`."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
         self.path = f"/dev/fd/{descriptor}"
 
     def data(self) -> bytes:
-        """Return all that it holds; less than was written where memory, or the limit of a file's size, ran out."""
+        """Return all that the file holds: less than was written where memory or the limit of a file's size ran out."""
         os.lseek(self._descriptor, 0, os.SEEK_SET)
         return read_all(self._descriptor, self.path)
 
 
 @contextmanager
 def memory_file() -> Iterator[MemoryFile]:
-    """Open an empty one; it is gone with the block."""
+    """Open an empty MemoryFile, which is gone when the block ends."""
     if not hasattr(os, "memfd_create"):
         with tempfile.TemporaryFile() as file:
             yield MemoryFile(file.fileno())
