@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from spin_usd.dataset.read.dataset import Dataset
-from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.formats.arrays.image_file import read_image, write_image
 from spin_usd.sha256 import sha256_of
 from tests.conftest import REPOSITORY
 

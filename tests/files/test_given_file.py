@@ -9,9 +9,9 @@ import pytest
 
 from spin_usd.errors import InputError
 from spin_usd.files.given_file import open_file, path_of, read_bytes, read_text
+from spin_usd.formats.arrays.image_file import read_image
 from spin_usd.formats.arrays.point_cloud_file import read_point_cloud
 from spin_usd.formats.camera_file import read_camera_file
-from spin_usd.formats.image_file import read_image
 from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
 from spin_usd.formats.mesh.mesh_file import read_mesh_file

@@ -16,7 +16,7 @@ from spin_usd.dataset.plan.skipped_work import SkippedWorkCounter
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.dataset.plan.work import features
 from spin_usd.errors import InputError, UnsupportedError
-from spin_usd.formats import image_file
+from spin_usd.formats.arrays import image_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.labels.table import own_keys, take_next_frame
 from spin_usd.progress import Progress

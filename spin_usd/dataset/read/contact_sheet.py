@@ -13,7 +13,7 @@ from spin_usd.dataset.store.atomic import write_atomically
 from spin_usd.dataset.store.hidden_folder import hidden_folder
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
-from spin_usd.formats.image_file import write_image
+from spin_usd.formats.arrays.image_file import write_image
 from spin_usd.labels import preview
 from spin_usd.labels.table import CLOUD_LABELS, LABELS
 

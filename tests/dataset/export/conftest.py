@@ -10,7 +10,7 @@ import pytest
 
 from spin_usd.dataset.export.export import export
 from spin_usd.dataset.export.request import ExportRequest
-from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.formats.arrays.image_file import read_image, write_image
 from spin_usd.progress import ignore
 
 PLAIN = {"fx": 640.0, "fy": 640.0, "cx": 120.0, "cy": 75.0, "distortion": [0.0] * 5}

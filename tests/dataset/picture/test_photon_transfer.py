@@ -5,7 +5,7 @@ import pytest
 
 from spin_usd.dataset.render.render import render
 from spin_usd.dataset.render.request import RenderRequest
-from spin_usd.formats.image_file import read_image
+from spin_usd.formats.arrays.image_file import read_image
 from spin_usd.scene.effort import Effort
 from tests.authorities import photon_transfer
 

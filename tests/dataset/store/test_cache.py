@@ -18,7 +18,7 @@ from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.store.cache import RENDERS, Cache, entries, made_by
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.files.folder import Folder
-from spin_usd.formats.image_file import read_image, write_image
+from spin_usd.formats.arrays.image_file import read_image, write_image
 from spin_usd.labels.table import LABELS
 from spin_usd.scene.effort import Effort
 from tests.cases.records import record_at, record_files

@@ -19,7 +19,7 @@ from spin_usd.dataset.export.models.body_models import body_models
 from spin_usd.dataset.export.models.model import Model
 from spin_usd.dataset.export.models.model_file import ply_bytes
 from spin_usd.dataset.export.rectified.rectified_picture import RectifiedPicture
-from spin_usd.formats.image_file import write_image
+from spin_usd.formats.arrays.image_file import write_image
 
 RECTIFY, YES, NO = "rectify", "yes", "no"
 RECTIFYING = FormatOption(name=RECTIFY, meaning="whether lens distortion is taken out", default=NO, choices=(YES, NO))

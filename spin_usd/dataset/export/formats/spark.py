@@ -20,7 +20,7 @@ from spin_usd.dataset.export.layout.limits import UINT16_MAX, depth_at_most, tar
 from spin_usd.dataset.export.layout.output import IndexRow, MadeFile, Output
 from spin_usd.dataset.export.layout.pose_table import pose_table_layout
 from spin_usd.errors import UnsupportedError
-from spin_usd.formats.image_file import write_image
+from spin_usd.formats.arrays.image_file import write_image
 
 BODY, PANEL = (255, 0, 0), (0, 0, 255)
 PANEL_CLASS = "solar_panel"

@@ -12,7 +12,7 @@ from spin_usd.dataset.export.layout.exported_dataset import ExportedDataset
 from spin_usd.dataset.export.rectified.resampling import resampling
 from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.errors import UnsupportedError
-from spin_usd.formats.image_file import read_image
+from spin_usd.formats.arrays.image_file import read_image
 from tests.dataset.export.conftest import PLAIN, clone, write_export
 
 HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])

@@ -2,11 +2,9 @@
 
 OpenImageIO's traps, and what is done about them: names like "uint16" silently mean half in EXR (only its own type
 constants are used); EXR carries the time of writing (set to a constant); `write_image` and `close` report success on
-a full disk (so it writes into memory, and we to the disk), and for JPEG the process ends there (Pillow encodes those).
+a full disk (so it writes into memory, and we to the disk), and end the process over a JPEG (Pillow encodes those).
 """
 
-import math
-import struct
 from collections.abc import Mapping
 from io import BufferedReader, BytesIO
 from pathlib import Path
@@ -21,6 +19,7 @@ from spin_usd.errors import InputError, OutputError, UnsupportedError
 from spin_usd.files.given_file import open_file, path_of
 from spin_usd.files.new_file import memory_file, write_whole
 from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.formats.arrays.whole_image import exr_is_whole, png_is_whole
 
 Image = NDArray[Any]
 
@@ -34,8 +33,6 @@ ATTRIBUTES: dict[str, dict[str, str | int]] = {
 }
 CONSTANTS = {"DateTime": "2000:01:01 00:00:00", "Software": "spin_usd"}
 JPEG_QUALITY = 95
-PNG_HEAD = EXR_HEAD = 8  # bytes
-EXR_ROWS = 16  # of a chunk that is compressed by ZIP
 
 oiio.attribute("threads", 1)  # a worker has one processor
 oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even for one: -1 is none
@@ -52,15 +49,33 @@ def write_image(
     """
     pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
     _check_kind(path, pixels, channels)
-    data = _jpeg(pixels) if path.suffix == ".jpg" else _encoded(path, pixels, channels, header or {})
+    if path.suffix == ".jpg":
+        data = _jpeg(pixels)
+    else:
+        data = _encoded(path, pixels, _spec(path, pixels, channels, header or {}))
     try:
         write_whole(path, data)
     except OSError as e:
         raise OutputError(f"cannot be written ({e.strerror})", where=path, do="free some space") from e
 
 
-def _encoded(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping[str, str]) -> bytes:
-    """Return the bytes of the file. Raises OutputError where memory does not hold them."""
+def _encoded(path: Path, pixels: Image, spec: Any) -> bytes:
+    """Return the bytes of a PNG or an EXR. Raises OutputError where memory does not hold them."""
+    with memory_file() as file:
+        output = oiio.ImageOutput.create(path.suffix[1:])
+        assert output  # it has both formats
+        written = output.open(file.path, spec) and output.write_image(pixels)
+        written = output.close() and written
+        data = file.data()
+    whole = png_is_whole(data) if path.suffix == ".png" else exr_is_whole(data, rows=len(pixels))
+    if not (written and whole):
+        found = f"does not fit into memory, or a file's largest size ({_error(output)})"
+        raise OutputError(found, where=path, do="free some memory, or raise the limit (ulimit -f)")
+    return data
+
+
+def _spec(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping[str, str]) -> Any:
+    """Return OpenImageIO's description of the file."""
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], TYPES[pixels.dtype.name])
     attributes = {**ATTRIBUTES[path.suffix], **CONSTANTS}
     if path.suffix == ".exr":
@@ -68,20 +83,11 @@ def _encoded(path: Path, pixels: Image, channels: tuple[str, ...], header: Mappi
         attributes |= header
     for name, value in attributes.items():
         spec.attribute(name, value)
-    with memory_file() as file:
-        output = oiio.ImageOutput.create(path.suffix[1:])
-        assert output  # it has both formats
-        written = output.open(file.path, spec) and output.write_image(pixels)
-        written = output.close() and written
-        data = file.data()
-    if not (written and (png_is_whole(data) if path.suffix == ".png" else exr_is_whole(data, rows=len(pixels)))):
-        found = f"does not fit into memory, or a file's largest size ({_error(output)})"
-        raise OutputError(found, where=path, do="free some memory, or raise the limit (ulimit -f)")
-    return data
+    return spec
 
 
 def _jpeg(pixels: Image) -> bytes:
-    """Return the bytes of the file."""
+    """Return the bytes of a JPEG."""
     file = BytesIO()
     image = PillowImage.fromarray(pixels.squeeze(-1) if pixels.shape[2] == 1 else pixels)
     image.save(file, "jpeg", quality=JPEG_QUALITY, subsampling=0)
@@ -129,44 +135,6 @@ def _check_kind(path: Path, pixels: Image, channels: tuple[str, ...]) -> None:
         raise UnsupportedError(f"array {pixels.shape} does not have the channels {channels}", where=path)
     if path.suffix != ".exr" and len(channels) not in (1, 3):
         raise UnsupportedError(f"{path.suffix} cannot hold {len(channels)} channels", where=path, do="give 1 or 3")
-
-
-def png_is_whole(data: bytes) -> bool:
-    """Return whether the chunks of a PNG follow one another up to its last byte, which ends the last: where some of
-    what was written is lost, what follows lies nearer to the start. Source: the PNG specification (W3C)."""
-    place: int = PNG_HEAD
-    while place + 12 <= len(data):
-        size, kind = struct.unpack_from(">I4s", data, place)
-        place += size + 12
-        if kind == b"IEND":
-            return place == len(data)
-    return False
-
-
-def exr_is_whole(data: bytes, *, rows: int) -> bool:
-    """Return whether the chunks of an EXR of so many rows, compressed by ZIP, lie where its table says, up to its last
-    byte. Source: "OpenEXR File Layout", files of scan lines."""
-    try:
-        place = _after_header(data)
-        table = struct.unpack_from(f"<{math.ceil(rows / EXR_ROWS)}Q", data, place)
-        place += 8 * len(table)
-        for start in table:
-            if start != place:
-                return False
-            place += 8 + struct.unpack_from("<I", data, place + 4)[0]
-    except (struct.error, ValueError, IndexError):
-        return False
-    return place == len(data)
-
-
-def _after_header(data: bytes) -> int:
-    """Return where the table begins: behind attributes, each a name, a type, a size and a value."""
-    place = EXR_HEAD
-    while data[place]:
-        for _ in ("name", "type"):
-            place = data.index(0, place) + 1
-        place += 4 + struct.unpack_from("<I", data, place)[0]
-    return place + 1
 
 
 def _error(source: Any) -> str:
