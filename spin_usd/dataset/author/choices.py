@@ -56,8 +56,8 @@ class Choices:
 
 @dataclass(frozen=True, kw_only=True)
 class Sources:
-    """The files that a stage is made of, opened: its camera with notes on it, its target, preset and surroundings, and
-    its other bodies."""
+    """The files that a stage is made of, opened: its camera with notes on it, its target and preset, its surroundings
+    with notes on the maps of their planet, and its other bodies."""
 
     camera: Layer
     camera_file: Path
@@ -77,23 +77,24 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
     with reading(choices.camera):
         camera, camera_file, camera_notes = open_camera(str(choices.camera))
     target_file = model_file(str(choices.target))
-    files = {**pictures, "target": target_file, "camera": camera_file}
     preset = _preset(str(choices.preset)) if choices.preset is not None else None
-    if preset:
-        files["preset"] = preset.file
     maps = earth_maps(choices.earth) if choices.earth is not None else {}
-    environment = EARTH if maps and choices.environment is None else choices.environment
-    given_layers = {"lights": choices.lights, "environment": environment}
-    layers = {kind: _surroundings_file(str(given), kind) for kind, given in given_layers.items() if given is not None}
+    layers = _layer_files(choices, maps)
     others = (
         *(other_body(each, occluder=False) for each in choices.also),
         *(other_body(each, occluder=True) for each in choices.occluders),
     )
-    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
-    if maps:
-        set_planet_maps(surroundings["environment"], maps)
-    files |= {f"earth_{kind}": file for kind, file in maps.items()}
-    files |= layers | dict(choices.additions.files) | _files_of(others)
+    surroundings = _surroundings(layers, maps)
+    files = {
+        **pictures,
+        "target": target_file,
+        "camera": camera_file,
+        **({"preset": preset.file} if preset else {}),
+        **{f"earth_{kind}": file for kind, file in maps.items()},
+        **layers,
+        **choices.additions.files,
+        **_files_of(others),
+    }
     inputs = {role: (file.name or file.resolve().name, _digest(file)) for role, file in files.items()}
     return Sources(
         camera=camera,
@@ -106,6 +107,21 @@ def open_sources(choices: Choices, pictures: Mapping[str, Path]) -> Sources:
         others=others,
         origin=Origin(inputs=inputs, options=_options(choices)),
     )
+
+
+def _layer_files(choices: Choices, maps: Mapping[str, Path]) -> dict[str, Path]:
+    """Return the files of the lights and the environment that are chosen, by kind; with `maps` there is a planet."""
+    environment = EARTH if maps and choices.environment is None else choices.environment
+    given = {"lights": choices.lights, "environment": environment}
+    return {kind: _surroundings_file(str(each), kind) for kind, each in given.items() if each is not None}
+
+
+def _surroundings(layers: Mapping[str, Path], maps: Mapping[str, Path]) -> dict[str, Layer]:
+    """Open the layers of the lights and the environment, whose planet shows the `maps`."""
+    surroundings = {kind: open_surroundings(file, kind) for kind, file in layers.items()}
+    if maps:
+        set_planet_maps(surroundings["environment"], maps)
+    return surroundings
 
 
 def _files_of(others: Sequence[OtherBody]) -> dict[str, Path]:

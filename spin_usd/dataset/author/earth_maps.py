@@ -8,13 +8,15 @@ from spin_usd.files.size_limits import MAX_TEXTURE
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".exr")
 KINDS = {"albedo": ("albedo",), "clouds": ("cloud",), "night": ("night", "lights", "black", "dnb")}
-"""What a map shows, by what its file's name holds; the first that fits counts, and where none does it is the albedo."""
+"""What a map shows, and the words for it in files' names: the first kind of which a name holds one, else the albedo.
+
+Maps of lights by night are called after NASA's Black Marble, and the day/night band (DNB) in which they are taken."""
 
 
 def earth_maps(given: str | Path) -> dict[str, Path]:
     """Return the maps in a folder, or the map in a file, by what they show: albedo, clouds, night.
 
-    Raises InputError for a folder without maps or with two of a kind, and for a file that is no map.
+    Raises InputError for a folder without maps or with two of a kind, and for a file that is not a map.
     """
     path = Path(given)
     maps: dict[str, Path] = {}
@@ -23,7 +25,7 @@ def earth_maps(given: str | Path) -> dict[str, Path]:
         if kind in maps:
             found = f"has two maps of {kind}, {maps[kind].name} and {file.name}"
             raise InputError(found, where=path, do="keep one; names with cloud or night say which is which")
-        open_file(file, MAX_TEXTURE).close()
+        open_file(file, MAX_TEXTURE).close()  # so that no library opens a pipe, or what fills the memory
         maps[kind] = file
     return maps
 

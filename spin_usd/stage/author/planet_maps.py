@@ -6,7 +6,7 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from spin_usd.errors import InputError
-from spin_usd.stage.composition.images import image_in, image_size
+from spin_usd.stage.composition.images import image_in
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.usd import schema
 
@@ -29,21 +29,18 @@ def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
         raise InputError(found, do="choose the environment earth or earth_full, or name one planet Earth")
     planet: Usd.Prim = (named or planets)[0]
     for kind, file in maps.items():
-        _refuse_other_shapes(file)
-        _refuse_other_numbers(file, kind)
+        _refuse_unless_map(file, kind)
         planet.GetAttribute(ATTRIBUTES[kind]).Set(Sdf.AssetPath(str(file.resolve())))
 
 
-def _refuse_other_shapes(file: Path) -> None:
-    width, height = image_size(file)
+def _refuse_unless_map(file: Path, kind: str) -> None:
+    """Decode the map as a render will, so that what cannot be rendered is refused before a stage is written of it.
+    Raises InputError."""
+    pixels = image_in(file, "raw" if kind == "clouds" else "auto").pixels[..., :3]
+    height, width, _ = pixels.shape
     if not SHAPE[0] * height <= width <= SHAPE[1] * height:
         found = f"has {width} x {height} pixels, and a map in latitude and longitude is twice as wide as high"
         raise InputError(found, where=file, do="give one of the whole planet")
-
-
-def _refuse_other_numbers(file: Path, kind: str) -> None:
-    """Decode the map as a render will: what cannot be rendered is refused before a stage is written of it."""
-    pixels = image_in(file, "raw" if kind == "clouds" else "auto").pixels[..., :3]
     if kind == "albedo" and not 0 <= pixels.min() <= pixels.max() <= 1:
         found = f"is not an albedo: it holds numbers from {pixels.min():.3g} to {pixels.max():.3g}"
         raise InputError(found, where=file, do="scale it to shares of light, 0 to 1")

@@ -80,21 +80,11 @@ class Images:
 
 
 def image_in(file: Path, color_space: str) -> Image:
-    """Decode an image that no stage names yet. Raises InputError for one that no stage could use."""
+    """Return the image in a `file` that no stage names yet. Raises InputError where no stage could use it."""
     try:
         return _decode(str(file), color_space).image
     except SpinError as error:
         raise InputError(error.found, where=file, do=error.do) from None
-
-
-def image_size(file: Path) -> tuple[int, int]:
-    """Return the width and the height of an image, of its header. Raises InputError."""
-    source = oiio.ImageInput.open(str(file))
-    if source is None:
-        raise InputError(f"cannot be decoded ({oiio.geterror()})", where=file, do="make it again")
-    spec = source.spec()
-    source.close()
-    return spec.width, spec.height
 
 
 def _checked(asset: Sdf.AssetPath, prim: Usd.Prim) -> str:

@@ -164,6 +164,11 @@ def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_
     assert not (tmp_path / "stage").exists()
 
 
+def test_a_map_of_another_projection_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match=r"land\.png: has 8 x 8 pixels, and a map .* is twice as wide as high"):
+        authored(tmp_path / "stage", earth=painted(tmp_path / "land.png", np.zeros((8, 8, 3))))
+
+
 def test_a_map_that_is_cut_short_is_refused(tmp_path) -> None:
     noise = np.random.default_rng(1).integers(0, 256, (64, 128, 3))
     file = painted(tmp_path / "land.png", noise)
