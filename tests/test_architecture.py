@@ -41,7 +41,7 @@ ONLY_IN = {
     "shutil": ("dataset", "files", "stage"),
 }
 # What the supervising process never imports, nor anything that imports it: it runs in child processes.
-CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py")
+CHILD_SIDE = ("stage", "renderers/blender", "dataset/child_main.py", "dataset/child_calls.py")
 # Who may read or write files and folders.
 FILES_IN = (
     "files",

@@ -1,4 +1,4 @@
-"""The child's side of `dataset.child`: reads requests from standard input, answers on standard output."""
+"""What a child process runs: it reads requests from standard input, and answers them on standard output."""
 
 import ctypes
 import json
@@ -6,12 +6,12 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict
 from importlib import import_module
 from typing import IO, Any
 
+from spin_usd.dataset.child_calls import ChildCalls
 from spin_usd.faults import expected
 
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -22,11 +22,11 @@ def main() -> None:
     _die_with_parent()
     answers = _private_standard_output()
     _load(sys.argv[1:])
-    calls = _calls(lambda *message: _write(answers, {"progress": message}))
+    calls = ChildCalls(lambda *message: _write(answers, {"progress": message}))
     for line in sys.stdin.buffer:
         request = json.loads(line)
         try:
-            answer = {"result": calls[request["call"]](**request["arguments"])}
+            answer = {"result": getattr(calls, request["call"])(**request["arguments"])}
         except Exception as fault:
             answer = {"error": _error(fault, request["arguments"])}
         _write(answers, answer)
@@ -53,136 +53,6 @@ def _error(fault: Exception, arguments: Mapping[str, Any]) -> dict[str, Any]:
         "where": None if error.where is None else str(error.where),
         "do": error.do,
         "traceback": traceback.format_exc(),
-    }
-
-
-def _calls(progress: Callable[..., None]) -> dict[str, Callable[..., Any]]:
-    """Return the functions that a child can be asked to call, by name. Each imports what it needs when it is called, so
-    that a child carries no more than that."""
-    worker: Any = None
-    stage: Any = None
-    measuring: Any = None
-
-    def author(**arguments: Any) -> Any:
-        from spin_usd.dataset.author.author import author_stage
-
-        return author_stage(progress=progress, **arguments).as_json()
-
-    def author_sample(**arguments: Any) -> Any:
-        from spin_usd.dataset.author.author import author_sample
-
-        return author_sample(progress=progress, **arguments).as_json()
-
-    def augment(**arguments: Any) -> Any:
-        from spin_usd.dataset.author.augment import augment_stage
-
-        return augment_stage(progress=progress, **arguments).as_json()
-
-    def parameter_list() -> Any:
-        from spin_usd.dataset.author.parameter_list import parameter_list as listed
-
-        return listed()
-
-    def open_plan(**arguments: Any) -> Any:
-        nonlocal stage
-        from spin_usd.dataset.plan.in_child import open_plan as opened
-
-        described, stage = opened(**arguments)
-        return described
-
-    def plan_pictures(**arguments: Any) -> Any:
-        from spin_usd.dataset.plan.in_child import plan_pictures as planned
-
-        return planned(progress=progress, opened=stage, **arguments)
-
-    def check_stage(**arguments: Any) -> Any:
-        from spin_usd.dataset.check.in_child.stage import stage_findings
-
-        return stage_findings(progress=progress, **arguments)
-
-    def check_picture(**arguments: Any) -> Any:
-        from spin_usd.dataset.check.in_child.picture import picture_findings
-
-        return picture_findings(**arguments)
-
-    def cross_picture(**arguments: Any) -> Any:
-        from spin_usd.dataset.check.in_child.cross import cross_findings
-
-        return cross_findings(**arguments)
-
-    def diff(**arguments: Any) -> Any:
-        from spin_usd.dataset.diff.in_child.compare import compare
-
-        return compare(progress=progress, **arguments)
-
-    def open_worker(**arguments: Any) -> Any:
-        nonlocal worker
-        from spin_usd.dataset.render.worker import Worker
-
-        worker = Worker(on_open=progress, **arguments)
-        return worker.versions
-
-    def open_measuring(**arguments: Any) -> Any:
-        nonlocal measuring
-        from spin_usd.dataset.measure.worker import MeasuringWorker
-
-        measuring = MeasuringWorker(on_made=progress, **arguments)
-
-    def export(request: Mapping[str, Any]) -> Any:
-        from spin_usd.dataset.export.export import export as exported
-        from spin_usd.dataset.export.request import ExportRequest
-
-        return asdict(exported(ExportRequest.from_json(request), progress=progress))
-
-    def graphics_processors() -> Any:
-        from spin_usd.dataset.process.open_renderer import graphics_processors as found
-
-        return found()
-
-    def measure(what: str, **arguments: Any) -> Any:
-        return getattr(measuring, what)(**arguments)
-
-    def picture(**arguments: Any) -> Any:
-        return worker.picture(**arguments)
-
-    def reproduce(**arguments: Any) -> Any:
-        from spin_usd.dataset.reproduce.in_child import make_again
-
-        return make_again(**arguments)
-
-    def save_models(**arguments: Any) -> Any:
-        from spin_usd.dataset.export.models.in_child import save_models as saved
-
-        return saved(progress=progress, **arguments)
-
-    def try_renderer(name: str) -> Any:
-        from spin_usd.dataset.process.open_renderer import open_renderer
-
-        renderer = open_renderer(name)
-        found = ", ".join(f"{key} {value}" for key, value in renderer.versions().items())
-        renderer.close()
-        return found
-
-    return {
-        "augment": augment,
-        "author": author,
-        "author_sample": author_sample,
-        "check_picture": check_picture,
-        "check_stage": check_stage,
-        "cross_picture": cross_picture,
-        "diff": diff,
-        "export": export,
-        "graphics_processors": graphics_processors,
-        "measure": measure,
-        "open_measuring": open_measuring,
-        "open_worker": open_worker,
-        "open_plan": open_plan,
-        "parameter_list": parameter_list,
-        "picture": picture,
-        "plan_pictures": plan_pictures,
-        "reproduce": reproduce,
-        "save_models": save_models,
-        "try_renderer": try_renderer,
     }
 
 

@@ -8,7 +8,7 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import StringIO
 from types import FrameType
@@ -47,10 +47,10 @@ class ChildHere:
     """What `Child` does, without a process: calls are done when they are sent, answers go through JSON."""
 
     def __init__(self, **_: Any) -> None:
-        from spin_usd.dataset.child_main import _calls
+        from spin_usd.dataset.child_calls import ChildCalls
 
         self._answers: list[dict[str, Any]] = []
-        self._calls: dict[str, Callable[..., Any]] = _calls(lambda *said: self._answers.append({"progress": said}))
+        self._calls = ChildCalls(lambda *said: self._answers.append({"progress": said}))
         self._readable, self._writable = os.pipe()
         self._closed = False
 
@@ -73,7 +73,8 @@ class ChildHere:
         from spin_usd.dataset.child_main import _error
 
         try:
-            self._answers.append({"result": self._calls[call](**json.loads(json.dumps(arguments)))})
+            result = getattr(self._calls, call)(**json.loads(json.dumps(arguments)))
+            self._answers.append({"result": result})
         except Exception as fault:
             self._answers.append({"error": _error(fault, arguments)})
         os.write(self._writable, b".")
