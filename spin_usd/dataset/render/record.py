@@ -55,16 +55,16 @@ def make_record(
 ) -> dict[str, Any]:
     """Return the picture's record, by schema record-1. `stage`: what in_child.stage_provenance says of it."""
     scene = picture.scene
-    camera, pose, region = scene.camera, scene.T_cam_body, scene.picture_region
-    sun = sunlight(scene.lights, pose) if files.keys() & OF_THE_SUN else None  # other labels stay when it moves
+    of_the_sun = files.keys() & OF_THE_SUN  # other labels stay when it moves
+    sun = sunlight(scene.lights, scene.T_cam_body) if of_the_sun else None
     return {
         "schema": "record-1",
         "frame": scene.frame.name,
         "index": scene.frame.index,
         "variant": scene.frame.variant,
         **({"source_file": scene.frame.source_file} if scene.frame.source_file else {}),
-        "camera": recorded_camera(camera),
-        "pose": recorded_pose(pose),
+        "camera": recorded_camera(scene.camera),
+        "pose": recorded_pose(scene.T_cam_body),
         "targets": [recorded_target(body, facts) for body, facts in zip(scene.targets, picture.facts, strict=True)],
         **({"sun": recorded_sun(sun)} if sun else {}),
         **({"next": recorded_next(scene.next_frame)} if scene.next_frame else {}),
@@ -74,21 +74,29 @@ def make_record(
         "provenance": {
             "stage": {"root": options.stage, **stage},
             "keys": {name: key for name, key in picture.keys.items() if key},
-            "render": {
-                "renderer": options.settings.renderer,
-                "device": options.settings.device,
-                "effort": asdict(options.settings.effort),
-                "region": [region.x0, region.y0, region.x1, region.y1],
-                **({"chosen": options.chosen.recorded} if options.chosen else {}),
-            },
-            "time_code": scene.frame.time_code,
-            "seed": {
-                "dataset": options.settings.seed,
-                "render": render_seed(scene, options.settings),
-                "picture": picture_seed(scene, options.settings),
-            },
+            **_recorded_settings(scene, options),
             "versions": versions,
             **picture.notes,
+        },
+    }
+
+
+def _recorded_settings(scene: Scene, options: WorkerOptions) -> dict[str, Any]:
+    """Return what the record says of how the picture was rendered, when, and from which seeds."""
+    settings, region = options.settings, scene.picture_region
+    return {
+        "render": {
+            "renderer": settings.renderer,
+            "device": settings.device,
+            "effort": asdict(settings.effort),
+            "region": [region.x0, region.y0, region.x1, region.y1],
+            **({"chosen": options.chosen.recorded} if options.chosen else {}),
+        },
+        "time_code": scene.frame.time_code,
+        "seed": {
+            "dataset": settings.seed,
+            "render": render_seed(scene, settings),
+            "picture": picture_seed(scene, settings),
         },
     }
 
