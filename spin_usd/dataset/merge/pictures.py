@@ -8,11 +8,11 @@ from typing import Any
 from spin_usd.dataset.merge.file_transfer import repair_of
 from spin_usd.dataset.merge.merged_dataset import MergedDataset
 from spin_usd.dataset.store.names import picture_of, record_of
+from spin_usd.dataset.store.recorded_settings import recorded_settings
 from spin_usd.dataset.store.unfinished import recorded_files
 from spin_usd.errors import InputError
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import finite_json
-from spin_usd.scene.effort import CPU
 
 AGAIN = "render that picture again, or leave that dataset out"
 
@@ -83,12 +83,9 @@ def collect(sources: Sequence[MergedDataset], progress: Callable[[int, int], Non
 
 
 def _settings(record: Mapping[str, Any], picture: MergedPicture) -> dict[str, Any]:
+    """Return the settings of the picture's render, by name."""
     try:
-        provenance = record["provenance"]
-        render = provenance["render"]
-        seed = provenance["seed"]["dataset"]
-        device = render.get("device", CPU)
-        return {"renderer": render["renderer"], "device": device, "effort": render["effort"], "seed": seed}
-    except (KeyError, TypeError):
+        return vars(recorded_settings(record))
+    except (KeyError, TypeError, InputError):
         do = repair_of(picture.source.store.root)
         raise InputError("does not say how it was rendered", where=picture.path, do=do) from None

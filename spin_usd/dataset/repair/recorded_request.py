@@ -9,8 +9,8 @@ from spin_usd.dataset.picture.make_picture import IMAGE, RADIANCE
 from spin_usd.dataset.plan.effort_choice import Basis, Chosen
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.repair.damage import Records
+from spin_usd.dataset.store.recorded_settings import recorded_settings
 from spin_usd.labels.table import LABELS
-from spin_usd.scene.effort import CPU, Effort
 
 
 def requests(stage: Path, names: Iterable[str], records: Records) -> dict[RenderRequest, set[str]]:
@@ -34,14 +34,15 @@ def _variant(name: str) -> str:
 
 def _request(stage: Path, record: Mapping[str, Any]) -> RenderRequest:
     """Return the request for all pictures that were made as this one; it names no variant and no frame."""
-    kinds, render = record["files"], record["provenance"]["render"]
+    kinds, settings = record["files"], recorded_settings(record)
+    chosen = record["provenance"]["render"].get("chosen")
     return RenderRequest(
         stage=stage,
-        effort=Effort(**render["effort"]),
-        chosen=_chosen(render["chosen"]) if "chosen" in render else None,
-        seed=record["provenance"]["seed"]["dataset"],
-        renderer=render["renderer"],
-        device=render.get("device", CPU),
+        effort=settings.effort,
+        chosen=_chosen(chosen) if chosen else None,
+        seed=settings.seed,
+        renderer=settings.renderer,
+        device=settings.device,
         labels=tuple(kind for kind in LABELS if kind in kinds),
         image=IMAGE in kinds,
         radiance=RADIANCE in kinds,

@@ -1,5 +1,6 @@
 """The child's part of `reproduce`: one recorded picture rendered again, without the dataset's cache."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -7,31 +8,25 @@ from spin_usd.dataset.picture.make_picture import RENDERED
 from spin_usd.dataset.render.worker import Worker
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.store.names import record_of
+from spin_usd.dataset.store.recorded_settings import recorded_settings
 from spin_usd.errors import InputError
 from spin_usd.files.folder import Folder
 from spin_usd.files.node import NodeType
 from spin_usd.files.size_limits import MAX_RECORD
 from spin_usd.nesting import finite_json
-from spin_usd.scene.derived.content_keys import RenderSettings
-from spin_usd.scene.effort import Effort
 
 
 def make_again(*, dataset: str, record: dict[str, Any], folder: str, device: str) -> dict[str, Any]:
     """Render into `folder` from the dataset's stage with the record's settings, light on the `device`, and compare
     digests."""
     provenance = record["provenance"]
-    render, kinds = provenance["render"], tuple(record["files"])
+    kinds = tuple(record["files"])
     options = WorkerOptions(
         root=folder,
         work=folder,
         stage=str(Folder(Path(dataset)).path(provenance["stage"]["root"])),
         image_suffix=Path(record["files"]["image"]["path"]).suffix if "image" in kinds else ".png",
-        settings=RenderSettings(
-            renderer=render["renderer"],
-            effort=Effort(**render["effort"]),
-            seed=provenance["seed"]["dataset"],
-            device=device,
-        ),
+        settings=replace(recorded_settings(record), device=device),
         renders=not RENDERED.isdisjoint(kinds),
     )
     worker = Worker(options=options.as_json())

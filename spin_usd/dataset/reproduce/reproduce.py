@@ -15,6 +15,7 @@ from spin_usd.dataset.read.dataset import Dataset
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
 from spin_usd.dataset.store.names import record_of
+from spin_usd.dataset.store.recorded_settings import recorded_settings
 from spin_usd.scene.effort import CPU
 from spin_usd.scene.model import NOMINAL
 
@@ -56,31 +57,31 @@ class Reproduction:
 
 def reproduce(dataset: Path, frame: str, *, variant: str = NOMINAL, device: str | None = None) -> Reproduction:
     """Make the picture again in a child process, its light on the `device`, the recorded one if not given. Raises
-    InputError where the dataset has no such picture, UnsupportedError where there is no such device."""
+    InputError where the dataset has no such picture, UnsupportedError where this machine has no such device."""
     if device is not None:
         refuse_unknown_device(device)
     store = Store(root=dataset.absolute())
     store.refuse_strange()
     Dataset(dataset).require(frame, variant)
     record = read_json(store.folder, record_of(variant, frame), "record-1")
-    render = record["provenance"]["render"]
-    recorded = render.get("device", CPU)
+    recorded = recorded_settings(record)
+    device = device or recorded.device
     if RENDERED & record["files"].keys():
-        require_renderer(render["renderer"])
-        require_device(device or recorded)
+        require_renderer(recorded.renderer)
+        require_device(device)
     with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
         answer = ask_child(
             "reproduce",
             reads=store.root,
-            memory=rendering_memory(graphics=(device or recorded) != CPU),
+            memory=rendering_memory(graphics=device != CPU),
             within_s=RENDER_PATIENCE_S,
             dataset=str(store.root),
             record=record,
             folder=folder,
-            device=device or recorded,
+            device=device,
         )
     return Reproduction(
         files=tuple(Comparison(**comparison) for comparison in answer["files"]),
         versions={name: (before, now) for name, (before, now) in answer["versions"].items()},
-        devices=(recorded, device or recorded),
+        devices=(recorded.device, device),
     )
