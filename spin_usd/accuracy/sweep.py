@@ -11,7 +11,7 @@ STEP = 4  # from one number of samples to the next: half the noise
 ADAPTIVE = (0.1, 0.03, 0.01)  # noise at which to stop
 BOUNCES = (0, 1, 2, 8)
 CLAMPS = (1.0, 0.1)  # white paint that faces the strongest light has 0.3
-FILTERS = (0.1, 0.2, 1.0)  # densities: all of diffuse reflection is below 0.32
+FILTERS = (0.1, 0.2, 1.0)  # densities, 1/sr: those of diffuse reflection are below 0.32
 REDUCTIONS = (2, 4)
 RAYCAST_SAMPLES = (1, 4, 16)
 

@@ -27,12 +27,11 @@ class Effort:
     its source, lamp or emissive part, to the camera, 1 for each part but the first · clamp: the most that one indirect
     contribution, light by way of another part, may add to a sample's radiance, mean of red, green and blue, in unit
     light: there the strongest light's irradiance is 1 W/m2 (beside emissive parts, the power of 16 nearest to its own),
-    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · filter_glossy: where light comes to the
-    camera by way of a surface that spreads it so widely that each direction has a density below this, 1/sr, the surface
-    before it counts as rougher than it is, so that it does not glint; it does nothing where no surface would; 0: all
-    are as rough as they are · light_tree: choose among several lights by
-    their effect at the shaded point, else by their power · reduction: each rendered pixel stands for a square of so
-    many, a side.
+    and a white diffuse surface that faces it has the radiance 1/pi; 0: any · filter_glossy: Cycles'
+    Filter Glossy, against glints: where light comes to the camera by way of two surfaces, and the second spreads it at
+    densities below this, 1/sr, the first counts as rougher than it is; 0: all are as rough as they are · light_tree:
+    choose among several lights by their effect at the shaded point, else by their power · reduction: each rendered
+    pixel stands for a square of so many, a side.
     """
 
     samples: int = 16
