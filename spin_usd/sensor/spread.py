@@ -1,5 +1,5 @@
-"""Light spread by Gaussians of any width. Beyond the frame all is black unless it is `mirrored`; what falls
-there is lost, and nothing else.
+"""Light spread by Gaussians of any width. Beyond the frame all is black, unless it is `mirrored`; what falls there is
+lost, and nothing else.
 
 Narrow Gaussians are convolved at full resolution, wide ones at a half, a quarter ...: a halving and its doubling each
 convolve with the binomial kernel (1, 4, 6, 4, 1) / 16, whose response is zero at the frequency that the halving folds
@@ -46,8 +46,8 @@ def spread(light: Image, scales: Sequence[Scale]) -> Image:
 
 
 def convolved(light: Image, variance: float, weight: float = 1.0, *, mirrored: bool = False) -> Image:
-    """`light` convolved at full resolution with a Gaussian, times `weight`; `mirrored` at the rim, or dark
-    beyond it."""
+    """Return `light` convolved at full resolution with a Gaussian, times `weight`. Beyond the rim it is dark, or
+    `mirrored`."""
     import cv2  # not above: see spread
 
     kernel = gaussian(variance)

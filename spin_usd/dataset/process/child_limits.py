@@ -31,8 +31,8 @@ def reading_memory() -> int:
 
 
 def rendering_memory(*, graphics: bool = False) -> int:
-    """Return the bytes of address space for a child that renders, perhaps on a graphics processor: all of the
-    memory."""
+    """Return the bytes of address space for a child that renders: all of the memory, and what drivers reserve where it
+    may use a graphics processor (`graphics`)."""
     return _allowed(machine_memory() + RESERVED + (DRIVERS_RESERVE if graphics else 0))
 
 

@@ -23,7 +23,8 @@ class LightDevice:
     the CPU · proven: whether it is known to see the target as the CPU does."""
 
     def __init__(self, name: str) -> None:
-        """Raises UnsupportedError where there is no such device: Cycles would take the CPU without a word."""
+        """Choose the device, a name in DEVICES. Raises UnsupportedError where there is none: Cycles would take the CPU
+        without a word."""
         self.name = name
         self.cycles: Mapping[str, Any] = {"device": "CPU" if name == CPU else "GPU"}
         self.versions: Mapping[str, str] = {} if name == CPU else {name: _use(name)}

@@ -13,7 +13,7 @@ from spin_usd.scene.passes import Radiance
 
 
 class RaycastRenderer:
-    """A preview picture: Lambert's law with hard shadows (see raycast.lambert), whose rays the `caster` casts."""
+    """A preview picture: Lambert's law with hard shadows (raycast.lambert), whose rays the `caster` casts."""
 
     name = "raycast"
 

@@ -18,8 +18,7 @@ TREE_FROM = 2  # as many lights are chosen among by what they do where they are 
 
 @dataclass(frozen=True, kw_only=True)
 class SkippedWork:
-    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, ROUNDING, MEASURED
-    or UNBIASED."""
+    """Work that is skipped: `what` by its short name in RULES; `same`: BITS, ROUNDING, MEASURED or UNBIASED."""
 
     what: str
     why: str

@@ -127,18 +127,12 @@ def _typed(attribute: Usd.Attribute, time: Usd.TimeCode, types: tuple[Sdf.ValueT
 
 
 def _check_samples(attribute: Usd.Attribute, values: Sequence[Any], types: tuple[Sdf.ValueTypeName, ...]) -> None:
-    """Apply `_check_type` and `_check_finite` to all the values: of numbers in a row to all at once, and of text that
-    may be anything to its type alone."""
-    if not values:
-        return
+    """Raise what `_check_type` and `_check_finite` do of each value. Where all are finite numbers, or text that may be
+    anything, the first stands for them all: a stage may have a million."""
     kinds = {type(value) for value in values}
-    if kinds <= {float} and np.isfinite(np.array(values)).all():
-        _check_type(attribute, values[0], types)
-        return
-    if kinds == {str} and not attribute.GetMetadata("allowedTokens"):
-        _check_type(attribute, values[0], types)
-        return
-    for value in values:
+    numbers = kinds == {float} and np.isfinite(values).all()
+    text = kinds == {str} and not attribute.GetMetadata("allowedTokens")
+    for value in values[:1] if numbers or text else values:
         _check_type(attribute, value, types)
         _check_finite(attribute, value)
 

@@ -90,7 +90,8 @@ def _check_pass() -> LabelPass:
 
 
 def _coincident(scene: Scene, ours: Labels, theirs: Labels) -> Mask:
-    """Return (H, W) where the part in our segmentation has a face in the surface that `theirs` shows as another's."""
+    """Return (H, W) where the part in our segmentation has a face in the surface that `theirs` shows as another
+    part's."""
     found = np.zeros(scene.camera.frame.shape, bool)
     if "segmentation" not in ours:
         return found
@@ -105,8 +106,8 @@ def _coincident(scene: Scene, ours: Labels, theirs: Labels) -> Mask:
 
 
 def _lies_there(scene: Scene, part: int, xy: Float, depth: Float) -> Mask:
-    """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, on the rays
-    (x, y, 1) of `xy` (N, 2), as near as no renderer can tell."""
+    """Return (N,) whether a face of the part with that id in labels lies at the `depth` (N,), metres, of the rays
+    (x, y, 1) of `xy` (N, 2), or so near to it that no renderer can tell."""
     place = int(np.searchsorted(scene.parts_before, part)) - 1
     one, own = scene.apart[place], part - scene.parts_before[place]
     mesh = one.target.mesh

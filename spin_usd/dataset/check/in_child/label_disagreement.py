@@ -1,9 +1,9 @@
-"""How far labels are from those of another label pass, held to what two exact passes may differ by.
+"""Where labels differ from those of another label pass by more than two exact passes may.
 
 Both passes cast a ray through each pixel's centre. Cycles' misses it by 1e-3 px at most, by float32 (the first ray of
 its own camera by 0.0007 px, the lens's inverse by 1e-4 px). So where an edge passes as near to a pixel's centre either
-answer is right: of the pixels at an edge that happens to 2 in 1,000. Elsewhere the point on the surface moves by as
-much, and by more where the surface is seen at a flat angle: up to ten times where its slope is ten.
+answer is right: that is so of 2 in 1,000 pixels at edges. Elsewhere the point on the surface moves by as much, and by
+more where the surface is seen at a flat angle: by ten times as much where its slope is ten.
 """
 
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 
-SLIDE_PX = 0.01  # ten times what rays are apart: on a surface whose slope is ten
+RAY_PX = 1e-3  # that the passes' rays are apart at most
+STEEP = 10.0  # slope above which a surface counts as an edge
 ROUNDINGS = 4 * 2.0**-24  # of float32 in the files, relative
 EDGE_SHARE = 0.01  # of the pixels at an edge: five times as many as may be expected
 FEW = 3  # pixels that may differ besides, and elsewhere: a sliver that only one pass meets is no edge to the other
@@ -28,8 +29,8 @@ Labels = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """What differs: of `quantity` in so many `pixels` of that `place`, "at edges" or "elsewhere", where `allowed` may.
-    worst: by how much at the most, with its unit; "" for what is the same or is not."""
+    """The `quantity` that differs in so many `pixels` of a `place`, "at edges" or "elsewhere", where `allowed` may
+    differ. worst: by how much at the most, with its unit; "" for a quantity that is the same or another."""
 
     quantity: str
     place: str
@@ -40,7 +41,7 @@ class Disagreement:
 
 def disagreements(ours: Labels, theirs: Labels, camera: Camera, *, coincident: Mask) -> Iterator[Disagreement]:
     """Yield what differs in more pixels than may. `coincident` (H, W): where surfaces of several parts lie in one
-    another, which of them is seen is either's choice."""
+    another, so that either part may be seen."""
     seen, other = _seen(ours), _seen(theirs)
     edges = _edges(theirs, camera)  # of the pass that is trusted here: what is wrong in ours may look like an edge
     both = seen & other
@@ -86,11 +87,11 @@ def _seen(labels: Labels) -> Mask:
 
 def _slide(depth: Float, camera: Camera) -> Float:
     """Return (H, W) metres by which points on a surface at that depth may differ."""
-    return SLIDE_PX / min(camera.fx, camera.fy) * depth
+    return STEEP * RAY_PX / min(camera.fx, camera.fy) * depth
 
 
 def _edges(labels: Labels, camera: Camera) -> Mask:
-    """Return (H, W) the pixels beside one of which another part or nothing is seen, or which is another surface."""
+    """Return (H, W) the pixels beside which another part, another surface or nothing is seen."""
     edges = np.zeros((camera.height, camera.width), bool)
     planes = [_seen(labels).astype(np.float64)]
     planes += [labels["segmentation"].astype(np.float64)] if "segmentation" in labels else []
@@ -98,7 +99,7 @@ def _edges(labels: Labels, camera: Camera) -> Mask:
         edges |= _steps(plane, np.zeros_like(plane))
     if "depth" in labels:
         depth = labels["depth"].astype(np.float64)
-        edges |= _steps(depth, 10 / min(camera.fx, camera.fy) * depth)  # steeper than a slope of ten
+        edges |= _steps(depth, STEEP / min(camera.fx, camera.fy) * depth)
     return edges
 
 

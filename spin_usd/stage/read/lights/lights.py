@@ -50,7 +50,7 @@ class LightReader:
         return light if light is None or isinstance(light, DomeLight) else self.links.linked(light, prim)
 
     def _without_links(self, prim: Usd.Prim, space: CameraSpace) -> Light | None:
-        """Read the light, of a distant one of which nothing else varies the direction alone."""
+        """Read the light. Of a distant light that only turns the direction alone is read once the rest is known."""
         if known := self._turning.get(prim.GetPath()):
             return replace(known, direction_cam=direction_cam(prim, space.T_cam_world, space.world))
         light = read_light(prim, space, self._images)
@@ -60,7 +60,7 @@ class LightReader:
 
 
 def _only_turns(prim: Usd.Prim) -> bool:
-    """Return whether nothing of a light can change in time but its direction."""
+    """Return whether nothing of a distant light can change in time but its direction."""
     return not varying(prim) and not any(visibility_varies(above) for above in ancestors(prim))
 
 
