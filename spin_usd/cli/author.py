@@ -9,10 +9,10 @@ import typer
 import spin_usd
 from spin_usd.cli.built_in import named
 from spin_usd.cli.options import Frames, Json
-from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.counted import counted
 from spin_usd.errors import InputError
 
 

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from spin_usd.cli.options import Frames, Json, Stage
-from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
+from spin_usd.counted import counted
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
 VariantB = Annotated[str, typer.Argument(metavar="VARIANT_B", help="The same. Each line shows A's value -> B's.")]

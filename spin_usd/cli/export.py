@@ -9,9 +9,9 @@ import typer
 
 import spin_usd
 from spin_usd.cli import options
-from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
+from spin_usd.counted import counted
 from spin_usd.errors import InputError
 
 if TYPE_CHECKING:

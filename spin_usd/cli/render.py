@@ -8,11 +8,11 @@ import typer
 
 import spin_usd
 from spin_usd.cli import options
-from spin_usd.cli.output.counted import counted
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.counted import counted
 from spin_usd.dataset.plan.picture_timeout import parse_time_limit
 from spin_usd.dataset.process.child_ahead import child_ahead
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 
+from spin_usd.counted import counted
 from spin_usd.dataset.plan.make_plan import Plan
 from spin_usd.dataset.store.dataset_folder import Store
 from spin_usd.dataset.store.json_schema import read_json
@@ -32,8 +33,8 @@ def in_words(orphans: Sequence[str]) -> str:
     """Say which pictures the dataset holds that are these records'."""
     shown = map(picture_of, orphans[:SHOWN])
     names = ", ".join(f"{variant}/{frame}" for frame, variant in shown)
-    count = "1 picture" if len(orphans) == 1 else f"{len(orphans)} pictures"
-    return f"holds {count} that this stage does not have ({names}{', ...' if len(orphans) > SHOWN else ''})"
+    more = ", ..." if len(orphans) > SHOWN else ""
+    return f"holds {counted(len(orphans), 'picture')} that this stage does not have ({names}{more})"
 
 
 def remove(store: Store, orphans: Sequence[str]) -> None:

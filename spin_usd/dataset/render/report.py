@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from spin_usd.counted import counted
 from spin_usd.dataset.picture.brightness import WORDS
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
 from spin_usd.dataset.plan.cost import Timings, expected_work
@@ -91,8 +92,7 @@ class RunListener:
         self._report_progress()
 
     def stopping(self, pictures: int) -> None:
-        count = "1 picture" if pictures == 1 else f"{pictures} pictures"
-        self.note(f"finishing {count}; Ctrl-C or SIGTERM now stops at once")
+        self.note(f"finishing {counted(pictures, 'picture')}; Ctrl-C or SIGTERM now stops at once")
 
     def stopped(self) -> None:
         made, all_pictures = self.report.reused + self.report.made, self.report.pictures

@@ -2,6 +2,7 @@
 
 from collections.abc import Set
 
+from spin_usd.counted import counted
 from spin_usd.dataset.shards.manifest import Manifest
 from spin_usd.dataset.shards.shard import Shard
 
@@ -13,4 +14,4 @@ def missing_pictures(manifest: Manifest, there: Set[tuple[str, str]]) -> dict[tu
 
 def missing_in_words(count: int, shard: str) -> str:
     """Say that so many pictures of the shard, "1/3", are still to come."""
-    return f"missing: {count} {'picture' if count == 1 else 'pictures'} of shard {shard}"
+    return f"missing: {counted(count, 'picture')} of shard {shard}"
