@@ -7,7 +7,6 @@ from dataclasses import replace as changed
 from functools import partial
 from pathlib import Path
 
-from spin_usd.dataset.picture.brightness import faults
 from spin_usd.dataset.plan.cost import read_measured, write_measured
 from spin_usd.dataset.plan.effort_choice import doubts
 from spin_usd.dataset.plan.make_plan import Plan
@@ -23,6 +22,7 @@ from spin_usd.dataset.render.destination import Destination
 from spin_usd.dataset.render.report import RenderReport, RunListener
 from spin_usd.dataset.render.request import RenderRequest, plan, run_options, wanted_kinds
 from spin_usd.dataset.render.task_queue import RenderTask
+from spin_usd.dataset.render.unfinished_tasks import unfinished_tasks
 from spin_usd.dataset.render.worker_options import WorkerOptions
 from spin_usd.dataset.render.workers import WorkerProcesses, default_workers, make_pictures
 from spin_usd.dataset.shards.manifest import Manifest, refuse_other_shards, share_manifest
@@ -34,7 +34,7 @@ from spin_usd.dataset.store.dataset_folder import Lease, Store
 from spin_usd.dataset.store.file_digests import CHANGED, same_files, same_names, write_sums
 from spin_usd.dataset.store.names import DESCRIPTION, STAGE
 from spin_usd.dataset.store.stage_layers import refuse_changed_stage
-from spin_usd.dataset.store.unfinished import WantedFiles, kinds_left
+from spin_usd.dataset.store.unfinished import WantedFiles
 from spin_usd.errors import OutputError
 from spin_usd.files.changes import put
 from spin_usd.files.folder import Folder
@@ -138,21 +138,11 @@ class DatasetRun:
         return removed
 
     def _unfinished(self, planned: Plan, root: str, kinds: tuple[str, ...], report: RenderReport) -> list[RenderTask]:
-        """Return what is left to make of the planned pictures; the report counts the others."""
-        suffix, options = self._request.image_suffix, self._options
-        stages = {variant: {"root": root, **stage} for variant, stage in planned.stages.items()}
-        left = partial(
-            kinds_left,
-            self._store,
-            wanted=WantedFiles(kinds=kinds, image_suffix=suffix, verify=options.verify, again=options.only),
-            names={target["id"]: target["name"] for target in planned.description["targets"]},
-            finished=lambda record: report.add(faults(record)),
-            work=self._lease.work,
+        options, suffix = self._options, self._request.image_suffix
+        wanted = WantedFiles(kinds=kinds, image_suffix=suffix, verify=options.verify, again=options.only)
+        return unfinished_tasks(
+            self._store, planned, root, wanted, report=report, note=self._note, work=self._lease.work
         )
-        missing = ((picture, left(picture, stage=stages[picture.variant])) for picture in planned.pictures)
-        tasks = [RenderTask(picture=picture, kinds=kinds) for picture, kinds in missing if kinds]
-        report.reused = len(planned.pictures) - len(tasks)
-        return tasks
 
     def _make(self, planned: Plan, root: str, tasks: list[RenderTask], report: RenderReport) -> None:
         """Have the pictures made, and write down what they took."""

@@ -37,19 +37,23 @@ def kinds_left(
     *,
     names: Mapping[int, str],
     finished: Callable[[Mapping[str, Any]], None],
+    outdated: Callable[[Mapping[str, Any], Mapping[str, Any]], None],
     work: Path,
 ) -> tuple[str, ...]:
     """Return the kinds of file to make of the picture, and bring the record of a finished one up to date.
 
     A picture is finished when its record has the same keys, and all its files are there in the channels that they are
-    written in today; then nothing is left to make, and `finished` is called with the record. A picture made again keeps
-    the kinds of file it had. The record of one that was made from another state of the stage says from now on that
-    `stage` (the record's own block) makes it too, and how that calls its targets (their `names` by id) and its source.
+    written in today; then nothing is left to make, and `finished` is called with the record. `outdated` is called with
+    the record of a picture that has other keys or channels, and with `stage`, the record's block that it would have. A
+    picture made again keeps the kinds of file it had. The record of one that was made from another state of the stage
+    says from now on that `stage` makes it too, and how that calls its targets (their `names` by id) and its source.
     `work` is for temporary files.
     """
     record = _record(store, picture)
     had = recorded_files(record, picture.variant, picture.frame)
     if not _is_finished(store, record, had, picture, wanted):
+        if had and not _is_current(record, had, picture):
+            outdated(record, stage)
         return tuple(kind for kind in KINDS if kind in had or kind in wanted.kinds if _can_have(picture, kind))
     finished(record)
     provenance = record["provenance"]
@@ -87,11 +91,15 @@ def _is_finished(
     return (
         bool(had)
         and picture.name not in (wanted.again or ())
-        and _same_content(record, picture, had)
-        and _same_channels(record)
+        and _is_current(record, had, picture)
         and _complete(store, picture, had, wanted)
         and (not wanted.verify or _as_recorded(store, record))
     )
+
+
+def _is_current(record: Mapping[str, Any], had: Mapping[str, str], picture: PlannedPicture) -> bool:
+    """Return whether the files of the `record` are those of the picture, as they would be written today."""
+    return _same_content(record, picture, had) and _same_channels(record)
 
 
 def recorded_files(record: Mapping[str, Any], variant: str, frame: str) -> dict[str, str]:
