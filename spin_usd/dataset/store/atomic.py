@@ -8,12 +8,14 @@ import os
 import secrets
 import shutil
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.files.changes import link, put
 from spin_usd.files.folder import FileIn, Folder
+from spin_usd.files.new_file import write_whole
 from spin_usd.sha256 import sha256_of
 
 
@@ -68,7 +70,7 @@ def write_json(folder: Folder, name: str, value: Mapping[str, Any], *, work: Pat
 
 def write_text(folder: Folder, name: str, text: str, *, work: Path) -> str:
     """Write `text` as UTF-8 into the file `name` of the folder, atomically, and return its sha256."""
-    return write_atomically(folder, name, lambda temporary: _write_text(temporary, text), work=work)
+    return write_atomically(folder, name, partial(write_whole, data=text.encode()), work=work)
 
 
 def _temporary(work: Path, name: str) -> Path:
@@ -85,8 +87,3 @@ def _synced(path: Path) -> str:
 def _unwritten(path: Path, e: OSError) -> OutputError:
     do = "free some space or choose another folder"
     return OutputError(f"cannot be written ({e.strerror or e})", where=path, do=do)
-
-
-def _write_text(path: Path, text: str) -> None:
-    with path.open("w", encoding="utf-8") as file:
-        file.write(text)
