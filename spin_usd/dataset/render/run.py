@@ -75,7 +75,7 @@ class DatasetRun:
         there = self._store.stage.resolve()
         self._own = request.stage.resolve().is_relative_to(there)  # the dataset's own copy, perhaps edited
         self._copied = there if self._own else lease.work / STAGE
-        self._processes = WorkerProcesses(lease, request)
+        self._processes = WorkerProcesses(destination, lease, request)
 
     def complete(self) -> RenderReport:
         """Make all that is missing, and return what was made."""
@@ -166,9 +166,7 @@ class DatasetRun:
         for_workers = self._worker_options(planned, root, renders=any(task.renders for task in tasks))
         with postponed() as stop:
             try:
-                make_pictures(
-                    for_workers, tasks, count, self._lease, self._processes, listener, limits, self._destination, stop
-                )
+                make_pictures(for_workers, tasks, count, self._processes, listener, limits, stop)
             finally:
                 if stop.number is not None:
                     listener.stopped()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 
 import psutil
 
@@ -11,7 +12,7 @@ from spin_usd.dataset.process.child_limits import machine_memory, rendering_memo
 from spin_usd.dataset.process.child_protocol import ChildProtocol
 from spin_usd.dataset.process.open_renderer import renderer_entry
 from spin_usd.dataset.process.processors import share_of, usable_cpus
-from spin_usd.dataset.render.destination import Destination
+from spin_usd.dataset.render.destination import Destination, StartWorker
 from spin_usd.dataset.render.report import RunListener
 from spin_usd.dataset.render.request import RenderRequest
 from spin_usd.dataset.render.supervise import WorkerLimits, supervise
@@ -33,31 +34,40 @@ def default_workers() -> int:
 
 
 class WorkerProcesses:
-    """Starts the worker processes of a run under its `lease`. The first can be started ahead, before anybody knows what
-    it is to do: a renderer loads for longer than a few pictures are planned."""
+    """Starts the workers of a run into the `destination` under its `lease`.
 
-    def __init__(self, lease: Lease, request: RenderRequest) -> None:
-        self._lease, self._memory = lease, rendering_memory(graphics=request.device != CPU)
+    The first of this machine can be started ahead, before anybody knows what it is to do: a renderer loads for longer
+    than a few pictures are planned.
+    """
+
+    def __init__(self, destination: Destination, lease: Lease, request: RenderRequest) -> None:
+        self.destination, self._lease = destination, lease
+        self._memory = rendering_memory(graphics=request.device != CPU)
         renderer = (renderer_entry(request.renderer).module,) if request.renders else ()
         self._modules = (WORKER_MODULE, *renderer, HULL_MODULE)
         self._ahead: Child | None = None
 
     @contextmanager
     def one_ahead(self) -> Iterator[None]:
-        """Start one, which is ended with the block unless `next` gave it away."""
-        self._ahead = self._started()
+        """Start a process, which is ended with the block unless it became a worker."""
+        self._ahead = self._process()
         try:
             yield
         finally:
             if self._ahead:
                 self._ahead.kill()
 
-    def next(self) -> Child:
-        """Return one that loads its renderer, or has."""
-        child, self._ahead = self._ahead or self._started(), None
+    def starter(self, options: WorkerOptions, workers: int) -> StartWorker:
+        """Return what starts a worker by its number, of so many at most."""
+        return self.destination.start(options, self._lease, workers) or partial(self._start, options, workers)
+
+    def _start(self, options: WorkerOptions, workers: int, number: int) -> Child:
+        child, self._ahead = self._ahead or self._process(), None
+        with suppress(ChildDiedError):  # the end of its answers says so too
+            child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
         return child
 
-    def _started(self) -> Child:
+    def _process(self) -> Child:
         lease = self._lease
         return Child(keep_open=lease.descriptors, scratch=lease.work, memory=self._memory, modules=self._modules)
 
@@ -66,26 +76,19 @@ def make_pictures(
     options: WorkerOptions,
     tasks: list[RenderTask],
     workers: int,
-    lease: Lease,
     processes: WorkerProcesses,
     listener: RunListener,
     time_limits: TimeLimits,
-    destination: Destination,
     stop: StopRequest,
 ) -> None:
     """Make the pictures of the tasks in so many worker processes at most; those that are running where `stop` is asked.
     Raises as supervise does."""
-    elsewhere, cluster = destination.start(options, lease, workers), destination.cluster
+    start_worker, cluster = processes.starter(options, workers), processes.destination.cluster
 
     def start(number: int) -> ChildProtocol:
-        started = options.settings.renderer if options.renders else "labels"
+        started = options.settings.renderer if options.renders else "label pass"
         listener.progress(f"starting {started}: worker", number + 1, room())
-        if elsewhere:
-            return elsewhere(number)
-        child = processes.next()
-        with suppress(ChildDiedError):  # the end of its answers says so too
-            child.send("open_worker", options=options.as_json(), cpus=share_of(number, workers))
-        return child
+        return start_worker(number)
 
     def room() -> int:
         return min(workers, cluster.room()) if cluster else workers
