@@ -32,7 +32,7 @@ PACKAGES = {
 _URL = re.compile(r"(?:[a-z][a-z0-9+.-]+::)*([a-z][a-z0-9+.-]+)://(/*)[^/].*", re.DOTALL | re.IGNORECASE)
 _BEGINNING = re.compile(r"([a-z][a-z0-9+.-]+):", re.IGNORECASE)  # one letter is a drive
 _LOCAL = re.compile(r"file:(?://)?(/[^/].*)", re.DOTALL | re.IGNORECASE)
-_WRITTEN = ("out", "folder")
+_WRITTEN = ("out", "folder")  # the arguments that name a folder to write; all others are read
 _COPY = "(aws s3 sync, gcloud storage rsync)"
 
 

@@ -8,21 +8,21 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.stage.usd.time_variation import POSE
 from spin_usd.stage.usd.visibility import ancestors
 
+TRANSFORM = POSE.removesuffix(":")  # xformOp:translate and the like, and xformOpOrder
 Placed = tuple[Transform, float]
 """T_cam_body, and the scale of the body's axes in the world."""
-Source = tuple[str, ...]
 
 
 class SharedPoses:
-    """The poses of a body by time code, as long as the opinions on them are the same."""
+    """The poses of a body by time code, which variants share whose opinions on them are the same."""
 
     def __init__(self) -> None:
-        self._sources: Source | None = None
+        self._sources: tuple[str, ...] | None = None
         self._known: dict[float, Placed] = {}
 
     def of(self, camera: Usd.Prim, body: Usd.Prim) -> "SharedPoses | None":
-        """Return these where the same opinions decide the poses of both prims as did before, new ones where others do;
-        None where values come from clips, which nothing here looks into."""
+        """Return these where the same opinions decide the poses of both prims as of those before, new ones where others
+        do; None where values come from clips, whose opinions are not looked into."""
         chain = {prim.GetPath(): prim for each in (camera, body) for prim in (*ancestors(each), each)}
         if any(prim.HasAuthoredMetadata("clips") for prim in chain.values()):
             return None
@@ -41,11 +41,11 @@ class SharedPoses:
 
 
 def _sources(prim: Usd.Prim) -> Iterable[str]:
-    """Yield what decides the transform of `prim` in time: the opinions on it, strongest first, and how layers that
-    hold them are moved in time."""
+    """Yield what decides the transform of `prim` in time: the opinions on it, strongest first, and the time offsets of
+    the layers that hold them."""
     yield str(prim.GetPath())
     yield str(UsdGeom.Xformable(prim).GetResetXformStack() if prim.IsA(UsdGeom.Xformable) else None)
     for attribute in prim.GetAuthoredAttributes():
-        if attribute.GetName().startswith(POSE.removesuffix(":")):
+        if attribute.GetName().startswith(TRANSFORM):
             for spec, offset in attribute.GetPropertyStackWithLayerOffsets(Usd.TimeCode.Default()):
                 yield f"{spec.layer.identifier} {spec.path} {offset.offset} {offset.scale}"

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from itertools import chain, repeat
 from pathlib import Path
 
 from pxr import Usd, UsdGeom
@@ -173,8 +172,8 @@ class StageReader:
         return {number: target for number, target in found.items() if target}
 
     def _find_bodies(self, before: Sequence[BodyReader], keep_poses: bool) -> tuple[BodyReader, ...]:
-        """Find the targets and the occluders. `before`: those of a variant before, whose poses may be the same. Raises
-        StageError without a target."""
+        """Find the targets and the occluders. `before`: those of a variant before, whose poses may be the same; with
+        `keep_poses` they are kept for variants after this one. Raises StageError without a target."""
         targets, camera = find_targets(self.stage), self._camera_prim
         links, images, notes = self._lights.links, self._images, self._notes
 
@@ -183,9 +182,11 @@ class StageReader:
 
         found = [*enumerate(targets, 1), *((OCCLUDER, each) for each in find_occluders(targets, camera))]
         make = partial(BodyReader, camera=camera, metres=self.metres, open_reader=open_reader)
-        known = chain((body.shared or SharedPoses() for body in before), iter(SharedPoses, None))
-        shared = known if keep_poses else repeat(None)
-        return tuple(make(body, id=id, shared=poses) for (id, body), poses in zip(found, shared, strict=False))
+        if not keep_poses:
+            return tuple(make(body, id=id) for id, body in found)
+        known = [body.shared or SharedPoses() for body in before[: len(found)]]
+        known += [SharedPoses() for _ in found[len(known) :]]
+        return tuple(make(body, id=id, shared=poses) for (id, body), poses in zip(found, known, strict=True))
 
     def _bodies_at(self, opening: Opening, world: UsdGeom.XformCache) -> list[Body]:
         """Read the bodies that are visible in the middle of an exposure. Raises StageError for too many parts."""
