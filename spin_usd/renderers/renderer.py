@@ -16,7 +16,7 @@ class Renderer(Protocol):
     name: str
 
     def radiance(self, scene: Scene, effort: Effort, *, seed: int) -> Radiance:
-        """Linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square with so
+        """Return linear radiance and coverage of `scene.picture_region`, averaged over each pixel's own square with so
         much effort, by rays that `seed` spreads. Nothing that lies behind the target is in it. It is given by light
         group: one plane for each of scene.derived.light_groups.LightGroups.of(scene), in that order, also for a group
         whose light does not reach the target. Raises RenderError when the renderer fails."""

@@ -48,8 +48,8 @@ class Denoiser:
         self._images: list[Any] = []
 
     def denoised(self, noisy: Radiance, guides: Float32, quality: str, *, samples: int) -> Radiance:
-        """`noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and where
-        it is 0 there is no light.
+        """Return `noisy` with each of its groups denoised by itself, to the same light in all. The coverage stays, and
+        where it is 0 there is no light.
 
         guides (2, rows, columns, 3): the passes GUIDES · samples: of each of their pixels. Raises RenderError when
         Blender fails.
