@@ -49,7 +49,7 @@ def _hidden(alone: Scene, body: int, shown: ShownBodies, caster: EmbreeCaster) -
     within = (uv > (region.x0, region.y0)).all(1) & (uv < (region.x1, region.y1)).all(1)
     if not within.any():
         return 0
-    return int((caster.cast(alone, alone.camera.normalised(uv[within])) >= 0).sum())
+    return int(caster.meets(alone, alone.camera.normalised(uv[within])).sum())
 
 
 def _outside(frame: Region, box: Region) -> Iterator[Region]:
@@ -71,7 +71,7 @@ def _sampled(alone: Scene, strip: Region, caster: EmbreeCaster) -> float:
     v = strip.y0 + (np.arange(rows) + 0.5) * (strip.height / rows)
     uv = np.stack(np.meshgrid(u, v), -1).reshape(-1, 2)
     xy, there = alone.camera.normalised_where_seen(uv)
-    met = int((caster.cast(alone, xy[there]) >= 0).sum())
+    met = int(caster.meets(alone, xy[there]).sum())
     return met * (strip.width / columns) * (strip.height / rows)
 
 

@@ -1,6 +1,7 @@
 """The small facts of a target in one picture: boxes, counts of pixels, keypoints."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ def target_facts(scene: Scene, shown: ShownBodies | None, caster: EmbreeCaster) 
 def _facts(scene: Scene, place: int, shown: ShownBodies, caster: EmbreeCaster) -> TargetFacts:
     """Return the facts of the target with that place among the scene's bodies."""
     alone, body = scene.apart[place], scene.bodies[place].id
-    box = surface_box(alone, lambda xy: caster.cast(alone, xy) >= 0)
+    box = surface_box(alone, partial(caster.meets, alone))
     low, high = alone.target.mesh.box
     keypoints, states = keypoint_states(scene.apart, place, caster)
     return TargetFacts(

@@ -37,15 +37,15 @@ class Coverage:
         target, pose = scene.target, scene.T_cam_body
         key = target.mesh.key, target.cut_out_key
         if key not in self._filled:
-            renderer = EmbreeCaster()
-            self._filled[key] = np.array([filled(scene, side, renderer) for side in self._sides])
+            caster = EmbreeCaster()
+            self._filled[key] = np.array([filled(scene, side, caster) for side in self._sides])
         towards = pose.rotation.T @ pose.points(target.mesh.centre)
         along = (self._sides @ towards / max(float(np.linalg.norm(towards)), 1e-300)) ** SHARPNESS
         total = float(along.sum())
         return scene.outline_pixels * (float(along @ self._filled[key]) / total if total else 1.0)
 
 
-def filled(scene: Scene, side: Float, renderer: EmbreeCaster) -> float:
+def filled(scene: Scene, side: Float, caster: EmbreeCaster) -> float:
     """Return the share of its outline that the target fills for one who looks at it, from afar, along `side` (3,),
     unit, in body axes."""
     mesh = scene.target.mesh
@@ -57,5 +57,5 @@ def filled(scene: Scene, side: Float, renderer: EmbreeCaster) -> float:
     middle = SIDE_PX / 2
     camera = Camera(width=SIDE_PX, height=SIDE_PX, fx=middle * FAR, fy=middle * FAR, cx=middle, cy=middle)
     seen = replace(scene, camera=camera, T_cam_body=pose, thin_lens=None, shutter=None)
-    pixels = np.count_nonzero(renderer.visibility(seen).face >= 0)
+    pixels = np.count_nonzero(caster.meets(seen, camera.centres(seen.region).reshape(-1, 2)))
     return min(pixels / outline, 1.0) if (outline := seen.outline_pixels) else 1.0

@@ -52,6 +52,13 @@ class EmbreeCaster:
         Visibility's; -1 for none."""
         return nearest_faces(scene, [self._cast(one, xy) for one in scene.apart], xy)
 
+    def meets(self, scene: Scene, xy: Float) -> NDArray[np.bool_]:
+        """Return (N,) whether the camera's rays (x, y, 1) of `xy` (N, 2) meet a body that is there."""
+        met = np.zeros(len(xy), bool)
+        for one in scene.apart:
+            met |= self._met(one.target, *rays_in_target_units(one, xy)) >= 0
+        return met
+
     def first_faces(self, target: Target, origin: Float, directions: Float) -> NDArray[np.int32]:
         """Return the first face (N,) of the `target` that is there on the rays from `origin` (3,), body axes around the
         mesh's centre, metres, along the unit `directions` (N, 3), which may be any; -1 for none."""
@@ -91,11 +98,17 @@ class EmbreeCaster:
         return self._first_there(scene.target, *rays_in_target_units(scene, xy))
 
     def _first_there(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
+        """Return the first face (N,) that is there on each ray, of several in one another the lowest; -1 for none."""
+        face = self._met(target, origins, directions)
+        overlapping = None if target.cut_out_key else self._overlaps(target.mesh)
+        return overlapping.lowest(face, origins, directions) if overlapping else face
+
+    def _met(self, target: Target, origins: Float32, directions: Float32) -> NDArray[np.int32]:
+        """Return the first face (N,) that is there on each ray, of several in one another any; -1 for none."""
         embree = self._embree(target.mesh)
         if target.cut_out_key:
             return first_stop(embree, origins, directions, lambda face, weights: is_there(target, face, weights))
-        face, overlapping = np.asarray(embree.run(origins, directions), np.int32), self._overlaps(target.mesh)
-        return overlapping.lowest(face, origins, directions) if overlapping else face
+        return np.asarray(embree.run(origins, directions), np.int32)
 
     def _embree(self, mesh: Mesh) -> EmbreeScene:
         if mesh not in self._opened:
