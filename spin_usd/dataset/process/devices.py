@@ -1,10 +1,10 @@
 """The devices of this machine, asked of a child: a driver may crash, hang, or reserve all address space."""
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 
 from spin_usd.dataset.process.child import Child, ChildDiedError
 from spin_usd.dataset.process.child_limits import rendering_memory
+from spin_usd.dataset.process.open_renderer import RENDERERS
 from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.renderers.device import DEVICES
 from spin_usd.scene.effort import CPU
@@ -21,9 +21,9 @@ def refuse_unknown_device(name: str, *more: str) -> None:
 
 
 def graphics_processors() -> Mapping[str, list[str]]:
-    """Return the models of graphics processors by the name of the device, none without Blender. Raises ChildDiedError
-    where a driver crashes or hangs."""
-    if find_spec("bpy") is None:
+    """Return the models of graphics processors by the name of the device, none where no renderer that can use them is
+    installed. Raises ChildDiedError where a driver crashes or hangs."""
+    if not any(entry.graphics and entry.installed for entry in RENDERERS.values()):
         return {}
     with Child(memory=rendering_memory(graphics=True)) as child:
         found: Mapping[str, list[str]] = child.call("graphics_processors", within_s=PATIENCE_S)

@@ -47,6 +47,11 @@ class RendererEntry:
     casts: bool = False
     image_costs: Mapping[str, float] = field(default_factory=lambda: UNMEASURED)
 
+    @property
+    def installed(self) -> bool:
+        """Whether this Python has the library that the renderer needs; loads nothing."""
+        return not self.library or find_spec(self.library) is not None
+
 
 _ALL = (
     RendererEntry(
@@ -114,7 +119,7 @@ def require_renderer(name: str, *, instead: str = "") -> None:
     """Raise UnsupportedError where the renderer `name` lacks its library; load nothing. `instead`: what the user may do
     without it, such as ANOTHER_RENDERER."""
     entry = renderer_entry(name)
-    if entry.library and find_spec(entry.library) is None:
+    if not entry.installed:
         found = f"the renderer {name} needs {entry.library}, which this Python {python_version()} does not have"
         do = f"install spin_usd with Python {entry.python}, which has it"
         raise UnsupportedError(found, do=f"{do}, or {instead}" if instead else do)
@@ -124,7 +129,7 @@ def graphics_processors() -> dict[str, list[str]]:
     """Return the models of graphics processors that a renderer can use, by the name of the device; loads Blender."""
     found: dict[str, list[str]] = {}
     for entry in _ALL:
-        if entry.graphics:
+        if entry.graphics and entry.installed:
             found |= import_module(entry.graphics).graphics_processors()
     return found
 
