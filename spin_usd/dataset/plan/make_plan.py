@@ -32,8 +32,8 @@ STAGE_SHARE = 2  # of the memory that children merged may take, at most so many 
 class Question:
     """The question that a plan answers: the stage, the variants and the slice of its pictures wanted (as `--frames`),
     how they are to be rendered, and the image files' extension (None for none). `devices`: those that may render the
-    light, the first that can is taken. `labels`: those whose keys are
-    asked for. `copy_to`: a folder to copy the stage to first. `explain`: what of the work the scenes do not need."""
+    light, of which the first that can is taken. `labels`: those whose keys are asked for. `copy_to`: a folder to copy
+    the stage to first. `explain`: what of the work the scenes do not need."""
 
     stage: Path
     variants: tuple[str, ...]
@@ -97,32 +97,42 @@ def _plan(question: Question, processes: int, progress: Progress) -> Plan:
         settings = RenderSettings(
             renderer=question.renderer, effort=question.effort, seed=opened["seed"], device=opened["device"]
         )
-        chosen, variants = range(*opened["chosen"]), opened["variants"]
-        count = sharing(len(chosen) * len(variants), processes)
+        pictures = len(range(*opened["chosen"])) * len(opened["variants"])
+        count = sharing(pictures, processes)
         for number in range(1, count):
             pool.add(number, Child())
-        requests = [
-            {
-                "root": opened["root"],
-                "variants": variants,
-                "chosen": _part(chosen, number, count),
-                "settings": asdict(settings),
-                "image_suffix": question.image_suffix,
-                "labels": question.labels,
-                "provenance": variants[number::count],
-                "explain": question.explain,
-            }
-            for number in range(count)
-        ]
-        answers = _answers(pool, requests, lambda done: progress(PLANNING, done, len(chosen) * len(variants)))
+        requests = [_request(question, opened, settings, number, count) for number in range(count)]
+        answers = _answers(pool, requests, lambda done: progress(PLANNING, done, pictures))
+    return _merged(opened, settings, answers)
+
+
+def _request(
+    question: Question, opened: Mapping[str, Any], settings: RenderSettings, number: int, count: int
+) -> dict[str, Any]:
+    """Return what the `number`th of `count` children is asked."""
+    return {
+        "root": opened["root"],
+        "variants": opened["variants"],
+        "chosen": _part(range(*opened["chosen"]), number, count),
+        "settings": asdict(settings),
+        "image_suffix": question.image_suffix,
+        "labels": question.labels,
+        "provenance": opened["variants"][number::count],
+        "explain": question.explain,
+    }
+
+
+def _merged(opened: Mapping[str, Any], settings: RenderSettings, answers: Sequence[Any]) -> Plan:
+    """Return the plan in the children's `answers`, each a part of every variant."""
     parts_in_order = [part for parts in zip(*answers, strict=True) for part in parts]
+    stages = {part["variant"]: part["stage"] for part in parts_in_order if part["stage"]}
     return Plan(
         root=Path(opened["root"]),
         settings=settings,
-        variants=tuple(variants),
+        variants=tuple(opened["variants"]),
         known_variants=tuple(opened["known_variants"]),
         names=tuple(opened["names"]),
-        stages={variant: answers[i % count][i]["stage"] for i, variant in enumerate(variants)},
+        stages={variant: stages[variant] for variant in opened["variants"]},
         origin=opened["origin"],
         description=opened["description"],
         pictures=tuple(_pictures(answers)),
@@ -197,7 +207,7 @@ def _answers(pool: Pool[int], requests: Sequence[Mapping[str, Any]], progress: C
     return [answers[number] for number in range(len(requests))]
 
 
-def _pictures(answers: list[Any]) -> Iterator[PlannedPicture]:
+def _pictures(answers: Sequence[Any]) -> Iterator[PlannedPicture]:
     """Yield all pictures; equal keys are one string, for most are those of the variant before."""
     known: dict[str, str] = {}
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
