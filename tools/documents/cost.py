@@ -42,8 +42,8 @@ def peers(folder: Path) -> str:
     poses = f"{found['pictures']} {'pose' if found['pictures'] == 1 else 'poses'}"
     intro = (
         f"Processor seconds a picture of the stage `{found['stage']}`, over {poses}, all in turn, held open, "
-        f"until the files are there: median (least to most). Others take {found['samples']} samples. The box that the "
-        f"target can cover is {percent(found['box_share']['median'])} of the frame (median)."
+        f"until the files are there: median (least to most). The scripts take {found['samples']} samples. The box that "
+        f"the target can cover is {percent(found['box_share']['median'])} of the frame (median)."
     )
     names = ", ".join(found["left_out"])
     failed = f"Did not work there: {names}. Of a peer's variants the fastest that works is shown."
@@ -58,21 +58,22 @@ def peers(folder: Path) -> str:
 
 def _totals(found: Mapping[str, Any]) -> str:
     """A sentence on all processor time of the pictures, by spin_usd over that of the two cropped ones."""
-    totals = {name: taken["total_cpu_over_script"] for name, taken in found["makers"].items()}
-    cropped = next((name for name in totals if name.startswith("Mitsuba") and name.endswith(CROPS["box"])), None)
-    beside = [f"{number(totals[EQUAL])} times the processor time of the cropped bpy script"]
-    beside += [f"{number(totals[EQUAL] / totals[cropped])} times that of cropped Mitsuba"] if cropped else []
+    own, cropped = found["makers"][EQUAL]["total_cpu_over_script"], _cropped_mitsuba(found)
+    beside = [f"{number(own)} times the processor time of the cropped bpy script"]
+    beside += [f"{number(own / cropped)} times that of cropped Mitsuba"] if cropped else []
     return f"At equal samples spin_usd, with labels and files, takes {' and '.join(beside)} in all."
+
+
+def _cropped_mitsuba(found: Mapping[str, Any]) -> float | None:
+    """All processor time of cropped Mitsuba over that of the cropped script; None where none worked."""
+    makers: Mapping[str, Mapping[str, float]] = found["makers"]
+    names = (name for name in makers if name.startswith("Mitsuba") and name.endswith(CROPS["box"]))
+    return next((makers[name]["total_cpu_over_script"] for name in names), None)
 
 
 def equal_error(folder: Path) -> str:
     """What a picture takes at equal error, by spin_usd and by Mitsuba."""
     found = figures_of(folder, "equal_error")
-    rows = []
-    for stage, measured in found["stages"].items():
-        for row in measured["rows"]:
-            ratio = number(row["cpu_s"] / row["mitsuba_cpu_s"]) if "mitsuba_cpu_s" in row else ""
-            rows.append([stage, f"{row['tool']}, {row['what']}", number(row["cpu_s"]), percent(row["error"]), ratio])
     intro = (
         "Processor seconds of a picture and its error in linear light, as [accuracy.md](accuracy.md) defines it, each "
         f"tool against {found['reference_samples']:,} samples of its own, so that it does not count that they shade "
@@ -81,13 +82,30 @@ def equal_error(folder: Path) -> str:
         "and roughness: no distortion, detector, labels, textures or denoiser, for its own needs a graphics processor."
     )
     headings = ("stage", "", "CPU s", "error", "times Mitsuba's CPU s at that error")
+    rows = [_error_row(stage, row) for stage, measured in found["stages"].items() for row in measured["rows"]]
     offs = [f"{percent(max(each['references'].values()))} on `{name}`" for name, each in found["stages"].items()]
     outro = (
         f"The references are off by up to {', '.join(offs)}. Mitsuba's seconds at an error are a + b / error² through "
-        "its rows. What limits spin_usd is Cycles itself, whose samples on the target cost about four times those of "
-        "Mitsuba; what is around it is the first table's business."
+        f"its rows. {_limit(folder)}"
     )
     return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n{prose(outro)}"
+
+
+def _error_row(stage: str, row: Mapping[str, Any]) -> list[str]:
+    """A line of the table, whose last cell is empty for Mitsuba itself."""
+    ratio = number(row["cpu_s"] / row["mitsuba_cpu_s"]) if "mitsuba_cpu_s" in row else ""
+    return [stage, f"{row['tool']}, {row['what']}", number(row["cpu_s"]), percent(row["error"]), ratio]
+
+
+def _limit(folder: Path) -> str:
+    """A sentence on what keeps spin_usd from Mitsuba's time, where both are in the first table."""
+    cropped = _cropped_mitsuba(figures_of(folder, "frames"))
+    if not cropped:
+        return ""
+    return (
+        "What limits spin_usd is Cycles: at equal samples the cropped bpy script of the first table, which has nothing "
+        f"of spin_usd, takes {number(1 / cropped)} times the processor time of cropped Mitsuba."
+    )
 
 
 def label_costs(folder: Path) -> str:
