@@ -29,13 +29,9 @@ from benchmarks import (
 from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
-COMMANDS = {
-    module.__name__.rpartition(".")[2]: module
-    for module in (
-        *(frames, equal_error, growth, variants, labels, plan, sensor, predict, calibrate, schedule),
-        *(stages, agreement),
-    )
-}
+PICTURES = (frames, equal_error, labels, sensor, stages, agreement)
+RUNS = (growth, variants, plan, predict, calibrate, schedule)
+COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
 
 def main() -> None:

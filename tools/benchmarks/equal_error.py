@@ -2,7 +2,8 @@
 
 Each is compared with a reference of its own, of many samples, so that it does not count that they shade differently.
 The error is that of docs/accuracy.md: relative, in linear light, root mean square over the target's pixels. A path
-tracer's seconds are a + b / error^2; fitted to Mitsuba's they say what it takes to reach each error of ours.
+tracer takes a + b / error^2 seconds; with a and b fitted to Mitsuba's rows they say what it takes to reach each of
+spin_usd's errors.
 """
 
 import argparse
@@ -36,8 +37,9 @@ EFFORTS = {
     "16 plain samples": Effort(samples=16),
 }
 PARTS = 2  # of a reference: their difference says how far off it is
-HALF = 0.5  # of a pixel, which the target's cover by as much
+HALF = 0.5  # a pixel is the target's where that covers as much of it
 Light = NDArray[np.float32]
+"""(rows, columns, 4) of the target's box: linear red, green and blue, and the share of each pixel that it covers."""
 Row = dict[str, Any]
 
 
@@ -61,7 +63,8 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def of_stage(name: str, options: argparse.Namespace, folder: Path) -> dict[str, Any]:
-    """The rows of both, and how far off their references are; only ours, and why, where Mitsuba does not work."""
+    """Return the rows of both and how far off their references are; where Mitsuba does not work, only spin_usd's, and
+    why."""
     stage = three_stages.author(name, folder / "stage", poses=options.poses, frames=options.frames)
     reader = StageReader(stage)
     scene = reader.scene(reader.frames[0])
@@ -70,16 +73,17 @@ def of_stage(name: str, options: argparse.Namespace, folder: Path) -> dict[str, 
         peer = start_mitsuba(scene, folder, options.mitsuba_python)
     except OSError as error:
         return {"rows": rows, "references": {"spin_usd": off}, "left_out": str(error)}
-    theirs, its = mitsuba(peer, scene, options)
+    peer_rows, peer_off = mitsuba(peer, scene, options)
     peer.close()
-    fitted = cost_of_error(theirs)
+    fitted = cost_of_error(peer_rows)
     for row in rows:
         row["mitsuba_cpu_s"] = round(fitted(row["error"]), 3)
-    return {"rows": [*rows, *theirs], "references": {"spin_usd": off, "Mitsuba": its}}
+    return {"rows": [*rows, *peer_rows], "references": {"spin_usd": off, "Mitsuba": peer_off}}
 
 
 def ours(stage: Path, scene: Scene, folder: Path, options: argparse.Namespace) -> tuple[list[Row], float]:
-    """Rows of EFFORTS, whose seconds are those of whole pictures with labels and files."""
+    """Return a row for each of EFFORTS and how far off the reference is. The seconds are those of whole pictures with
+    labels and files."""
     reference = [
         made(stage, scene, folder / f"part{seed}", Effort(samples=options.reference_samples), seed, rounds=0)[1]
         for seed in range(1, PARTS + 1)
@@ -93,7 +97,7 @@ def ours(stage: Path, scene: Scene, folder: Path, options: argparse.Namespace) -
 
 
 def made(stage: Path, scene: Scene, root: Path, effort: Effort, seed: int, *, rounds: int) -> tuple[float, Light]:
-    """Processor seconds of the picture, median over the rounds after the first, and its light."""
+    """Make the picture once, then in `rounds`; return its median processor seconds over those, and its light."""
     with ExitStack() as stack:
         settings = RenderSettings(renderer="blender", effort=effort, seed=seed)
         worker = OwnWorker(stage, root, settings, stack)
@@ -102,31 +106,33 @@ def made(stage: Path, scene: Scene, root: Path, effort: Effort, seed: int, *, ro
 
 
 def mitsuba(peer: Peer, scene: Scene, options: argparse.Namespace) -> tuple[list[Row], float]:
+    """Return a row for each number of samples, and how far off the reference is."""
     reference = [light_of(peer, scene, options.reference_samples, seed) for seed in range(1, PARTS + 1)]
     rows = []
     for samples in options.samples:
         light = light_of(peer, scene, samples, 0)
         seconds = median_seconds(partial(peer.picture, scene, samples, 0), peer.pid, options.rounds)
         error, off = error_of(light, reference)
-        rows.append({"tool": "Mitsuba", "what": f"{samples} samples", "samples": samples, "cpu_s": seconds})
-        rows[-1]["error"] = error
+        what = f"{samples} samples"
+        rows.append({"tool": "Mitsuba", "what": what, "samples": samples, "cpu_s": seconds, "error": error})
     return rows, off
 
 
 def light_of(peer: Peer, scene: Scene, samples: int, seed: int) -> Light:
-    """(rows, columns, 4) of the box: linear light and coverage."""
+    """Make the picture by the peer and read its light."""
     peer.picture(scene, samples, seed)
-    latest = max((peer.log.parent).glob("*.exr"))
+    latest = max(peer.log.parent.glob("*.exr"))
     return np.asarray(OpenImageIO.ImageBuf(str(latest)).get_pixels(OpenImageIO.FLOAT))[..., :4]
 
 
 def median_seconds(make: Callable[[], None], pid: int, rounds: int) -> float:
-    """Of processor; 0 for no rounds."""
+    """Return the median processor seconds of the process `pid` over the rounds, in each of which it makes a picture; 0
+    for none."""
     return round(statistics.median([timed(make, pid)["cpu_s"] for _ in range(rounds)] or [0.0]), 3)
 
 
 def error_of(light: Light, parts: Sequence[Light]) -> tuple[float, float]:
-    """The relative error of `light` without the reference's own, and that."""
+    """Return the relative error of `light`, from which the reference's own is taken, and the reference's own."""
     target = np.mean([part[..., 3] for part in parts], axis=0) >= HALF
     reference = Reference.of([part[target][:, :3] for part in parts])
     apart = reference.relative(light[target][:, :3] - reference.radiance)
@@ -135,7 +141,8 @@ def error_of(light: Light, parts: Sequence[Light]) -> tuple[float, float]:
 
 
 def cost_of_error(rows: Sequence[Row]) -> Callable[[float], float]:
-    """Seconds by error, a + b / error^2, fitted with the least relative deviations, neither below nothing."""
+    """Return seconds as a function of the error: a + b / error^2 with a and b of 0 or more, fitted to the rows by least
+    squares of relative deviations."""
     errors, seconds = (np.array([max(row[name], 1e-6) for row in rows]) for name in ("error", "cpu_s"))
     a, b = nnls(np.stack([np.ones_like(errors), errors**-2.0], 1) / seconds[:, None], np.ones_like(seconds))[0]
     return lambda error: float(a + b / max(error, 1e-6) ** 2)

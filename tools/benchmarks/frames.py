@@ -1,7 +1,7 @@
 """Seconds per picture of spin_usd beside a plain bpy script and what else is installed, picture by picture in turn.
 
-All make the same poses of the same mesh with as many samples and one Sun, one after another, in one run, each held open
-in a process of its own. Everything counts until the picture's files are there.
+All make the same poses of the same mesh, one after another, in one run, each held open in a process of its own; the
+others with as many samples as spin_usd's first line. Everything counts until the picture's files are there.
 """
 
 import argparse
@@ -83,7 +83,8 @@ Make = Callable[..., None]
 def start(
     options: argparse.Namespace, stage: Path, first: Any, folder: Path, stack: ExitStack
 ) -> tuple[dict[str, tuple[Make, int]], dict[str, str], dict[str, str]]:
-    """By name what makes a scene's picture and in which process; the others' versions; why some are left out."""
+    """Return by name what makes a scene's picture and in which process; the others' versions; why some are left
+    out."""
     makers = {}
     for number, (name, effort) in enumerate(_efforts(options.samples).items()):
         settings = RenderSettings(renderer="blender", effort=effort, seed=0)
@@ -97,6 +98,7 @@ def start(
 
 
 def _efforts(samples: int) -> dict[str, Effort]:
+    """Return spin_usd's efforts by name."""
     plain = Effort(samples=samples)
     return {EQUAL: plain, DEFAULT: QUALITIES[DEFAULT_QUALITY], DRAFT: QUALITIES["draft"], LABELS: plain}
 
@@ -117,7 +119,7 @@ def region_share(scene: Scene) -> float:
 
 
 def summed(runs: list[dict[str, float]], script: list[dict[str, float]]) -> dict[str, Any]:
-    """Spreads over the pictures, and processor time over that of the cropped script, picture by picture and in
+    """Return spreads over the pictures, and processor time over that of the cropped script, picture by picture and in
     total."""
     ratios = [run["cpu_s"] / other["cpu_s"] for run, other in zip(runs, script, strict=True)]
     totals = [sum(run["cpu_s"] for run in each) for each in (runs, script)]

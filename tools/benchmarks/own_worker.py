@@ -1,4 +1,4 @@
-"""spin_usd as a run has it: a worker held open, which makes one picture after another with all its files."""
+"""A worker of spin_usd as a run has it: held open, it makes one picture after another with all its files."""
 
 import shutil
 from contextlib import ExitStack
@@ -21,7 +21,7 @@ class OwnWorker:
     """One worker on a stage, in a process of its own: `pid`."""
 
     def __init__(self, stage: Path, root: Path, settings: RenderSettings, stack: ExitStack, *, image: bool = True):
-        """`root`: its dataset. It ends with the stack. Without `image` it makes labels alone."""
+        """Start it for the dataset `root`, to end with the stack. Without `image` it makes labels alone."""
         request = RenderRequest(stage=stage, effort=settings.effort, renderer=settings.renderer, image=image)
         options = WorkerOptions(
             root=str(root), work=str(root / "work"), stage=str(stage), image_suffix=".png", settings=settings

@@ -59,9 +59,9 @@ class Peer:
 
 
 def write_scene(scene: Scene, file: Path) -> None:
-    """What the scripts know: the lens without its distortion, flat faces, materials of three numbers, of which textures
-    have the mean, distant lights, and what shines from all around as an image. The plain bpy script takes of these the
-    first material and the first light."""
+    """Write what the scripts know: the lens without its distortion, flat faces, materials with one colour, metallic and
+    roughness, the means of their textures, distant lights, and what shines from all around as an image. The plain bpy
+    script takes of these the first material and the first light."""
     camera, mesh, materials = scene.camera, scene.target.mesh, scene.target.materials
     suns = [light for light in scene.lights if isinstance(light, DistantLight)]
     around = Surroundings.of(scene)
@@ -80,7 +80,7 @@ def write_scene(scene: Scene, file: Path) -> None:
 
 
 def _mean(value: Colored | Scalar, channels: int) -> NDArray[np.float64]:
-    """(channels,) of a constant, the mean of a texture, or grey where only the mesh knows."""
+    """Return (channels,): a constant, the mean of a texture, or grey where the mesh has the values."""
     if isinstance(value, Texture):
         image = value.image.images[0][1] if isinstance(value.image, Tiles) else value.image
         scaled = image.pixels * np.array(value.scale) + np.array(value.bias)
