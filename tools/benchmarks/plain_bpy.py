@@ -14,42 +14,57 @@ import numpy as np
 
 
 def build(scene_file: str, samples: int) -> tuple[bpy.types.Scene, bpy.types.Object]:
+    """Make the scene; returns it and the target, whose pose is not set."""
     data = np.load(scene_file)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    width, height, fx, cx, cy = data["camera"]
+    configure(scene, data["camera"], samples)
+    target = bpy.data.objects.new("target", mesh(data))
+    target.rotation_mode, target.pass_index = "QUATERNION", 1
+    for item in (camera(data["camera"]), target, lamp(data["suns"][0])):
+        scene.collection.objects.link(item)
+    scene.camera = scene.objects["camera"]
+    return scene, target
+
+
+def configure(scene: bpy.types.Scene, numbers: np.ndarray, samples: int) -> None:
     scene.render.engine = "CYCLES"
     scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = samples, False, False
     scene.cycles.max_bounces = 4
-    scene.render.resolution_x, scene.render.resolution_y = int(width), int(height)
+    scene.render.resolution_x, scene.render.resolution_y = int(numbers[0]), int(numbers[1])
     scene.render.use_persistent_data = True
     scene.world = None  # black; a new one is grey
-    camera = bpy.data.cameras.new("camera")
-    camera.sensor_width, camera.lens = 36, 36 * fx / width
-    camera.shift_x, camera.shift_y = (width / 2 - cx) / width, (cy - height / 2) / width
-    scene.camera = bpy.data.objects.new("camera", camera)
-    scene.collection.objects.link(scene.camera)
-    mesh = bpy.data.meshes.new("target")
-    mesh.from_pydata(data["points"].tolist(), [], data["faces"].tolist())
-    target = bpy.data.objects.new("target", mesh)
-    target.rotation_mode, target.pass_index = "QUATERNION", 1
-    scene.collection.objects.link(target)
-    material = bpy.data.materials.new("grey")
-    principled = material.node_tree.nodes["Principled BSDF"]
-    principled.inputs["Base Color"].default_value = (*data["colors"][0], 1)
-    metallic, roughness = data["metal_rough"][0]
-    principled.inputs["Metallic"].default_value, principled.inputs["Roughness"].default_value = metallic, roughness
-    mesh.materials.append(material)
-    sun = bpy.data.lights.new("sun", "SUN")
-    x, y, z, irradiance = data["suns"][0, :4]
-    sun.energy, sun.angle = float(irradiance), 0.00925
-    lamp = bpy.data.objects.new("sun", sun)
-    lamp.rotation_mode = "QUATERNION"
-    lamp.rotation_quaternion = mathutils.Vector((x, -y, -z)).to_track_quat("-Z", "Y")
-    scene.collection.objects.link(lamp)
     layer = scene.view_layers[0]
     layer.use_pass_z = layer.use_pass_position = layer.use_pass_object_index = True
-    return scene, target
+
+
+def camera(numbers: np.ndarray) -> bpy.types.Object:
+    width, height, fx, cx, cy = numbers
+    made = bpy.data.cameras.new("camera")
+    made.sensor_width, made.lens = 36, 36 * fx / width
+    made.shift_x, made.shift_y = (width / 2 - cx) / width, (cy - height / 2) / width
+    return bpy.data.objects.new("camera", made)
+
+
+def mesh(data: np.lib.npyio.NpzFile) -> bpy.types.Mesh:
+    made = bpy.data.meshes.new("target")
+    made.from_pydata(data["points"].tolist(), [], data["faces"].tolist())
+    material = bpy.data.materials.new("grey")
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Base Color"].default_value = (*data["colors"][0], 1)
+    inputs["Metallic"].default_value, inputs["Roughness"].default_value = data["metal_rough"][0]
+    made.materials.append(material)
+    return made
+
+
+def lamp(numbers: np.ndarray) -> bpy.types.Object:
+    x, y, z, irradiance = numbers[:4]
+    sun = bpy.data.lights.new("sun", "SUN")
+    sun.energy, sun.angle = float(irradiance), 0.00925
+    made = bpy.data.objects.new("sun", sun)
+    made.rotation_mode = "QUATERNION"
+    made.rotation_quaternion = mathutils.Vector((x, -y, -z)).to_track_quat("-Z", "Y")
+    return made
 
 
 def crop(scene: bpy.types.Scene, box: np.ndarray) -> None:
