@@ -71,9 +71,19 @@ def test_blender_is_refused_in_a_sentence(stages: dict[str, Path], tmp_path: Pat
     said = spin_usd(PYTHON, "render", stages["3.11"], "--out", tmp_path / "out", code=2)
     assert "the renderer blender needs bpy, which this Python 3.11" in said
     assert "Traceback" not in said
-    spin_usd(PYTHON, "render", stages["3.11"], "--out", tmp_path / "labels", "--labels-only")
     assert not (tmp_path / "out").exists()
     assert "needs bpy" in spin_usd(PYTHON, "measure", stages["3.11"], "--out", tmp_path / "measured", code=2)
+
+
+def test_labels_alone_are_made_without_asking_for_another_renderer(
+    stages: dict[str, Path], dataset: Path, tmp_path: Path
+) -> None:
+    spin_usd(PYTHON, "render", stages["3.11"], "--out", tmp_path, "--labels-only")
+    made, beside_images = (
+        {path.name: path.read_bytes() for path in root.glob("depth/*/*")} for root in (tmp_path, dataset)
+    )
+    assert len(made) == 3
+    assert made == beside_images
 
 
 def test_batches_are_those_of_our_python(dataset: Path) -> None:
