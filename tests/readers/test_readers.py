@@ -47,10 +47,10 @@ def dataset(stage, spin_usd):
 @pytest.fixture(scope="module")
 def rendered(stage, dataset):
     """The arrays by path: labels as they are made, not as they lie in files; images and radiance as we read them."""
-    reader, renderer, found = StageReader(stage), EmbreeCaster(), {}
+    reader, caster, found = StageReader(stage), EmbreeCaster(), {}
     for frame in reader.frames:
         scene = reader.scene(frame, with_next=True)
-        for kind, array, _ in make_labels(scene, renderer, tuple(PIXEL_LABELS), Stopwatch(), renderer):
+        for kind, array, _ in make_labels(scene, caster, tuple(PIXEL_LABELS), Stopwatch(), caster):
             found[f"{kind}/nominal/{frame.name}"] = array
         for path in (dataset / "image" / "nominal" / f"{frame.name}.png", dataset / "radiance" / "nominal" / f"{frame.name}.exr"):  # fmt: skip  # noqa: E501
             found[str(path.relative_to(dataset).with_suffix(""))] = read_image(path)[0]

@@ -1,4 +1,4 @@
-"""What share of a picture the target covers, as estimated for costs, against what a renderer finds."""
+"""What share of a picture the target covers, as estimated for costs, against the faces that rays meet."""
 
 from dataclasses import replace
 
@@ -12,10 +12,10 @@ from tests.cases.scenes import SPEEDPLUS
 USUAL, MOST = 0.02, 0.05  # off, of the pixels that are there, as the module says: sides are 13 degrees apart
 
 
-def test_the_estimate_is_near_what_a_renderer_finds(small_stage) -> None:
-    reader, coverage, renderer = StageReader(small_stage), Coverage(), EmbreeCaster()
+def test_the_estimate_is_near_what_rays_meet(small_stage) -> None:
+    reader, coverage, caster = StageReader(small_stage), Coverage(), EmbreeCaster()
     scenes = [replace(reader.scene(frame), camera=SPEEDPLUS) for frame in reader.frames]
-    found = np.array([np.count_nonzero(renderer.visibility(scene).face >= 0) for scene in scenes])
+    found = np.array([np.count_nonzero(caster.visibility(scene).face >= 0) for scene in scenes])
     off = np.abs(np.array([coverage.target_pixels(scene) for scene in scenes]) / found - 1)
     assert np.median(off) <= USUAL
     assert off.max() <= MOST

@@ -1,4 +1,4 @@
-"""Holes in the labels and in shadows: both renderers see through them alike, and through nothing else."""
+"""Holes in the labels and in shadows: Embree and Cycles see through them alike, and through nothing else."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ def layers(make_scene, square, count, *, apart=0.1, **fields):
 
 @pytest.mark.parametrize("count", [1, 2, 12])
 def test_a_chequer_shows_what_lies_behind_it(blender, make_scene, square, count) -> None:
-    """By both renderers, and by the chequer itself."""
+    """By both label passes, and by the chequer itself."""
     scene = layers(make_scene, square, count)
     cast, rendered = EmbreeCaster().visibility(scene), blender.visibility(scene)
     assert (cast.face != rendered.face).sum() <= SEAM_PIXELS
@@ -80,8 +80,8 @@ def test_a_hole_is_below_the_threshold(blender, make_scene, square, opacity, the
     value = Primvar(name="opacity") if as_primvar else opacity
     holed = replace(HOLED, opacity=value)
     scene = make_scene(*square, materials=[holed], primvars={"opacity": np.full((2, 3, 1), opacity)})
-    for renderer in (blender, EmbreeCaster()):
-        assert (renderer.visibility(scene).face >= 0).any() == there
+    for label_pass in (blender, EmbreeCaster()):
+        assert (label_pass.visibility(scene).face >= 0).any() == there
 
 
 def test_labels_and_pictures_take_turns(blender, make_scene, square) -> None:
@@ -121,5 +121,5 @@ def test_size_costs_no_holes(make_scene, square, size) -> None:
     mesh = replace(other.target.mesh, points=points)
     pose = replace(other.T_cam_body, translation=other.T_cam_body.translation * size)
     other = replace(other, T_cam_body=pose, target=replace(other.target, mesh=mesh))
-    renderer = EmbreeCaster()
-    assert (renderer.visibility(one).face != renderer.visibility(other).face).sum() <= SEAM_PIXELS
+    caster = EmbreeCaster()
+    assert (caster.visibility(one).face != caster.visibility(other).face).sum() <= SEAM_PIXELS

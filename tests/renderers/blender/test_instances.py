@@ -34,12 +34,12 @@ def scene():
     return scenes.scene(placed(materials=(WHITE, RED)), camera=CAMERA, T_cam_body=pose)
 
 
-def surface(renderer, scene):
-    return visible_surface(scene, renderer.visibility(scene))
+def surface(label_pass, scene):
+    return visible_surface(scene, label_pass.visibility(scene))
 
 
-def assert_same_labels(scene, renderer) -> None:
-    mine, theirs = surface(renderer, scene), surface(renderer, expanded(scene))
+def assert_same_labels(scene, label_pass) -> None:
+    mine, theirs = surface(label_pass, scene), surface(label_pass, expanded(scene))
     assert len(mine.rows) > 2000
     assert len(np.unique(mine.part)) == 11
     for name in ("rows", "columns", "part", "z", "body", "face"):

@@ -1,4 +1,4 @@
-"""What pictures show, against the raycast renderer and laws of simple bodies."""
+"""What pictures show, against rays that Embree casts and laws of simple bodies."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ from tests.cases import scenes
 CAMERA = replace(scenes.SMALL, width=160, height=120, fx=140, fy=140, cx=80, cy=60, distortion=(0.0,) * 5)
 SUN = DistantLight(path="/Sun", direction_cam=(0.0, 0.0, 1.0), irradiance=(1361.0,) * 3)  # behind the camera
 HALF_CELL = 0.12  # of the share of a round body: its faces count together within 14 degrees
-LIT, SHADED = 0.2, 0.1  # of what a renderer finds lit, where a picture is said to be turned away, and where surely
+LIT, SHADED = 0.2, 0.1  # of what rays find lit, where a picture is said to be turned away, and where surely
 
 
 def a_box():
@@ -132,10 +132,10 @@ def test_which_way_corners_go_round_does_not_matter() -> None:
     assert np.array_equal(shares[0], shares[2])
 
 
-def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
+def test_pictures_said_to_be_unlit_are_those_whose_rays_to_the_sun_are_shadowed() -> None:
     """Two boxes in front of a plate, which shade one another: what is said is of their faces alone, so of pictures that
     show much light none is told, and of those without any nearly all are."""
-    target, renderer, rng = scenes.target(*scenes.boxes()), EmbreeCaster(), np.random.default_rng(3)
+    target, caster, rng = scenes.target(*scenes.boxes()), EmbreeCaster(), np.random.default_rng(3)
     told, lit = [], []
     for rotation in Rotation.random(150, random_state=rng).as_matrix():
         pose = replace(scenes.pose(t=(0, 0, 8)), rotation=rotation)
@@ -144,20 +144,20 @@ def test_pictures_said_to_be_unlit_are_those_that_a_renderer_shades() -> None:
         scene = scenes.scene(target, camera=CAMERA, T_cam_body=pose)
         suns = (tuple(to_light.tolist()),)
         told.append(lit_shares(target.mesh.face_axes, pose.points(target.mesh.centre)[None], rotation[None], [suns])[0])
-        lit.append(rendered_share(renderer, scene, rotation.T @ to_light))
+        lit.append(cast_share(caster, scene, rotation.T @ to_light))
     dark, rendered = np.array(told) < 0.1, np.array(lit)
     assert 10 < dark.sum() < 100
     assert (rendered[dark] < LIT).all()
     assert dark[rendered < SHADED / 10].mean() > 0.8
 
 
-def rendered_share(renderer, scene, to_light):
+def cast_share(caster, scene, to_light):
     """Of the pixels that show the target, the share whose surface faces `to_light` (3,), body axes, unshaded."""
-    surface = visible_surface(scene, renderer.visibility(scene))
+    surface = visible_surface(scene, caster.visibility(scene))
     normal = geometric_normals(scene, surface.face)
     facing = np.flatnonzero(normal @ to_light > 0)
     lifted = (surface.body + 1e-5 * normal)[facing]
-    return np.count_nonzero(~renderer.shadowed(scene.target, lifted, to_light)) / len(surface.z)
+    return np.count_nonzero(~caster.shadowed(scene.target, lifted, to_light)) / len(surface.z)
 
 
 @pytest.mark.parametrize(

@@ -83,11 +83,11 @@ def test_an_example_names_its_schema_for_editors(name) -> None:
 def test_an_example_becomes_a_stage_whose_pictures_show_the_target(name, tmp_path) -> None:
     report = author_sample(sample=name, out=tmp_path / "stage", count=3)
     assert {finding.code for finding in check_stage(report.root)} <= MAY_BE
-    reader, renderer = StageReader(report.root), EmbreeCaster()
+    reader, caster = StageReader(report.root), EmbreeCaster()
     chosen = part_pictures(open_spec(name), 3)
     assert [frame.name for frame in reader.frames] == [shot.name for shot in chosen]
     for scene, _, _ in lit(report.root):
-        assert (renderer.visibility(scene).face >= 0).sum() > 200
+        assert (caster.visibility(scene).face >= 0).sum() > 200
 
 
 LIT = {"shirt": 70, "speed": 90, "speedplus": 90}  # degrees of the Sun from behind the camera; else 80
