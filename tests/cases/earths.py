@@ -1,4 +1,4 @@
-"""Scenes with an Earth behind: of exact numbers alone, so that they are the same on every processor."""
+"""Scenes with an Earth behind. All their numbers are given, none computed: they are the same on every processor."""
 
 from dataclasses import replace
 
@@ -17,17 +17,17 @@ SUN = DistantLight(path="/Sun", direction_cam=(0.36, 0.48, 0.8), irradiance=(136
 
 
 def low() -> Scene:
-    """From 400 km up, the limb in the frame."""
+    """The Earth from 400 km up, with its limb in the frame."""
     return seen_from((0.0, 0.96 * (RADIUS + 4e5), 0.28 * (RADIUS + 4e5)))
 
 
 def whole() -> Scene:
-    """All of its disc."""
+    """The whole disc of the Earth."""
     return seen_from((0.0, 0.0, 4.2e7))
 
 
 def seen_from(centre: tuple[float, float, float], **fields: object) -> Scene:
-    """With the planet's `centre` there, camera axes, metres."""
+    """The Earth with its centre there, camera axes, metres; `fields` are the planet's."""
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
     planet = Planet(
         path="/Earth",

@@ -6,18 +6,19 @@ import cv2
 import numpy as np
 import pytest
 
-from spin_usd.geometry.rotation import matrix_from_quaternion
 from spin_usd.renderers.embree.overlaps import overlapping
+from tests.cases.scenes import pose
 
 LEAST_AREA = 1e-6  # of triangles some tenths long: two of less in common may touch within float32
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]) / 2
 HALVES = SQUARE[[[0, 1, 2], [0, 2, 3]]]  # by one diagonal
 OTHER_HALVES = SQUARE[[[0, 1, 3], [1, 2, 3]]]  # by the other
-LEVEL, ASIDE = np.eye(3), matrix_from_quaternion(np.array([0.9, 0.3, 0.2, 0.1]) / np.linalg.norm([0.9, 0.3, 0.2, 0.1]))
+LEVEL, ASIDE = np.eye(3), pose((0.9, 0.3, 0.2, 0.1)).rotation
 
 
 def pairs(*triangles, rotation=LEVEL):
+    """The pairs that overlap of all the triangles (N, 3, 3) given, which are numbered through."""
     return set(map(tuple, overlapping(np.concatenate(triangles) @ rotation.T).tolist()))
 
 
@@ -50,9 +51,7 @@ def test_random_triangles_of_a_plane() -> None:
 def common(flat, least):
     """The pairs of triangles (N, 3, 2) that have more than that area in common."""
     outlines = [cv2.convexHull(triangle.astype(np.float32)) for triangle in flat]
-    areas = {(i, j): cv2.intersectConvexConvex(outlines[i], outlines[j])[0] for i, j in pairs_of(len(flat))}
+    areas = {
+        (i, j): cv2.intersectConvexConvex(outlines[i], outlines[j])[0] for i, j in combinations(range(len(flat)), 2)
+    }
     return {pair for pair, area in areas.items() if area > least}
-
-
-def pairs_of(count):
-    return combinations(range(count), 2)

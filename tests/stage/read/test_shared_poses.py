@@ -7,8 +7,6 @@ from spin_usd.stage.read.stage_reader import StageReader
 
 BRIGHTER, MOVED, LATER = "brighter", "moved", "later"
 CLIPS = {"default": {"manifestAssetPath": "./none.usda"}}
-
-
 TEXT = """#usda 1.0
 (
     defaultPrim = "World"
@@ -76,38 +74,40 @@ def Xform "World" (
 @pytest.fixture(scope="module")
 def stage(tmp_path_factory):
     """A target that moves in time, and variants that change its light, its place, and when it is there."""
-    folder = tmp_path_factory.mktemp("variants")
-    path = folder / "stage.usda"
+    path = tmp_path_factory.mktemp("variants") / "stage.usda"
     path.write_text(TEXT, encoding="utf-8")
     return path
-
-
-def readers(stage, variant, **options):
-    before = StageReader(stage, keep_poses=True)
-    poses = [before.scene(frame).T_cam_body for frame in before.frames]
-    return poses, StageReader(stage, variant=variant, after=before, **options)
 
 
 def poses_of(reader):
     return [reader.scene(frame).T_cam_body for frame in reader.frames]
 
 
+def shared(stage, variant):
+    """The poses of the stage without the variant, and those of a reader that takes them over."""
+    before = StageReader(stage, keep_poses=True)
+    return poses_of(before), poses_of(StageReader(stage, variant=variant, after=before, keep_poses=True))
+
+
+def matrices(poses):
+    return [pose.matrix.tolist() for pose in poses]
+
+
 @pytest.mark.parametrize("variant", [BRIGHTER, MOVED, LATER])
 def test_a_variant_has_the_poses_that_it_has_alone(stage, variant) -> None:
-    _, reader = readers(stage, variant, keep_poses=True)
-    alone = poses_of(StageReader(stage, variant=variant))
-    assert [pose.matrix.tolist() for pose in poses_of(reader)] == [pose.matrix.tolist() for pose in alone]
+    _, after = shared(stage, variant)
+    assert matrices(after) == matrices(poses_of(StageReader(stage, variant=variant)))
 
 
 def test_what_a_variant_does_not_move_is_not_computed_again(stage) -> None:
-    before, reader = readers(stage, BRIGHTER, keep_poses=True)
-    assert all(a is b for a, b in zip(poses_of(reader), before, strict=True))
+    before, after = shared(stage, BRIGHTER)
+    assert all(a is b for a, b in zip(after, before, strict=True))
 
 
 @pytest.mark.parametrize("variant", [MOVED, LATER])
 def test_what_a_variant_moves_is_another_pose(stage, variant) -> None:
-    before, reader = readers(stage, variant, keep_poses=True)
-    assert [pose.matrix.tolist() for pose in poses_of(reader)] != [pose.matrix.tolist() for pose in before]
+    before, after = shared(stage, variant)
+    assert matrices(after) != matrices(before)
 
 
 def test_what_comes_from_clips_is_not_shared(stage) -> None:
