@@ -85,7 +85,7 @@ def test_qualities_differ_and_leave_nothing_behind(blender, noisy) -> None:
 
 
 @pytest.mark.parametrize("quality", QUALITIES)
-def test_guides_of_enough_samples_count_as_clean(blender, noisy, converged, quality) -> None:
+def test_guides_that_count_as_clean_bring_it_nearer_to_the_truth(blender, noisy, converged, quality) -> None:
     plain, denoised = (render(blender, noisy, each, samples=CLEAN_FROM).groups for each in ("none", quality))
     assert np.square(denoised - converged.groups).mean() < np.square(plain - converged.groups).mean() / CLEAN_GAIN
 
@@ -128,6 +128,17 @@ def test_each_group_is_denoised_by_itself(denoiser) -> None:
             replace(noisy, groups=noisy.groups[index : index + 1]), guides, "balanced", samples=SAMPLES
         ).groups
         np.testing.assert_array_equal(alone[0], together[index])
+
+
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_guides_count_as_clean_from_so_many_samples_on(denoiser, quality) -> None:
+    noisy, guides = picture((20, 30), groups=1)
+    few, enough, many = (
+        denoiser.denoised(noisy, guides, quality, samples=samples).groups
+        for samples in (CLEAN_FROM - 1, CLEAN_FROM, 4 * CLEAN_FROM)
+    )
+    assert not np.array_equal(few, enough)
+    np.testing.assert_array_equal(enough, many)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 40), (17, 2)])
