@@ -5,7 +5,6 @@ What the importer gets wrong is listed in FAULTS, each with what proves it.
 
 import bpy
 import numpy as np
-import OpenImageIO
 import pytest
 from mathutils import Matrix
 
@@ -15,6 +14,7 @@ from spin_usd.renderers.blender.materials.textures import forget_render_data
 from spin_usd.renderers.camera_shader import View
 from spin_usd.scene.effort import Effort
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.image_files import write_image_file
 
 LIKE_THE_IMPORTER = 0.01  # mean difference relative to the mean
 SAMPLES = 16
@@ -194,20 +194,13 @@ FAULTS = {
 
 def write_images(folder) -> None:
     rng = np.random.default_rng(1)
-    write_png(folder / "color.png", rng.integers(20, 255, (8, 8, 3), np.uint8))
+    write_image_file(folder / "color.png", rng.integers(20, 255, (8, 8, 3), np.uint8))
     across, down = np.meshgrid(np.arange(32), np.arange(32))
     waves = [np.cos(2 * np.pi * (across + i * down) / 32) for i in range(3)]
-    write_png(folder / "smooth.png", np.rint(140 + 100 * np.stack(waves, -1)).astype(np.uint8))
+    write_image_file(folder / "smooth.png", np.rint(140 + 100 * np.stack(waves, -1)).astype(np.uint8))
     tilt = np.stack([0.3 * np.sin(across / 3), 0.3 * np.cos(down / 4), np.ones((32, 32))], -1)
     tilt /= np.linalg.norm(tilt, axis=-1, keepdims=True)
-    write_png(folder / "normal.png", np.rint((tilt * 0.5 + 0.5) * 255).astype(np.uint8))
-
-
-def write_png(path, pixels) -> None:
-    out = OpenImageIO.ImageOutput.create(str(path))
-    assert out.open(str(path), OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8"))
-    assert out.write_image(pixels)
-    out.close()
+    write_image_file(folder / "normal.png", np.rint((tilt * 0.5 + 0.5) * 255).astype(np.uint8))
 
 
 def bump() -> str:

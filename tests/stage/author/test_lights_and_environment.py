@@ -1,7 +1,6 @@
 """Lights and environments by name or file: in the authored stage exactly as in their own layer."""
 
 import numpy as np
-import OpenImageIO as oiio  # noqa: N813  the name its own documentation uses
 import pytest
 from pxr import Usd
 
@@ -13,6 +12,7 @@ from spin_usd.scene.light import DiskLight, DistantLight, RectLight
 from spin_usd.stage.author.provenance import origin_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.image_files import write_image_file
 
 POSES = stages() / "examples" / "tango_speedplus_poses.json"
 
@@ -76,22 +76,12 @@ def test_the_wrong_kind_and_unknown_names_are_refused(tmp_path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def painted(path, pixels):
-    """An image file of these numbers from 0 to 255, (H, W, C)."""
-    pixels = np.asarray(pixels, np.uint8)
-    output = oiio.ImageOutput.create(str(path))
-    output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.UINT8))
-    output.write_image(np.ascontiguousarray(pixels))
-    output.close()
-    return path
-
-
 def test_maps_of_the_earth_are_those_that_a_user_gives(tmp_path) -> None:
     maps = tmp_path / "maps"
     maps.mkdir()
-    painted(maps / "blue_marble.png", np.full((8, 16, 3), 255))
-    painted(maps / "Cloud_Cover.png", np.full((4, 8, 1), 51))
-    painted(maps / "night_lights.png", np.full((4, 8, 3), 255))
+    write_image_file(maps / "blue_marble.png", np.full((8, 16, 3), 255))
+    write_image_file(maps / "Cloud_Cover.png", np.full((4, 8, 1), 51))
+    write_image_file(maps / "night_lights.png", np.full((4, 8, 3), 255))
     (maps / "readme.txt").write_text("no map")
     root = authored(tmp_path / "stage", earth=maps)
     (planet,) = scene(root).environment.planets
@@ -107,7 +97,7 @@ def test_maps_of_the_earth_are_those_that_a_user_gives(tmp_path) -> None:
 
 
 def test_a_map_alone_is_under_our_own_clouds(tmp_path) -> None:
-    file = painted(tmp_path / "land.png", np.full((8, 16, 3), 128))
+    file = write_image_file(tmp_path / "land.png", np.full((8, 16, 3), 128))
     (planet,) = scene(authored(tmp_path / "stage", earth=file, environment="earth_full")).environment.planets
     assert planet.albedo.pixels.shape == (8, 16, 4)
     assert planet.clouds.pixels.shape == (1024, 2048, 4)
@@ -126,7 +116,7 @@ def test_what_is_no_map_of_the_earth_is_refused(tmp_path, names, environment, fo
     maps = tmp_path / "maps"
     maps.mkdir()
     for name in names:
-        painted(maps / name, np.zeros((4, 8, 3)))
+        write_image_file(maps / name, np.zeros((4, 8, 3)))
     with pytest.raises(InputError, match=found):
         authored(tmp_path / "stage", earth=maps, environment=environment)
     assert not (tmp_path / "stage").exists()
@@ -143,16 +133,7 @@ def test_a_damaged_map_is_refused_in_a_sentence(tmp_path) -> None:
     [("cloudless_albedo", "albedo"), ("daylight", "albedo"), ("CloudCover", "clouds"), ("city_lights", "night")],
 )
 def test_a_maps_kind_is_in_its_name(tmp_path, name, kind) -> None:
-    assert list(earth_maps(painted(tmp_path / f"{name}.png", np.zeros((4, 8, 3))))) == [kind]
-
-
-def written(path, pixels):
-    """An EXR file of these numbers, (H, W, 3)."""
-    output = oiio.ImageOutput.create(str(path))
-    output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.FLOAT))
-    output.write_image(pixels.astype(np.float32))
-    output.close()
-    return path
+    assert list(earth_maps(write_image_file(tmp_path / f"{name}.png", np.zeros((4, 8, 3))))) == [kind]
 
 
 @pytest.mark.parametrize(("number", "found"), [(np.nan, "holds NaN or infinity"), (1e30, "is not an albedo")])
@@ -160,18 +141,18 @@ def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_
     pixels = np.full((4, 8, 3), 0.5)
     pixels[2, 3] = number
     with pytest.raises(InputError, match=rf"land\.exr: {found}"):
-        authored(tmp_path / "stage", earth=written(tmp_path / "land.exr", pixels))
+        authored(tmp_path / "stage", earth=write_image_file(tmp_path / "land.exr", pixels))
     assert not (tmp_path / "stage").exists()
 
 
 def test_a_map_of_another_projection_is_refused(tmp_path) -> None:
     with pytest.raises(InputError, match=r"land\.png: has 8 x 8 pixels, and a map .* is twice as wide as high"):
-        authored(tmp_path / "stage", earth=painted(tmp_path / "land.png", np.zeros((8, 8, 3))))
+        authored(tmp_path / "stage", earth=write_image_file(tmp_path / "land.png", np.zeros((8, 8, 3))))
 
 
 def test_a_map_that_is_cut_short_is_refused(tmp_path) -> None:
     noise = np.random.default_rng(1).integers(0, 256, (64, 128, 3))
-    file = painted(tmp_path / "land.png", noise)
+    file = write_image_file(tmp_path / "land.png", noise)
     file.write_bytes(file.read_bytes()[:4000])
     with pytest.raises(InputError, match=r"land\.png: is cut short or damaged"):
         authored(tmp_path / "stage", earth=file)

@@ -15,6 +15,7 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.scene.photometry import srgb
 from spin_usd.stage.composition import images
 from spin_usd.stage.composition.images import Images
+from tests.cases.image_files import write_image_file
 from tests.cases.png import gamma_chunk, png
 
 FLOAT32 = 1e-6
@@ -38,14 +39,6 @@ def decode(tmp_path):
         return (reader or Images()).read(attribute.Get(), color_space, prim)
 
     return read
-
-
-def write(path, values, kind) -> None:
-    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], kind)
-    output = oiio.ImageOutput.create(str(path))
-    output.open(str(path), spec)
-    output.write_image(values)
-    output.close()
 
 
 def test_png_of_8_and_16_bits(decode) -> None:
@@ -86,7 +79,7 @@ def test_jpeg(decode, tmp_path, mode) -> None:
 def test_float_files(decode, tmp_path) -> None:
     """EXR keeps numbers of any size; Radiance HDR has 8 bits of mantissa for the three together; TIFF as it is."""
     values = np.random.default_rng(1).uniform(0, 5, (6, 8, 3)).astype(np.float32)
-    write(tmp_path / "a.exr", values, "float")
+    write_image_file(tmp_path / "a.exr", values)
     np.testing.assert_array_equal(decode("a.exr").image.pixels[..., :3], values)
     cv2.imwrite(str(tmp_path / "a.tif"), values[..., ::-1])
     np.testing.assert_array_equal(decode("a.tif").image.pixels[..., :3], values)
@@ -183,7 +176,7 @@ def test_wrap_modes_in_the_metadata_and_black_without_them(decode, tmp_path) -> 
 @pytest.mark.parametrize("suffix", ["png", "jpg", "tif", "exr", "hdr", "tga"])
 def test_a_file_cut_short_is_named(decode, tmp_path, suffix) -> None:
     noise = np.random.default_rng(0).random((64, 64, 3)).astype(np.float32)
-    write(tmp_path / f"a.{suffix}", noise, "float" if suffix in ("exr", "hdr") else "uint8")
+    write_image_file(tmp_path / f"a.{suffix}", noise)
     data = (tmp_path / f"a.{suffix}").read_bytes()
     saying = rf"^/Texture: its image @./a.{suffix}@ (is cut short|cannot be decoded).*; (copy or )?make it again$"
     with pytest.raises(StageError, match=saying):
@@ -216,7 +209,7 @@ def test_what_is_no_image_is_refused_by_name(decode, name, data, error, saying) 
 def test_numbers_that_are_not_finite_and_channels_without_a_meaning(decode, tmp_path) -> None:
     values = np.zeros((4, 4, 3), np.float32)
     values[1, 2, 0] = np.nan
-    write(tmp_path / "nan.exr", values, "float")
+    write_image_file(tmp_path / "nan.exr", values)
     with pytest.raises(StageError, match=r"nan.exr@ holds NaN or infinity"):
         decode("nan.exr")
     spec = oiio.ImageSpec(4, 4, 2, "float")

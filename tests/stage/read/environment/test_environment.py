@@ -14,6 +14,7 @@ from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.resources import stages
 from spin_usd.scene.photometry.star_field import irradiance, random_stars, star_count
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.image_files import write_image_file
 
 DOUBLE = 1e-12
 FLOAT32 = 1e-6
@@ -33,14 +34,6 @@ def prim(kind, attributes="", name=None) -> str:
 
 def earth(attributes="", place=AWAY):
     return prim("planet", f"{RADII}\n{place}\n{attributes}")
-
-
-def write_png(path, pixels) -> None:
-    pixels = np.asarray(pixels, np.uint8)
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], oiio.UINT8))
-    assert output.write_image(pixels)
-    assert output.close()
 
 
 def test_deep_space_is_empty(read_scene) -> None:
@@ -94,13 +87,13 @@ def test_a_far_origin_costs_a_planet_nothing(make_stage) -> None:
 
 def test_images_of_a_planet(tmp_path, read_scene) -> None:
     """The albedo is a colour; clouds are an opacity: the grey itself, or alpha where there is one."""
-    write_png(tmp_path / "albedo.png", np.full((2, 4, 3), 128))
-    write_png(tmp_path / "clouds.png", np.full((2, 4, 1), 51))
+    write_image_file(tmp_path / "albedo.png", np.full((2, 4, 3), 128))
+    write_image_file(tmp_path / "clouds.png", np.full((2, 4, 1), 51))
     files = "asset spin:planet:albedo:file = @./albedo.png@\nasset spin:planet:clouds:file = @./clouds.png@"
     (planet,) = read_scene(world=earth(files)).environment.planets
     np.testing.assert_allclose(planet.albedo.pixels[0, 0, :3], 0.21586, rtol=1e-4)  # of 128, IEC 61966-2-1
     np.testing.assert_allclose(planet.clouds.pixels[0, 0], (0.7, 0.7, 0.7, 0.2), rtol=FLOAT32)
-    write_png(tmp_path / "clouds.png", np.tile(np.array([255, 255, 255, 102]), (2, 4, 1)))
+    write_image_file(tmp_path / "clouds.png", np.tile(np.array([255, 255, 255, 102]), (2, 4, 1)))
     white = files + "\ncolor3f spin:planet:clouds:albedo = (0.5, 0.6, 0.7)"
     (planet,) = read_scene(world=earth(white), name="b.usda").environment.planets
     np.testing.assert_allclose(planet.clouds.pixels[0, 0], (0.5, 0.6, 0.7, 0.4), rtol=FLOAT32)
@@ -146,7 +139,7 @@ def test_catalogue(read_scene) -> None:
 
 
 def test_back_plate(tmp_path, read_scene) -> None:
-    write_png(tmp_path / "a.png", np.full((2, 4, 3), 255))
+    write_image_file(tmp_path / "a.png", np.full((2, 4, 3), 255))
     plate = """asset[] spin:backPlate:files = [@./a.png@, @./a.png@]
         double3 spin:backPlate:radiance = (10, 20, 30)
         double2 spin:backPlate:roll = (-90, 180)
