@@ -58,7 +58,7 @@ def main() -> None:
 
 
 def simulated(options: argparse.Namespace) -> dict[str, Any]:
-    """The figures of the run."""
+    """Return the figures of the run."""
     request = RenderRequest(
         stage=options.stage,
         variants=tuple(options.variants.split(",")),
@@ -110,7 +110,7 @@ class Run:
     start_s: float
 
     def of(self, count: int) -> dict[str, Any]:
-        """The figures of a partition into so many shards, each taken by the next machine that is free."""
+        """Return the figures of a partition into so many shards, each taken by the next machine that is free."""
         before = time.process_time()
         found = partition(self.pictures, self.options, count)
         partitioning_s = time.process_time() - before
@@ -128,7 +128,7 @@ class Run:
 
 
 def twins(picture: PlannedPicture, count: int) -> list[PlannedPicture]:
-    """The picture so many times, as if of other frames: its keys differ from one to the next."""
+    """Return the picture so many times, as if of other frames: its keys differ from one to the next."""
     return [picture] + [
         replace(
             picture,
@@ -143,7 +143,7 @@ def twins(picture: PlannedPicture, count: int) -> list[PlannedPicture]:
 
 
 def tasks_of(pictures: Sequence[PlannedPicture], options: RunOptions) -> list[Task]:
-    """The work of each picture, in their order: passes are made by the first that needs them."""
+    """Return the work of each picture, in their order: passes are made by the first that needs them."""
     made: set[str] = set()
     tasks = []
     for picture in pictures:
@@ -154,7 +154,7 @@ def tasks_of(pictures: Sequence[PlannedPicture], options: RunOptions) -> list[Ta
 
 
 def in_a_queue(seconds: Any, slowness: Any, workers: int) -> float:
-    """The end of the last picture, when every worker of every machine takes the next one."""
+    """Return the end of the last picture, when every worker of every machine takes the next one."""
     ends = [(0.0, machine) for machine in range(len(slowness)) for _ in range(workers)]
     for each in seconds:
         end, machine = ends[0]
@@ -163,13 +163,13 @@ def in_a_queue(seconds: Any, slowness: Any, workers: int) -> float:
 
 
 def renders_again(pictures: Sequence[PlannedPicture], shards: Sequence[int]) -> int:
-    """How many renders are made in another shard too."""
+    """Count the renders that are made in another shard too."""
     made = {(picture.radiance, number) for picture, number in zip(pictures, shards, strict=True)}
     return len(made) - len({radiance for radiance, _ in made})
 
 
 def table(figures: dict[str, Any]) -> str:
-    """The figures as Markdown."""
+    """Return the figures as Markdown."""
     f = figures
     rows = [
         ("pictures; renders that they share", f"{f['pictures']:,}; {f['renders']:,}"),

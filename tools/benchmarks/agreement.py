@@ -55,7 +55,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def of_dataset(root: Path) -> dict[str, Any]:
-    """The figures of all targets in all pictures."""
+    """Return the figures of all targets in all pictures."""
     store = Store(root=root.absolute())
     description = read_json(store.folder, DESCRIPTION, "dataset-1")
     found = [each for name in store.records() for each in of_picture(store, name, description)]
@@ -73,7 +73,7 @@ def exact(values: list[float]) -> dict[str, float]:
 
 
 def of_picture(store: Store, name: str, description: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """The figures of each target in a picture."""
+    """Yield the figures of each target in a picture."""
     record = read_json(store.folder, name, "record-1")
     arrays = {kind: read_array(FileIn(store.folder, entry["path"])) for kind, entry in record["files"].items()}
     picture = CheckedPicture(where=name, record=record, description=description, arrays=arrays)
@@ -95,8 +95,8 @@ def of_boxes(target: CheckedTarget) -> dict[str, Any]:
 
 
 def of_keypoints(target: CheckedTarget) -> dict[str, int]:
-    """Of the keypoints in the frame: how many are visible, and as deep as a surface that is seen in the pixels around
-    them; how many are hidden, and not before all that is seen there."""
+    """Count the keypoints in the frame that are visible, and of these the ones as deep as a surface that is seen in the
+    pixels around them; those that are hidden, and of these the ones not before all that is seen there."""
     states = [state for *_, state in target.recorded["keypoints"]]
     around = [(states[i] == "visible", depth) for i, depth in depths_around(target)]
     return {

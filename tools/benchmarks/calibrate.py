@@ -90,7 +90,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """What Blender prints goes to standard error."""
+    """Send what Blender prints to standard error."""
     own = os.dup(1)
     os.dup2(2, 1)
     try:
@@ -101,7 +101,7 @@ def quiet() -> Iterator[None]:
 
 
 def made(options: argparse.Namespace) -> Iterator[Sample]:
-    """All pictures, each at all efforts."""
+    """Make all pictures, each at all efforts."""
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name:
         for stage in options.stages:
             root = author(stage, Path(name) / stage, options)
@@ -113,7 +113,7 @@ def made(options: argparse.Namespace) -> Iterator[Sample]:
 
 
 def author(name: str, out: Path, options: argparse.Namespace) -> Path:
-    """The stage `name`, of the three or of MORE_STAGES."""
+    """Author the stage `name`, of the three or of MORE_STAGES."""
     if name in three_stages.STAGES:
         return three_stages.author(name, out, poses=options.poses, frames=options.frames)
     model = ["--poses", options.poses, "--target", "tango", "--camera", "speedplus", "--frames", options.frames]
@@ -121,7 +121,7 @@ def author(name: str, out: Path, options: argparse.Namespace) -> Path:
 
 
 def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sample]:
-    """The stage's pictures, the first once more than counts: it starts the renderer."""
+    """Make the stage's pictures, the first once more than counts: it starts the renderer."""
     from spin_usd.dataset.render.worker import Worker  # here, where processors and clock are chosen
 
     request = RenderRequest(stage=root, effort=effort, renderer=renderer)
@@ -148,7 +148,8 @@ def of_run(root: Path, renderer: str, effort: Effort, out: Path) -> Iterator[Sam
 
 
 def fitted(samples: list[Sample], costs: Any) -> dict[str, Any]:
-    """By kind of work: what was taken of what was expected, and by unit the constant in the file and the measured."""
+    """Return by kind of work what was taken of what was expected, and by unit the constant in the file and the measured
+    one."""
     found = {}
     for work, units in costs.items():
         rows = [s for s in samples if s.taken.get(work, 0) > 0 and s.expected.get(work, 0) > 0]

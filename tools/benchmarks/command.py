@@ -24,7 +24,7 @@ class Done:
 
 
 def run(*arguments: object) -> Done:
-    """`spin-usd ARGUMENTS --json`; ends this program where that fails."""
+    """Run `spin-usd ARGUMENTS --json`; end this program where that fails."""
     words = [*map(str, arguments), "--json"]
     began = time.perf_counter()
     with tempfile.TemporaryFile() as out:
@@ -41,5 +41,5 @@ def run(*arguments: object) -> Done:
 
 
 def asked(*arguments: object) -> dict[str, Any]:
-    """What a command answers."""
+    """Run a command and return its answer."""
     return run(*arguments).answer

@@ -104,7 +104,7 @@ def _efforts(samples: int) -> dict[str, Effort]:
 
 
 def timed(make: Callable[[], None], pid: int) -> dict[str, float]:
-    """Seconds of wall clock, and of processor in the process that makes it."""
+    """Return seconds of wall clock, and of processor in the process that makes it."""
     process = psutil.Process(pid)
     before, began = process.cpu_times(), time.perf_counter()
     make()
@@ -113,7 +113,7 @@ def timed(make: Callable[[], None], pid: int) -> dict[str, float]:
 
 
 def region_share(scene: Scene) -> float:
-    """The share of the frame that the box around the target takes."""
+    """Return the share of the frame that the box around the target takes."""
     frame = scene.camera.frame
     return scene.picture_region.width * scene.picture_region.height / (frame.width * frame.height)
 
@@ -133,7 +133,7 @@ def summed(runs: list[dict[str, float]], script: list[dict[str, float]]) -> dict
 
 
 def table(figures: dict[str, Any]) -> str:
-    """The figures as Markdown: median (least to most)."""
+    """Return the figures as Markdown: median (least to most)."""
     lines = [
         "| seconds per picture | wall clock | processor | processor, over the cropped script | in total |",
         "| --- | --- | --- | --- | --- |",

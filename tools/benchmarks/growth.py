@@ -72,7 +72,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def author(case: Case, folder: Path) -> Path:
-    """The stage of the case; returns its root layer."""
+    """Author the stage of the case; returns its root layer."""
     folder.mkdir()
     known = json.loads(POSES.read_text())
     poses = [{**known[i % len(known)], "filename": f"img{i:06d}.png"} for i in range(case.pictures)]
@@ -88,7 +88,7 @@ def author(case: Case, folder: Path) -> Path:
 
 
 def camera(width: int) -> dict[str, Any]:
-    """SPEED+'s lens without its distortion, on an image of that width."""
+    """Return SPEED+'s lens without its distortion, on an image of that width."""
     scale = width / WIDTH
     height, focal = round(HEIGHT * scale), FOCAL * scale
     return {
@@ -106,15 +106,15 @@ def camera(width: int) -> dict[str, Any]:
 
 
 def ball(faces: int) -> trimesh.Trimesh:
-    """A ball of 0.5 m radius, with bumps."""
+    """Return a ball of 0.5 m radius, with bumps."""
     mesh: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=round(np.log(faces / 20) / np.log(4)), radius=0.5)
     mesh.vertices *= 1 + BUMPS * np.sin(9 * mesh.vertices / 0.5).prod(1, keepdims=True)
     return mesh
 
 
 def timed(case: Case, stage: Path, out: Path) -> dict[str, float]:
-    """Seconds of a run into a fresh folder: of wall clock, of processor in all its processes; and bytes of memory in
-    the largest of them. The folder is emptied again."""
+    """Run into a fresh folder, which is emptied again; returns seconds of wall clock and of processor in all its
+    processes, and bytes of memory in the largest of them."""
     with tempfile.TemporaryDirectory(dir=out.parent) as fresh:
         variants = ["--variants", "all"] if case.variants > 1 else []
         done = run("render", stage, "--effort", f"samples={case.samples}", *variants, "--out", Path(fresh) / "dataset")
@@ -132,7 +132,7 @@ def of_sweep(
 
 
 def fitted(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The sweep with a straight line through its processor seconds, against pixels for the width."""
+    """Return the sweep with a straight line through its processor seconds, against pixels for the width."""
     numbers = [row[name] for row in rows]
     against = [w * round(HEIGHT * w / WIDTH) for w in numbers] if name in AGAINST else numbers
     cpu = line(against, [row["cpu_s"]["median"] for row in rows])
@@ -140,7 +140,7 @@ def fitted(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def table(figures: dict[str, Any]) -> str:
-    """The figures as Markdown: of each sweep its numbers, and what one more of them costs."""
+    """Return the figures as Markdown: of each sweep its numbers, and what one more of them costs."""
     lines = ["| of | numbers | wall s | CPU s | CPU s for one more | CPU s for none |", "| --- " * 6 + "|"]
     for name, sweep in figures["sweeps"].items():
         cells = [" · ".join(texts) for texts in zip(*(_cells(name, row) for row in sweep["rows"]), strict=True)]

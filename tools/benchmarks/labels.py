@@ -71,7 +71,7 @@ def author(options: argparse.Namespace, out: Path) -> Path:
 
 
 def of_labels(scene: Scene, caster: EmbreeCaster, rounds: int) -> dict[str, float]:
-    """Seconds by kind of work. What labels share, such as normals, counts for the first that takes it."""
+    """Return seconds by kind of work. What labels share, such as normals, counts for the first that takes it."""
     visibility = caster.visibility(scene)
     found = {
         PASS: seconds(partial(caster.visibility, scene), rounds),
@@ -90,7 +90,7 @@ def visible(scene: Scene, caster: EmbreeCaster) -> Surface:
 
 
 def seconds(work: Callable[[], object], rounds: int) -> float:
-    """The median of the processor's seconds."""
+    """Return the median of the processor's seconds."""
     taken = []
     for _ in range(rounds):
         began = time.process_time()
@@ -100,7 +100,7 @@ def seconds(work: Callable[[], object], rounds: int) -> float:
 
 
 def table(figures: dict[str, Any]) -> str:
-    """Seconds of one core: median of the pictures (least to most)."""
+    """Return seconds of one core: median of the pictures (least to most)."""
     head = f"| seconds; Tango covers {shown(figures['target_share'])} of {figures['pictures']} pictures |  |"
     lines = [head, "| --- | ---: |"]
     lines += [f"| {kind} | {shown(found)} |" for kind, found in figures["seconds"].items()]

@@ -89,8 +89,8 @@ def _mean(value: Colored | Scalar, channels: int) -> NDArray[np.float64]:
 
 
 def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> tuple[list[Peer], dict[str, str]]:
-    """Blender's and Mitsuba's, each of the whole frame and of the box, which have made the picture of `scene`; and
-    those that cannot, with the reason."""
+    """Start Blender's and Mitsuba's, each of the whole frame and of the box, and have them make the picture of `scene`;
+    returns them, and those that cannot, with the reason."""
     write_scene(scene, folder / "scene.npz")
     mitsuba = [
         (f"Mitsuba {each.partition('_')[0]}", [mitsuba_python, "plain_mitsuba.py", each]) for each in MITSUBA_VARIANTS
@@ -108,7 +108,8 @@ def start_all(scene: Scene, folder: Path, samples: int, mitsuba_python: str) -> 
 
 
 def _pair(scene: Scene, name: str, how: list[str], folder: Path, samples: int) -> list[Peer]:
-    """Raises OSError where one does not start, or cannot make the picture."""
+    """Start one of the whole frame and one of the box. Raises OSError where one does not start, or cannot make the
+    picture."""
     with ExitStack() as unless_both_work:
         pair = []
         for crop in CROPS:
@@ -134,7 +135,7 @@ def start_mitsuba(scene: Scene, folder: Path, mitsuba_python: str) -> Peer:
 
 
 def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -> Peer:
-    """`how`: Python, script, and what that is told besides. Raises OSError where it does not start."""
+    """Start a script. `how`: Python, script, and what that is told besides. Raises OSError where it does not start."""
     python, script, *more = how
     own = folder / f"{name} {crop}"
     own.mkdir()
@@ -159,7 +160,7 @@ def _started(name: str, how: list[str], folder: Path, samples: int, crop: str) -
 
 
 def _end(process: subprocess.Popen[str], log: Path) -> str:
-    """Of a process that answers no more: its exit code, and what it said last, of an error if it did."""
+    """Return the exit code of a process that answers no more, and what it said last, of an error if it did."""
     lines = log.read_text(errors="replace").strip().splitlines()
     telling = [line for line in lines if "error" in line.lower()] or lines or ["no word"]
     return f"exit code {process.wait()}, {telling[-1]}"

@@ -29,7 +29,7 @@ def build(data: dict[str, np.ndarray]) -> Any:
 
 
 def meshes(data: dict[str, np.ndarray]) -> dict[str, Any]:
-    """The target's faces, one mesh for each material."""
+    """Return the target's faces, one mesh for each material."""
     found = {}
     for i, (color, (metallic, roughness)) in enumerate(zip(data["colors"], data["metal_rough"], strict=True)):
         faces = data["faces"][data["face_material"] == i]
@@ -53,7 +53,7 @@ def mesh(points: np.ndarray, faces: np.ndarray, material: dict[str, Any]) -> Any
 
 
 def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.ndarray, box: np.ndarray) -> Any:
-    """A camera at the OpenCV pose from body to camera, in body axes, whose film is the box of pixels."""
+    """Return a camera at the OpenCV pose from body to camera, in body axes, whose film is the box of pixels."""
     width, height, fx, cx, cy = data["camera"]
     to_world = np.eye(4)
     to_world[:3, :3] = rotation.T @ np.diag([-1, -1, 1])  # Mitsuba's x points left, its y up
@@ -85,7 +85,7 @@ def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.nd
 
 
 def along(direction: np.ndarray) -> np.ndarray:
-    """(4, 4) a turn of the z axis to `direction`."""
+    """Return (4, 4), a turn of the z axis to `direction`."""
     across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
     across /= np.linalg.norm(across)
     turn = np.eye(4)

@@ -61,7 +61,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def curves(rows: Sequence[dict[str, Any]], few: int) -> dict[str, Any]:
-    """Processor seconds against pictures in all their variants, and against prims: straight lines."""
+    """Fit straight lines to processor seconds, against pictures in all their variants and against prims."""
     alone = [row for row in rows if not row["prims"]]
     beside = [row for row in rows if row["frames"] == few and row["variants"] == 1]
     return {
@@ -79,7 +79,7 @@ def row(case: Case, poses: Path) -> dict[str, Any]:
 
 
 def author(case: Case, poses: Path, folder: Path) -> Path:
-    """The stage of the case; returns its root layer."""
+    """Author the stage of the case; returns its root layer."""
     listed = json.loads(poses.read_text(encoding="utf-8"))
     known = listed["poses"] if isinstance(listed, dict) else listed
     named = [
@@ -104,7 +104,8 @@ def _prims(count: int) -> str:
 
 
 def _farther(pose: dict[str, Any], steps: int) -> dict[str, Any]:
-    """The pose list's entry, with the target so many steps of a tenth of a millimetre in a metre farther away."""
+    """Return the pose list's entry, with the target farther away by so many steps of a tenth of a millimetre in a
+    metre."""
     name = next(name for name in pose if name.startswith("r_"))
     return {**pose, name: [(1 + 1e-4 * steps) * x for x in pose[name]]}
 

@@ -55,14 +55,14 @@ def asking(effort: str, options: argparse.Namespace) -> list[str]:
 
 
 def planned(root: Path, effort: str, options: argparse.Namespace) -> dict[str, Any]:
-    """The case as planned, without runs."""
+    """Plan the case; returns it without runs."""
     plan = asked("plan", root, *asking(effort, options))
     names = ("pictures", "workers", "wall_seconds", "core_seconds")
     return {"stage": root.parent.name, "effort": effort, **{name: plan[name] for name in names}, "runs": []}
 
 
 def summed(case: dict[str, Any]) -> dict[str, Any]:
-    """Seconds of the runs: of wall clock, and of work over all workers; and what was predicted of them."""
+    """Return the seconds of the runs: of wall clock, and of work over all workers; and what was predicted of them."""
     wall = [run["seconds"] for run in case["runs"]]
     work = [sum(run["work"].values()) for run in case["runs"]]
     kinds = {

@@ -55,14 +55,14 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def repeated(count: int, file: Path) -> Path:
-    """So many poses, the known ones again and again; returns the file."""
+    """Write so many poses, the known ones again and again; returns the file."""
     known = json.loads(three_stages.POSES.read_text())
     file.write_text(json.dumps([{**known[i % len(known)], "filename": f"img{i:06d}.png"} for i in range(count)]))
     return file
 
 
 def of_round(options: argparse.Namespace, matt: Path, earth: Path, folder: Path) -> dict[str, float]:
-    """The constants by name, as far as this machine can tell."""
+    """Measure the constants by name, as far as this machine can tell."""
     one, many, with_images = planning(matt, "0:1"), planning(matt, None), planning(earth, "0:1")
     plain, before_earth = (started(options.renderer, stage, folder) for stage in (matt, earth))
     return {
@@ -105,7 +105,7 @@ def started(renderer: str, stage: Path, folder: Path) -> Started:
 
 
 def of_several(options: argparse.Namespace, stage: Path, folder: Path) -> dict[str, float]:
-    """By how much more processors are faster, and workers beside one another slower."""
+    """Return by how much more processors are faster, and workers beside one another slower."""
     cpus = usable_cpus()
     with ExitStack() as stack, ThreadPoolExecutor(len(cpus)) as threads:
         held = [cpus, *([cpu] for cpu in cpus)]
@@ -139,13 +139,13 @@ class Maker:
         self._child, self._out, self._kinds = child, out, request.kinds
 
     def seconds(self, index: int) -> dict[str, float]:
-        """Of that picture, by kind of work."""
+        """Return the seconds of that picture, by kind of work."""
         shutil.rmtree(self._out, ignore_errors=True)
         answer = self._child.call("picture", variant="nominal", index=index, kinds=self._kinds)
         return dict(answer["seconds"])
 
     def work(self, pictures: int) -> Work:
-        """Of the first so many together."""
+        """Return the work of the first so many together."""
         works = [Work.of(self.seconds(index)) for index in range(pictures)]
         return Work(render=sum(work.render for work in works), rest=sum(work.rest for work in works))
 

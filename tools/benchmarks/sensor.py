@@ -36,7 +36,7 @@ Step = tuple[str, Callable[[], object]]
 
 
 def scenes() -> dict[str, NDArray[np.float32]]:
-    """A target of 12 % of the frame before black sky, and mid-grey everywhere."""
+    """Return a target of 12 % of the frame before black sky, and mid-grey everywhere."""
     y, x = np.indices((HEIGHT, WIDTH), np.float32)
     shade = 0.5 + 0.4 * np.sin(x / 37) * np.sin(y / 23)
     target = np.where(np.hypot((x - 960) / 370, (y - 600) / 240) < 1, shade, 0).astype(np.float32)
@@ -98,7 +98,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def table(figures: dict[str, Any]) -> str:
-    """Seconds of wall clock (of processor), medians."""
+    """Return seconds of wall clock (of processor), medians."""
     lines = [f"| of {figures['rounds']} rounds | by | step | seconds (processor) |", "| --- | --- | --- | --- |"]
     for (name, who), steps in groupby(figures["steps"], key=lambda step: (step["scene"], step["who"])):
         listed = list(steps)
@@ -109,7 +109,7 @@ def table(figures: dict[str, Any]) -> str:
 
 
 def timed(work: Callable[[], object], rounds: int) -> tuple[float, float]:
-    """Median wall-clock and processor seconds."""
+    """Return median wall-clock and processor seconds."""
     wall, processor = [], []
     for _ in range(rounds):
         began = time.perf_counter(), time.process_time()

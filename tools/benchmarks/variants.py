@@ -58,7 +58,7 @@ def of_spec(spec: str, options: argparse.Namespace, folder: Path) -> Iterator[di
 
 
 def augmented(spec: str, options: argparse.Namespace, folder: Path) -> tuple[Path, list[str]]:
-    """The stage's root layer, and its augmentations."""
+    """Return the stage's root layer, and its augmentations."""
     poses, units = ["--poses", options.poses, "--frames", options.frames], options.units_per_metre
     model = ["--target", options.target, *(["--units-per-metre", units] if units else []), "--camera", options.camera]
     stage = Path(asked("author", *poses, *model, "--out", folder / "stage")["root"])
@@ -66,7 +66,7 @@ def augmented(spec: str, options: argparse.Namespace, folder: Path) -> tuple[Pat
 
 
 def table(figures: dict[str, Any]) -> str:
-    """The figures as Markdown. Seconds are medians of all rounds; work is over all workers, without their start.
+    """Return the figures as Markdown. Seconds are medians of all rounds; work is over all workers, without their start.
 
     What is planned is for as many workers as fit.
     """

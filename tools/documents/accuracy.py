@@ -26,7 +26,7 @@ def measurements(folder: Path) -> dict[str, Measurement]:
 
 
 def qualities(folder: Path) -> str:
-    """What the named qualities, so many plain samples, and `--error auto` come to on each stage."""
+    """Return what the named qualities, so many plain samples, and `--error auto` come to on each stage."""
     named = {stage: dict(by_name(found)) for stage, found in measurements(folder).items()}
     asked = next(iter(named.values()))
     rows = [[f"`{name}`", *(_cell(of[name]) for of in named.values())] for name in asked if name != AUTOMATIC]
@@ -46,7 +46,7 @@ def qualities(folder: Path) -> str:
 
 
 def quality_picture(folder: Path) -> str:
-    """The picture of the qualities, with what each comes to on its stage."""
+    """Return the picture of the qualities, with what each comes to on its stage."""
     named = dict(by_name(measurements(folder)[PICTURED]))
     figures = ", ".join(f"`{name}` ({_cell(named[f'--quality {name}'])})" for name in QUALITIES)
     said = f"Pixels of `{PICTURED}` in linear light, from left to right: {figures}."
@@ -54,7 +54,7 @@ def quality_picture(folder: Path) -> str:
 
 
 def _references(folder: Path) -> str:
-    """How far off the references themselves are, by stage."""
+    """Return how far off the references themselves are, by stage."""
     found = measurements(folder)
     frames = [frame for each in found.values() for frame in each.frames]
     most = " (as many as were allowed)" if any(frame.reference_capped for frame in frames) else ""
@@ -86,7 +86,7 @@ def _chosen(named: dict[str, Outcome | None], found: Measurement) -> str:
 
 
 def _nearest(found: Measurement) -> str:
-    """What the most exact setting reaches, where none is as exact as the detector."""
+    """Return what the most exact setting reaches, where none is as exact as the detector."""
     nearest = most_exact(found)
     if nearest is None:
         return "the detector has no noise"
@@ -95,7 +95,7 @@ def _nearest(found: Measurement) -> str:
 
 
 def savings(folder: Path) -> str:
-    """What each stage did not need, what a render costs with all of that, and what it changes."""
+    """Return what each stage did not need, what a render costs with all of that, and what it changes."""
     intro = (
         "What is skipped on those stages, and what that saves: processor time of the same render with all of that work "
         "over that without it, least to most of the seeds. Item by item, which timing hardly tells apart, it is in the "
@@ -114,7 +114,7 @@ def _saved(stage: str, savings: tuple[Saving, ...]) -> list[str]:
 
 
 def reports(folder: Path) -> dict[str, str]:
-    """Of each stage all that was measured, by the name of a file beside its JSON."""
+    """Return all that was measured of each stage, by the name of a file beside its JSON."""
     plot = "![Error against CPU seconds](../../docs/images/measure_{0}.svg)\n"
     found = measurements(folder).items()
     return {f"measure_{name}.md": f"{in_full(each)}\n{plot.format(name)}" for name, each in found}

@@ -15,7 +15,7 @@ from spin_usd.accuracy.tables import in_markdown, number, percent
 
 
 def figures_of(folder: Path, name: str) -> dict[str, Any]:
-    """What the benchmark `name` measured. Raises NotMeasuredError."""
+    """Return what the benchmark `name` measured. Raises NotMeasuredError."""
     file = folder / "bench.json"
     found: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file.is_file() else {}
     if name not in found:
@@ -24,7 +24,7 @@ def figures_of(folder: Path, name: str) -> dict[str, Any]:
 
 
 def machine(folder: Path) -> str:
-    """What all of the costs were measured on."""
+    """Return what all of the costs were measured on."""
     found = figures_of(folder, "frames")
     of, (width, height) = found["machine"], found["frame"]
     where = f"{of['cores']} cores of an {of['architecture'].replace('_', '-')} server without a GPU"
@@ -33,7 +33,7 @@ def machine(folder: Path) -> str:
 
 
 def peers(folder: Path) -> str:
-    """Seconds of a picture, by spin_usd and by others."""
+    """Return the seconds of a picture, by spin_usd and by others."""
     found = figures_of(folder, "frames")
     rows = []
     for name, taken in found["makers"].items():
@@ -57,7 +57,7 @@ def peers(folder: Path) -> str:
 
 
 def _totals(found: Mapping[str, Any]) -> str:
-    """A sentence on all processor time of the pictures, by spin_usd over that of the two cropped ones."""
+    """Return a sentence on all processor time of the pictures, by spin_usd over that of the two cropped ones."""
     own, cropped = found["makers"][EQUAL]["total_cpu_over_script"], _cropped_mitsuba(found)
     beside = [f"{number(own)} times the processor time of the cropped bpy script"]
     beside += [f"{number(own / cropped)} times that of cropped Mitsuba"] if cropped else []
@@ -65,14 +65,14 @@ def _totals(found: Mapping[str, Any]) -> str:
 
 
 def _cropped_mitsuba(found: Mapping[str, Any]) -> float | None:
-    """All processor time of cropped Mitsuba over that of the cropped script; None where none worked."""
+    """Return all processor time of cropped Mitsuba over that of the cropped script; None where none worked."""
     makers: Mapping[str, Mapping[str, float]] = found["makers"]
     names = (name for name in makers if name.startswith("Mitsuba") and name.endswith(CROPS["box"]))
     return next((makers[name]["total_cpu_over_script"] for name in names), None)
 
 
 def equal_error(folder: Path) -> str:
-    """What a picture takes at equal error, by spin_usd and by Mitsuba."""
+    """Return what a picture takes at equal error, by spin_usd and by Mitsuba."""
     found = figures_of(folder, "equal_error")
     intro = (
         "Processor seconds of a picture and its error in linear light, as [accuracy.md](accuracy.md) defines it, each "
@@ -92,13 +92,13 @@ def equal_error(folder: Path) -> str:
 
 
 def _error_row(stage: str, row: Mapping[str, Any]) -> list[str]:
-    """A line of the table, whose last cell is empty for Mitsuba itself."""
+    """Return a line of the table, whose last cell is empty for Mitsuba itself."""
     ratio = number(row["cpu_s"] / row["mitsuba_cpu_s"]) if "mitsuba_cpu_s" in row else ""
     return [stage, f"{row['tool']}, {row['what']}", number(row["cpu_s"]), percent(row["error"]), ratio]
 
 
 def _limit(folder: Path) -> str:
-    """A sentence on what keeps spin_usd from Mitsuba's time, where both are in the first table."""
+    """Return a sentence on what keeps spin_usd from Mitsuba's time, where both are in the first table."""
     cropped = _cropped_mitsuba(figures_of(folder, "frames"))
     if not cropped:
         return ""
@@ -109,7 +109,7 @@ def _limit(folder: Path) -> str:
 
 
 def label_costs(folder: Path) -> str:
-    """What each label takes."""
+    """Return what each label takes."""
     found = figures_of(folder, "labels")
     width, height = found["frame"]
     intro = (
@@ -122,7 +122,7 @@ def label_costs(folder: Path) -> str:
 
 
 def growth(folder: Path) -> str:
-    """What one more of anything costs a run."""
+    """Return what one more of anything costs a run."""
     found = figures_of(folder, "growth")
     rows = []
     for name, sweep in found["sweeps"].items():
@@ -136,7 +136,7 @@ def growth(folder: Path) -> str:
 
 
 def predicted(folder: Path) -> str:
-    """What plan said, beside what was."""
+    """Return what `plan` said a run takes, beside what it took."""
     found = figures_of(folder, "predict")
     rows = [
         [

@@ -20,7 +20,7 @@ QUALITY = "--quality standard"
 
 
 def headline(folder: Path) -> str:
-    """How exact the labels are, what a picture takes, and how far off its light is: one item each."""
+    """Return how exact the labels are, what a picture takes, and how far off its light is: one item each."""
     items = (_labels(folder), _cost(folder), _noise(folder))
     return "\n".join(prose(f"- {item}").replace("\n", "\n  ") for item in items if item)
 
@@ -51,7 +51,7 @@ def _cost(folder: Path) -> str:
 
 
 def _noise(folder: Path) -> str:
-    """What `QUALITY` comes to, "" where that was not measured."""
+    """Return what `QUALITY` comes to, "" where that was not measured."""
     errors = []
     for stage, found in measurements(folder).items():
         outcome = dict(by_name(found))[QUALITY]

@@ -11,7 +11,7 @@ SHOWN = ("median", "p99_9", "worst")
 
 
 def extremes(folder: Path) -> str:
-    """Of each extreme the largest errors of any of its cases by either pass."""
+    """Return the largest errors of any case of each extreme, by either pass."""
     found = [each for each in json.loads((folder / "extremes.json").read_text()) if "extreme" in each]
     rows = []
     for extreme in dict.fromkeys(each["extreme"] for each in found):

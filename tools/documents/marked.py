@@ -13,7 +13,7 @@ class NotMeasuredError(Exception):
 
 
 def filled(text: str, make: Callable[[str], str]) -> str:
-    """`text` with what `make` makes of each block's name in its place."""
+    """Return `text` with what `make` makes of each block's name in its place."""
     return BLOCK.sub(lambda found: _block(found[1], make(found[1]).strip()), text)
 
 
@@ -22,10 +22,10 @@ def _block(name: str, text: str) -> str:
 
 
 def names(text: str) -> list[str]:
-    """Of the blocks in `text`, in their order."""
+    """Return the names of the blocks in `text`, in their order."""
     return [found[1] for found in BLOCK.finditer(text)]
 
 
 def prose(text: str) -> str:
-    """In lines as long as those of the documents."""
+    """Break text into lines as long as those of the documents."""
     return textwrap.fill(text, WIDTH, break_on_hyphens=False)

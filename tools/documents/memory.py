@@ -10,7 +10,7 @@ from spin_usd.accuracy.tables import in_markdown
 
 
 def memory(folder: Path) -> str:
-    """How the memory of a run's processes grows with its pictures."""
+    """Return how the memory of a run's processes grows with its pictures."""
     file = folder / "memory.json"
     if not file.is_file():
         raise NotMeasuredError(f"run tools/try_memory --json {file}")
