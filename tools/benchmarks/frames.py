@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +56,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         reader = StageReader(stage)
         scenes = [reader.scene(frame) for frame in reader.frames]
         makers, versions, left_out = start(options, stage, scenes[0], folder, stack)
-        for make, pid in makers.values():
-            timed(partial(make, scenes[0]), pid)  # warms it up, and does not count
-        taken: dict[str, list[dict[str, float]]] = {name: [] for name in makers}
-        for _ in range(options.rounds):
-            for scene in scenes:
-                for name, (make, pid) in makers.items():
-                    taken[name].append(timed(partial(make, scene), pid))
+        taken = in_turn(makers, scenes, options.rounds)
     return {
         "stage": options.stage,
         "pictures": len(scenes),
@@ -95,6 +90,17 @@ def start(
         stack.callback(peer.close)
         makers[peer.name] = peer.picture, peer.pid
     return makers, {peer.name: peer.version for peer in peers}, left_out
+
+
+def in_turn(makers: dict[str, tuple[Make, int]], scenes: list[Scene], rounds: int) -> dict[str, list[dict[str, float]]]:
+    """Make every picture with each maker in turn, again in every round; return what each took for each, by name."""
+    for make, pid in makers.values():
+        timed(partial(make, scenes[0]), pid)  # warms it up, and does not count
+    taken: dict[str, list[dict[str, float]]] = {name: [] for name in makers}
+    for _, scene in product(range(rounds), scenes):
+        for name, (make, pid) in makers.items():
+            taken[name].append(timed(partial(make, scene), pid))
+    return taken
 
 
 def _efforts(samples: int) -> dict[str, Effort]:

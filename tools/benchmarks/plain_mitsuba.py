@@ -58,18 +58,6 @@ def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.nd
     to_world = np.eye(4)
     to_world[:3, :3] = rotation.T @ np.diag([-1, -1, 1])  # Mitsuba's x points left, its y up
     to_world[:3, 3] = -rotation.T @ translation
-    x0, y0, x1, y1 = (int(side) for side in box)
-    film = {
-        "type": "hdrfilm",
-        "width": int(width),
-        "height": int(height),
-        "crop_offset_x": x0,
-        "crop_offset_y": y0,
-        "crop_width": x1 - x0,
-        "crop_height": y1 - y0,
-        "pixel_format": "rgba",
-        "rfilter": {"type": "box"},
-    }
     return mi.load_dict(
         {
             "type": "perspective",
@@ -79,9 +67,24 @@ def sensor(data: dict[str, np.ndarray], rotation: np.ndarray, translation: np.nd
             "principal_point_offset_y": float((cy - height / 2) / height),
             "near_clip": 0.01,
             "to_world": mi.ScalarAffineTransform4f(to_world.tolist()),
-            "film": film,
+            "film": film(int(width), int(height), box),
         }
     )
+
+
+def film(width: int, height: int, box: np.ndarray) -> dict[str, Any]:
+    x0, y0, x1, y1 = (int(side) for side in box)
+    return {
+        "type": "hdrfilm",
+        "width": width,
+        "height": height,
+        "crop_offset_x": x0,
+        "crop_offset_y": y0,
+        "crop_width": x1 - x0,
+        "crop_height": y1 - y0,
+        "pixel_format": "rgba",
+        "rfilter": {"type": "box"},
+    }
 
 
 def along(direction: np.ndarray) -> np.ndarray:
