@@ -23,7 +23,7 @@ FAR = replace(PINHOLE, T_cam_body=pose(t=(0, 0, 400)))
         (["cuda", "optix"], [DISTORTED], "optix"),
     ],
 )
-def test_auto(offered, scenes, taken) -> None:
+def test_auto_takes_the_first_device_that_renders_all_pictures(offered, scenes, taken) -> None:
     assert chosen_device(offered, scenes) == taken
 
 

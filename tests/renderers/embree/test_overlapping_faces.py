@@ -12,7 +12,7 @@ HERE = pose((0.9, 0.3, 0.2, 0.1), (0.2, -0.1, 5))
 
 @pytest.mark.parametrize("count", [2, 4])
 @pytest.mark.parametrize("seed", range(3))
-def test_boxes_in_one_another_in_any_order(count, seed) -> None:
+def test_of_boxes_in_one_another_the_lowest_number_is_seen_in_any_order(count, seed) -> None:
     """Their faces shuffled, and each box's split by other diagonals, seen or not: in each pixel the lowest number of
     those that a box alone shows."""
     rng = np.random.default_rng(seed)

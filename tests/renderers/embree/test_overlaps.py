@@ -24,7 +24,7 @@ def pairs(*triangles, rotation=LEVEL):
 
 @pytest.mark.parametrize("rotation", [LEVEL, ASIDE])
 @pytest.mark.parametrize("order", [[0, 1, 2], [0, 2, 1]])
-def test_a_square_split_in_two_ways(rotation, order) -> None:
+def test_halves_of_a_square_overlap_those_of_the_other_diagonal(rotation, order) -> None:
     """Each half overlaps both of the other way, whichever way they face, and not its own other half."""
     assert pairs(HALVES, OTHER_HALVES[:, order], rotation=rotation) == {(0, 2), (0, 3), (1, 2), (1, 3)}
 
@@ -38,7 +38,7 @@ def test_a_triangle_across_another_s_plane_does_not_overlap() -> None:
     assert pairs(HALVES, HALVES @ ASIDE.T) == set()
 
 
-def test_random_triangles_of_a_plane() -> None:
+def test_triangles_of_a_plane_overlap_where_opencv_finds_an_area() -> None:
     """Against the areas in common that OpenCV finds: of the triangles, and of some that are a little larger."""
     rng = np.random.default_rng(5)
     flat = rng.uniform(-0.4, 0.4, (60, 1, 2)) + rng.uniform(-0.15, 0.15, (60, 3, 2))
