@@ -19,9 +19,10 @@ class FirstHit:
     sure: NDArray[np.bool_]
 
 
-def first_hit(directions: Float, triangles: Float, *, doubt: float) -> FirstHit:
+def first_hit(directions: Float, triangles: Float, *, doubt: float, apart: float | None = None) -> FirstHit:
     """Rays from the origin along `directions` (N, 3) against `triangles` (M, 3, 3). `doubt`: what counts as near, in
-    barycentric coordinates and relative to the distance."""
+    barycentric coordinates and, unless `apart` says that, relative to the distance."""
+    apart = doubt if apart is None else apart
     a, b, c = (triangles[:, i] for i in range(3))
     along = np.cross(directions[:, None], (c - a)[None])
     volume = np.sum(along * (b - a), 2)
@@ -35,6 +36,6 @@ def first_hit(directions: Float, triangles: Float, *, doubt: float) -> FirstHit:
     face = near.argmin(1)
     first, second = np.partition(near, 1, axis=1)[:, :2].T
     hit = np.isfinite(first)
-    on_edge = (np.abs(inside) < doubt) & (distance > 0) & (distance <= first[:, None] * (1 + doubt))
-    close = np.isfinite(second) & (second <= first * (1 + doubt))
+    on_edge = (np.abs(inside) < doubt) & (distance > 0) & (distance <= first[:, None] * (1 + apart))
+    close = np.isfinite(second) & (second <= first * (1 + apart))
     return FirstHit(face=np.where(hit, face, -1), distance=first, sure=~on_edge.any(1) & ~close)
