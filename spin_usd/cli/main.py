@@ -23,7 +23,6 @@ from spin_usd.cli.output.streams import LastingStream, lasting_streams
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
-from spin_usd.dataset.process.child_limits import refuse_tight_limits
 from spin_usd.errors import BAD_INPUT, DONE, FINDINGS, INTERNAL
 from spin_usd.faults import expected
 from spin_usd.stop_signals import Stopped, let_signals_stop
@@ -58,6 +57,8 @@ def common(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
+    from spin_usd.dataset.process.child_limits import refuse_tight_limits
+
     refuse_tight_limits()
     context.obj = {"quiet": quiet}
 

@@ -46,7 +46,9 @@ def plan(
     as_json: options.Json = False,
 ) -> None:
     """Say what a render would make and cost: pictures, label passes, renders and exposures that each variant adds."""
-    with shown(context.obj["quiet"]) as progress:
+    from spin_usd.dataset.process.child_ahead import PLANNING_MODULE, child_ahead
+
+    with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
         report = spin_usd.plan(
             stage,
             out=out,

@@ -14,12 +14,9 @@ from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted
 from spin_usd.dataset.plan.picture_timeout import parse_time_limit
-from spin_usd.dataset.process.child_ahead import child_ahead
 
 if TYPE_CHECKING:
     from spin_usd.dataset.render.report import RenderReport
-
-PLANNING_MODULE = "spin_usd.dataset.plan.in_child"  # named as text: it loads USD
 
 
 def render(
@@ -55,6 +52,8 @@ def render(
     as_json: options.Json = False,
 ) -> None:
     """Render and label a stage into a dataset."""
+    from spin_usd.dataset.process.child_ahead import PLANNING_MODULE, child_ahead
+
     with child_ahead(PLANNING_MODULE), shown(context.obj["quiet"]) as progress:
         report = spin_usd.render(
             stage,

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 from spin_usd.dataset.process.child import Child
 
+PLANNING_MODULE = "spin_usd.dataset.plan.in_child"  # what a child that plans loads; named as text: it loads USD
 _waiting: list[Child] = []  # started, and not yet taken: at most one, for a process does one command at a time
 
 

@@ -5,8 +5,6 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 
-import psutil
-
 from spin_usd.errors import InputError
 
 MAX_WORKERS = 1024  # more than any machine has processors for, and a slip of the hand is caught
@@ -36,6 +34,8 @@ def share_of(number: int, count: int) -> list[int]:
 def hold_to(cpus: Sequence[int]) -> None:
     """Let this process, all its threads, and those that it starts from now on use these processors alone, where the
     system can: Blender's own limit of threads burns a second core."""
+    import psutil  # not above: it is slow to load, and the command line needs this file
+
     if sys.platform == "linux":
         for thread in psutil.Process().threads():
             with suppress(ProcessLookupError):  # it has ended meanwhile
