@@ -19,6 +19,7 @@ from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.formats.arrays import image_file
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.labels.table import own_keys, take_next_frame
+from spin_usd.last_value import LastValue
 from spin_usd.progress import Progress
 from spin_usd.scene.body import Body
 from spin_usd.scene.derived.content_keys import KeyMaker, RenderSettings, render_seed
@@ -128,20 +129,16 @@ def _report(progress: Progress, before: int, total: int, done: int) -> None:
 
 
 class Features:
-    """What of each picture costs, and its light groups; asked again where one of the objects that decide it is another
-    than in the picture before."""
+    """What of each picture costs, and its light groups."""
 
     def __init__(self) -> None:
-        self._of: tuple[object, ...] = ()
-        self._last: tuple[list[str], int] = [], 0
+        self._last = LastValue[tuple[list[str], int]]()
 
     def of(self, scene: Scene) -> tuple[list[str], int]:
         """Return the names of work.features, and the number of light groups."""
         shapes = (body.target for body in scene.bodies)
         of = (scene.lights, scene.environment, scene.optics, scene.sensor, *shapes)
-        if len(of) != len(self._of) or any(a is not b for a, b in zip(of, self._of, strict=True)):
-            self._of, self._last = of, (features(scene), LightGroups.of(scene).count)
-        return self._last
+        return self._last.of(of, lambda: (features(scene), LightGroups.of(scene).count))
 
 
 class Extents:

@@ -5,13 +5,15 @@ holds content that a render of this scene skips and does not depend on (renderer
 inputs that change nothing, and bounces of a convex target's light.
 """
 
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from spin_usd.arrays import digest
 from spin_usd.geometry.transform import Transform
+from spin_usd.last_value import LastValue
 from spin_usd.scene.body import Body
 from spin_usd.scene.content import content, key_of
 from spin_usd.scene.derived.light_groups import in_unit_light
@@ -66,7 +68,7 @@ class KeyMaker:
         self.settings, self._keep_poses = settings, keep_poses
         self._posed: dict[tuple[object, ...], tuple[str, str]] = {}
         self._effort = key_of(settings.effort)
-        self._cache: dict[str, tuple[tuple[object, ...], str]] = {}
+        self._last: defaultdict[str, LastValue[str]] = defaultdict(LastValue)
 
     def keys(self, scene: Scene) -> Keys:
         """Return the keys of `scene`; they do not depend on the scenes before."""
@@ -80,7 +82,7 @@ class KeyMaker:
         how = [settings.renderer, self._effort, settings.seed, *elsewhere]
         radiance = digest([geometry, shading, how, frame.name])
         parts = (scene.lights, scene.environment, scene.optics, scene.sensor)
-        taking = [self._once(str(i), (part,), partial(key_of, part)) for i, part in enumerate(parts)]
+        taking = [self._last[str(i)].of((part,), partial(key_of, part)) for i, part in enumerate(parts)]
         exposure = digest([radiance, taking, frame.variant])
         return Keys(geometry=geometry, radiance=radiance, exposure=exposure, targets=targets)
 
@@ -99,11 +101,11 @@ class KeyMaker:
         return [body.target.mesh.shading_key, self._materials(body.target), content(body.poses)]
 
     def _materials(self, target: Target) -> str:
-        name = f"materials of {target.path}"
-        return self._once(name, (target,), lambda: digest([material.key for material in target.materials]))
+        last = self._last[f"materials of {target.path}"]
+        return last.of((target,), lambda: digest([material.key for material in target.materials]))
 
     def _keypoints(self, target: Target) -> str:
-        return self._once(f"keypoints of {target.path}", (target,), lambda: digest(target.keypoints))
+        return self._last[f"keypoints of {target.path}"].of((target,), lambda: digest(target.keypoints))
 
     def _targets(self, scene: Scene) -> str:
         """Return the key of what the record says of the targets, but their names, as far as no pixel decides it."""
@@ -119,16 +121,9 @@ class KeyMaker:
         of: tuple[object, ...] = (scene.lights, planets, *(body.target for body in scene.bodies))
         if any(isinstance(light, AreaLight) for light in scene.lights):  # their share depends on how far they are
             of = (*of, scene.T_cam_body)
-        return self._once(
-            "unit light", of, lambda: key_of([in_unit_light(scene).scene.lights, scene.environment.illuminating])
+        return self._last["unit light"].of(
+            of, lambda: key_of([in_unit_light(scene).scene.lights, scene.environment.illuminating])
         )
-
-    def _once(self, name: str, of: tuple[object, ...], make: Callable[[], str]) -> str:
-        """Return the result of `make` for the objects `of`; the last one again where these are the same objects."""
-        cached = self._cache.get(name)
-        if cached is None or len(cached[0]) != len(of) or any(a is not b for a, b in zip(cached[0], of, strict=True)):
-            cached = self._cache[name] = of, make()
-        return cached[1]
 
 
 def geometry_key(scene: Scene) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.framing import Framing, framings
+from spin_usd.last_value import LastValue
 from spin_usd.scene.derived.lit_share import UNLIT_SHARE, Suns, lit_shares, suns_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.model import Scene
@@ -143,6 +144,7 @@ class ViewCollector:
         self._prefix, self._target = prefix, target
         self._parts: list[Views] = []
         self._waiting: list[tuple[str, Float, Float, Suns]] = []
+        self._suns = LastValue[Suns]()
         self._mesh: Mesh | None = None
         self._camera: Camera | None = None
 
@@ -153,7 +155,9 @@ class ViewCollector:
         if mesh is not self._mesh or camera is not self._camera or len(self._waiting) >= CHUNK:
             self._collect()
         self._mesh, self._camera = mesh, camera
-        self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns_of(scene)))
+        targets = (body.target for body in scene.bodies)
+        suns = self._suns.of((scene.lights, scene.environment, *targets), lambda: suns_of(scene))
+        self._waiting.append((self._prefix + scene.frame.name, pose.rotation, pose.translation, suns))
 
     def views(self) -> Views | None:
         """Return the views of all pictures so far; None before the first."""

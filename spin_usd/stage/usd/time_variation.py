@@ -1,10 +1,12 @@
 """Find which values of a stage can change in time, so that all others are read once."""
 
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pxr import Sdf, Usd
 
+from spin_usd.last_value import LastValue
 from spin_usd.stage.usd.visibility import ancestors
 
 POSE = "xformOp:"
@@ -33,26 +35,20 @@ class CameraSpaceCache:
         found = list(prims)
         self._still = {prim.GetPath() for prim in found if not (has_varying_attribute(prim) or _hides_or_moves(prim))}
         self.all_still = len(self._still) == len(found)
-        self._values: dict[Sdf.Path, tuple[object, object]] = {}
-        self._tuples: dict[Hashable, tuple[object, ...]] = {}
+        self._values: defaultdict[Sdf.Path, LastValue[Any]] = defaultdict(LastValue)
+        self._tuples: defaultdict[Hashable, LastValue[Any]] = defaultdict(LastValue)
 
     def read(self, prim: Usd.Prim, camera: object, read: Callable[[], T]) -> T:
         """Return the value that `read` gives for `prim`; the last one again where the prim does not vary and `camera`,
         the camera's pose, is the same object."""
         path = prim.GetPath()
-        if path not in self._still:
-            return read()
-        last = self._values.get(path)
-        if last is None or last[0] is not camera:
-            last = self._values[path] = camera, read()
-        return last[1]  # type: ignore[return-value]
+        value: T = self._values[path].of((camera,), read) if path in self._still else read()
+        return value
 
     def same_tuple(self, name: Hashable, values: tuple[T, ...]) -> tuple[T, ...]:
         """Return `values`; where the last tuple of this name holds the same objects, that very tuple."""
-        last = self._tuples.get(name)
-        if last is None or len(last) != len(values) or any(a is not b for a, b in zip(last, values, strict=True)):
-            last = self._tuples[name] = values
-        return last  # type: ignore[return-value]
+        same: tuple[T, ...] = self._tuples[name].of(values, lambda: values)
+        return same
 
 
 def varying(prim: Usd.Prim) -> frozenset[str]:

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.arrays import Float
 from spin_usd.errors import StageError
+from spin_usd.last_value import LastValue
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.environment.back_plate import read_back_plate
@@ -39,7 +40,7 @@ class EnvironmentReader:
             raise StageError(found, where=plates[1].GetPath(), do="keep one, with the images of both")
         self._plate = plates[0] if plates else None
         self._cache = CameraSpaceCache([*self._planets, *self._stars, *plates])
-        self._last = Environment()
+        self._last = LastValue[Environment]()
 
     @property
     def still(self) -> bool:
@@ -72,15 +73,10 @@ class EnvironmentReader:
         planets, skies = read(self._planets, planet), read(self._stars, stars)
         refuse_hidden_target(planets, target_cam, target_radius)
         plates = read([self._plate] if self._plate else [], plate)
-        found = Environment(planets=planets, stars=skies, back_plate=plates[0] if plates else None)
-        last = self._last
-        if (
-            found.planets is not last.planets
-            or found.stars is not last.stars
-            or found.back_plate is not last.back_plate
-        ):
-            self._last = found
-        return self._last
+        return self._last.of(
+            (planets, skies, plates),
+            lambda: Environment(planets=planets, stars=skies, back_plate=plates[0] if plates else None),
+        )
 
 
 def _if_visible(prim: Usd.Prim, time: Usd.TimeCode, read: Callable[[Usd.Prim], T]) -> T | None:

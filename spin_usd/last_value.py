@@ -1,0 +1,22 @@
+"""Values that are worked out again only where what they depend on has changed since the picture before."""
+
+from collections.abc import Callable
+from operator import is_
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class LastValue(Generic[T]):
+    """A value that depends on some objects: it is kept as long as it is asked for of the same ones."""
+
+    def __init__(self) -> None:
+        self._last: tuple[tuple[object, ...], T] | None = None
+
+    def of(self, objects: tuple[object, ...], make: Callable[[], T]) -> T:
+        """Return the result of `make`, which depends on the `objects` alone; the last one again where all of them are
+        the very objects that it was made of."""
+        last = self._last
+        if last is None or len(last[0]) != len(objects) or not all(map(is_, last[0], objects)):
+            last = self._last = objects, make()
+        return last[1]
