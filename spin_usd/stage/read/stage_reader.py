@@ -25,6 +25,7 @@ from spin_usd.stage.read.camera.optics import read_optics
 from spin_usd.stage.read.camera.sensor import read_sensor
 from spin_usd.stage.read.camera.shutter import Opening, read_opening, read_poses
 from spin_usd.stage.read.environment.environment import EnvironmentReader
+from spin_usd.stage.read.environment.planet import refuse_hidden_target
 from spin_usd.stage.read.frames import read_frames, read_seed
 from spin_usd.stage.read.lights.lights import LightReader
 from spin_usd.stage.read.shared_poses import SharedPoses
@@ -130,16 +131,18 @@ class StageReader:
         T_world_usdcam = self._T_world_usdcam.at(time)
         first, *others = self._bodies_at(opening, world)
         target, T_cam_body = first.target, first.T_cam_body
-        centre = T_cam_body.points(target.mesh.centre)
         space = CameraSpace(time=time, world=world, T_world_usdcam=T_world_usdcam, metres=self.metres)
-        lights = self._lights.read(space)
-        environment = self._environment.read(space, centre, target.mesh.radius)
+        lights, environment = self._lights.read(space), self._environment.read(space)
+        if environment.planets:
+            centre = T_cam_body.points(target.mesh.centre)
+            refuse_hidden_target(environment.planets, centre, target.mesh.radius)
+            lights = eclipsed(lights, environment.planets, centre)
         return Scene(
             frame=frame,
             camera=self._camera.at(time),
             T_cam_body=T_cam_body,
             target=target,
-            lights=eclipsed(lights, environment.planets, centre),
+            lights=lights,
             environment=environment,
             sensor=self._sensor.at(time),
             optics=self._optics.at(time),

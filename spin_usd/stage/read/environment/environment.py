@@ -6,13 +6,12 @@ from typing import TypeVar
 
 from pxr import Usd, UsdGeom
 
-from spin_usd.arrays import Float
 from spin_usd.errors import StageError
 from spin_usd.last_value import LastValue
 from spin_usd.scene.environment import BackPlate, Environment, Planet, Stars
 from spin_usd.stage.composition.images import Images
 from spin_usd.stage.read.environment.back_plate import read_back_plate
-from spin_usd.stage.read.environment.planet import read_planet, refuse_hidden_target
+from spin_usd.stage.read.environment.planet import read_planet
 from spin_usd.stage.read.environment.stars import read_stars
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.camera_space import CameraSpace
@@ -47,16 +46,15 @@ class EnvironmentReader:
         """Return whether nothing in the environment ever changes or moves in the world."""
         return self._cache.all_still
 
-    def read(self, space: CameraSpace, target_cam: Float, target_radius: float) -> Environment:
-        """Read what is visible behind a target in the ball of `target_radius`, metres, around `target_cam` (3,), camera
-        frame. It is the same object as long as the camera's pose is and nothing in the environment varies.
-
-        Raises StageError, UnsupportedError for a planet that is not behind the target.
-        """
+    def read(self, space: CameraSpace) -> Environment:
+        """Read what is visible. It is the same object as long as the camera's pose is and nothing in the environment
+        varies. Raises StageError, UnsupportedError."""
         time = space.time
 
         def read(prims: list[Usd.Prim], one: Callable[[Usd.Prim], T]) -> tuple[T, ...]:
             """Read the visible ones of `prims`; the same tuple again where nothing moved or changed."""
+            if not prims:
+                return ()
             pose = space.T_world_usdcam
             each = (self._cache.read(prim, pose, partial(_if_visible, prim, time, one)) for prim in prims)
             return self._cache.same_tuple(one.__name__, tuple(value for value in each if value is not None))
@@ -71,7 +69,6 @@ class EnvironmentReader:
             return read_back_plate(prim, time, self._images)
 
         planets, skies = read(self._planets, planet), read(self._stars, stars)
-        refuse_hidden_target(planets, target_cam, target_radius)
         plates = read([self._plate] if self._plate else [], plate)
         return self._last.of(
             (planets, skies, plates),
