@@ -5,6 +5,7 @@ Fields marked NAME (prim paths, for messages) do not count; arrays and images co
 
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ def content(value: Any) -> Any:
     those."""
     if type(value) in PLAIN:
         return value
+    if isinstance(value, (tuple, list)):
+        return [content(item) for item in value]
     if isinstance(value, np.ndarray):
         return digest(value)
     if isinstance(key := getattr(value, "key", None), str):
@@ -34,12 +37,16 @@ def content(value: Any) -> Any:
     if isinstance(own := getattr(value, "digested", None), dict):
         return {name: content(item) for name, item in own.items()}
     if is_dataclass(value):
-        of = {f.name: content(getattr(value, f.name)) for f in fields(value) if not f.metadata.get("name")}
-        return {"": type(value).__name__, **of}
-    if isinstance(value, (tuple, list)):
-        return [content(item) for item in value]
+        kind: Any = type(value)
+        return {"": kind.__name__, **{name: content(getattr(value, name)) for name in _counted(kind)}}
     if isinstance(value, (set, frozenset)):
         return sorted(content(item) for item in value)
     if isinstance(value, Enum):
         return value.value
     return value
+
+
+@cache
+def _counted(kind: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a dataclass that count."""
+    return tuple(f.name for f in fields(kind) if not f.metadata.get("name"))
