@@ -46,7 +46,9 @@ class LightGroups:
     emission: bool
 
     @classmethod
+    @lru_cache(maxsize=1)
     def of(cls, scene: Scene) -> "LightGroups":
+        """Find those of `scene`, once for all that ask in turn."""
         placed = tuple(i for i, light in enumerate(scene.lights) if _is_placed(light))
         return cls(placed=placed, surroundings=bool(_around(scene)), emission=_shines(scene))
 
