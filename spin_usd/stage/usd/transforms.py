@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from spin_usd.arrays import Float
+from spin_usd.arrays import Float, finite
 from spin_usd.errors import StageError, UnsupportedError
 from spin_usd.geometry.rotation import off_rotation
 from spin_usd.geometry.transform import Transform
@@ -53,7 +53,8 @@ def placement(matrix: Gf.Matrix4d, *, frame: str, metres: float, where: object) 
         raise StageError("its transform is not finite", where=where, do="fix the numbers of its xformOps")
     off, right_handed = off_rotation(linear)
     if off < ORTHONORMAL and right_handed:
-        transform = Transform(to="world", of=frame, rotation=linear, translation=m[3, :3] * metres)
+        place = finite(m[3, :3] * metres, (3,), "translation")
+        transform = Transform.unchecked(to="world", of=frame, rotation=linear, translation=place)
         return Placement(transform=transform, scale=1.0)
     u, sizes, vt = np.linalg.svd(linear)
     if sizes[2] <= 0 or np.linalg.det(linear) <= 0:
