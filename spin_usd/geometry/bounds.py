@@ -1,6 +1,7 @@
 """The region of interest: the pixels that a body can cover, from its convex hull, in double precision."""
 
 from functools import lru_cache
+from math import ceil, floor
 from typing import Any
 
 import numpy as np
@@ -38,8 +39,8 @@ def region_around(camera: Camera, outline: Float) -> Region:
     """Return the smallest padded box of whole pixels, within the frame, that holds the pixels `outline` (N, 2)."""
     if not len(outline):
         return Region(x0=0, y0=0, x1=0, y1=0)
-    low, high = np.floor(outline.min(0)).astype(int), np.ceil(outline.max(0)).astype(int)
-    box = Region(x0=int(low[0]), y0=int(low[1]), x1=int(high[0]), y1=int(high[1])).padded(PADDING_PX)
+    low, high = outline.min(0).tolist(), outline.max(0).tolist()
+    box = Region(x0=floor(low[0]), y0=floor(low[1]), x1=ceil(high[0]), y1=ceil(high[1])).padded(PADDING_PX)
     clipped = box & camera.frame
     return Region(x0=0, y0=0, x1=0, y1=0) if clipped.empty else clipped
 
@@ -51,14 +52,17 @@ def outline_of(
     `region_of_interest`. None of them when it lies behind the camera or out of view; None where it crosses the
     camera's plane."""
     p = np.asarray(hull_cam, np.float64)
-    if not len(p) or (p[:, 2] <= near).all():
+    if not len(p) or p[:, 2].max() <= near:
         return np.zeros((0, 2))
-    blur_radius = np.zeros(len(p)) if blur_radius is None else np.asarray(blur_radius, np.float64)
-    if (p[:, 2] <= near).any() or not np.isfinite(blur_radius).all():
+    if p[:, 2].min() <= near:
         return None
     xy = p[:, :2] / p[:, 2:]
-    if blur_radius.any():
-        xy = (xy[:, None] + blur_radius[:, None, None] * SQUARE).reshape(-1, 2)
+    if blur_radius is not None:
+        radius = np.asarray(blur_radius, np.float64)
+        if not np.isfinite(radius).all():
+            return None
+        if radius.any():
+            xy = (xy[:, None] + radius[:, None, None] * SQUARE).reshape(-1, 2)
     return camera.pixels(outline_in_view(camera, convex_hull_2d(xy)))
 
 
@@ -152,6 +156,8 @@ def in_front(hull_cam: Float) -> Float:
 def clip(polygon: Float, low: Float, high: Float) -> Float:
     """Return the convex polygon (N, 2) cut to the box [low, high]: Sutherland and Hodgman (1974). Further columns are
     interpolated like the first two."""
+    if ((polygon[:, :2] >= low) & (polygon[:, :2] <= high)).all():
+        return polygon
     for axis in (0, 1):
         for sign, limit in ((1, low[axis]), (-1, -high[axis])):
             if not len(polygon):

@@ -27,13 +27,16 @@ MONOTONE = "use coefficients that stay monotone over the whole frame"
 
 def distort(xy: ArrayLike, distortion: ArrayLike) -> Float:
     """Distorted normalised coordinates (..., 2) of the undistorted `xy` (..., 2)."""
-    x, y = np.moveaxis(np.asarray(xy, np.float64), -1, 0)
-    k1, k2, p1, p2, k3 = np.asarray(distortion, np.float64)
+    points = np.asarray(xy, np.float64)
+    x, y = points[..., 0], points[..., 1]
+    k1, k2, p1, p2, k3 = np.asarray(distortion, np.float64).tolist()
     r2 = x * x + y * y
     radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
     dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
     dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
-    return np.stack([x * radial + dx, y * radial + dy], -1)
+    found = np.empty(points.shape)
+    found[..., 0], found[..., 1] = x * radial + dx, y * radial + dy
+    return found
 
 
 def distortion_jacobian(xy: ArrayLike, distortion: ArrayLike) -> Float:

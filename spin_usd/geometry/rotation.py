@@ -80,7 +80,7 @@ def product(matrix: NDArray[Real], vectors: NDArray[Real]) -> NDArray[Real]:
         return _product_of_few(matrix, vectors)
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     found = np.empty(vectors.shape, vectors.dtype)
-    for i, (a, b, c) in enumerate(matrix):
+    for i, (a, b, c) in enumerate(matrix.tolist()):
         found[..., i] = a * x + b * y + c * z
     return found
 
