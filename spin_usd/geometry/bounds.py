@@ -16,8 +16,8 @@ RIM_SAMPLES = 64  # per side of the frame
 PADDING_PX = 2
 DIRECTIONS = 16  # in which a polygon's furthest points are found at once: within them lies nothing of the hull
 TURNS = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)])
-ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)[:, None]
+TOWARDS = np.stack([np.cos(TURNS), np.sin(TURNS)], -1)
+ALONG_EDGE = np.linspace(0, 1, SAMPLES_PER_EDGE, endpoint=False)
 ROUNDING = 1e-12  # of a polygon's extent: points so near to an edge are not taken for inner ones
 SQUARE = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1.0]])
 NEAR = 1e-6  # metres before the camera: what is nearer has no place in the picture
@@ -39,8 +39,8 @@ def region_around(camera: Camera, outline: Float) -> Region:
     """Return the smallest padded box of whole pixels, within the frame, that holds the pixels `outline` (N, 2)."""
     if not len(outline):
         return Region(x0=0, y0=0, x1=0, y1=0)
-    low, high = outline.min(0).tolist(), outline.max(0).tolist()
-    box = Region(x0=floor(low[0]), y0=floor(low[1]), x1=ceil(high[0]), y1=ceil(high[1])).padded(PADDING_PX)
+    x, y = outline.T  # apart: numpy is slow along an axis of two
+    box = Region(x0=floor(x.min()), y0=floor(y.min()), x1=ceil(x.max()), y1=ceil(y.max())).padded(PADDING_PX)
     clipped = box & camera.frame
     return Region(x0=0, y0=0, x1=0, y1=0) if clipped.empty else clipped
 
@@ -106,7 +106,7 @@ def _without_inner(points: Float) -> Float:
     """
     if len(points) <= DIRECTIONS:
         return points
-    furthest = (points @ TOWARDS).argmax(0)
+    furthest = (TOWARDS @ points.T).argmax(1)
     corners = points[furthest[furthest != _following(furthest)]]  # counter-clockwise
     if len(corners) < 3:
         return points
@@ -126,8 +126,8 @@ def outline_in_view(camera: Camera, hull: Float) -> Float:
     outline = clip(hull, *field_of_view(camera)[1])
     if not camera.distorted:
         return outline
-    edges = outline[:, None] + ALONG_EDGE * (_following(outline) - outline)[:, None]
-    return edges.reshape(-1, 2)
+    start, along = outline.T[..., None], (_following(outline) - outline).T[..., None]
+    return (start + ALONG_EDGE * along).reshape(2, -1).T  # x and y apart: numpy is slow along an axis of two
 
 
 @lru_cache(maxsize=16)

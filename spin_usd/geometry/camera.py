@@ -84,7 +84,10 @@ class Camera:
 
     def pixels(self, xy: ArrayLike) -> Float:
         """Pixels (..., 2) of undistorted normalised coordinates (..., 2)."""
-        return lens.distort(xy, self.distortion) * (self.fx, self.fy) + (self.cx, self.cy)
+        found = lens.distort(xy, self.distortion)
+        found[..., 0] = found[..., 0] * self.fx + self.cx
+        found[..., 1] = found[..., 1] * self.fy + self.cy
+        return found
 
     def normalised(self, uv: ArrayLike) -> Float:
         """Undistorted normalised coordinates (..., 2) of the pixels `uv` (..., 2).
