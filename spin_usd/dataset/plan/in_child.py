@@ -90,7 +90,8 @@ def plan_pictures(
 ) -> list[dict[str, Any]]:
     """Return for each of the variants the pictures of range(*chosen), as columns, one entry a picture, and for those
     also named in `provenance` what a record says of the stage; "notes" are sentences on what is rendered otherwise than
-    that. With `explain` also "skipped", as SkippedWorkCounter.taken has it.
+    that. With `explain` also "skipped", as SkippedWorkCounter.taken has it. A column is None where it is that of the
+    variant before.
 
     `settings`: RenderSettings as JSON. `image_suffix`: of the image files, None for none. `labels`: those that are
     asked for. `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
@@ -101,6 +102,7 @@ def plan_pictures(
     maker = KeyMaker(rendering, keep_poses=len(variants) > 1)
     counter = SkippedWorkCounter(rendering) if explain else None
     answer = []
+    before: dict[str, list[Any]] = {}
     reader = opened
     for number, variant in enumerate(variants):
         count = partial(_report, progress, number * len(pictures), len(variants) * len(pictures))
@@ -112,7 +114,9 @@ def plan_pictures(
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
         said = {"skipped": skipped, "notes": notes, "views": seen.as_json() if seen else None}
-        answer.append({"variant": variant, "stage": stage, **said, **planned})
+        columns = {name: None if column == before.get(name) else column for name, column in planned.items()}
+        answer.append({"variant": variant, "stage": stage, **said, **columns})
+        before = planned
     return answer
 
 

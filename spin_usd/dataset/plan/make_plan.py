@@ -211,10 +211,12 @@ def _pictures(answers: Sequence[Any]) -> Iterator[PlannedPicture]:
     """Yield all pictures; equal keys are one string, for most are those of the variant before."""
     known: dict[str, str] = {}
     alike: dict[tuple[str, ...], tuple[str, ...]] = {}
+    before: list[dict[str, list[Any]]] = [{} for _ in answers]
     for parts in zip(*answers, strict=True):  # of one variant
-        for part in parts:
+        for part, columns in zip(parts, before, strict=True):
+            columns.update((name, part[name]) for name in COLUMNS if part[name] is not None)
             for index, frame, time_code, *keys, extent, groups, features, source_file, label_keys in zip(
-                *(part[name] for name in COLUMNS), strict=True
+                *(columns[name] for name in COLUMNS), strict=True
             ):
                 geometry, radiance, exposure, targets = (known.setdefault(key, key) for key in keys)
                 yield PlannedPicture(
