@@ -121,10 +121,11 @@ class _Costs:
         picture = task.picture
         pixels = (picture.region, picture.outline_pixels, picture.target_pixels)
         of = (pixels, picture.light_groups, picture.features, task.label_pass, task.render)
-        if of not in self._known:
+        found = self._known.get(of)
+        if found is None:
             work = Work.of(self._measured.scaled(expected_work(task, self._options)))
-            self._known[of] = work, expected_bytes(task, self._options)
-        return self._known[of]
+            found = self._known[of] = work, expected_bytes(task, self._options)
+        return found
 
 
 def in_lines(rows: Sequence[VariantRow]) -> list[VariantRow]:
@@ -144,10 +145,11 @@ def _merged(rows: Sequence[VariantRow]) -> Iterator[VariantRow]:
 def _task(picture: PlannedPicture, options: RunOptions, labelled: dict[str, set[str]], rendered: set[str]) -> Task:
     """Return how the picture is made when the labels and renders with these keys are there already, and add what it
     makes to them."""
-    label_pass = any(picture.label_key(kind) not in made for kind, made in labelled.items())
-    render = options.renders and picture.radiance not in rendered
+    label_pass, render = False, options.renders and picture.radiance not in rendered
     for kind, made in labelled.items():
-        made.add(picture.label_key(kind))
+        key = picture.label_key(kind)
+        label_pass = label_pass or key not in made
+        made.add(key)
     rendered.add(picture.radiance)
     return Task(picture=picture, label_pass=label_pass, render=render)
 

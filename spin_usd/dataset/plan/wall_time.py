@@ -6,6 +6,7 @@ The constants are those of a 2-core x86-64 server; `tools/bench schedule` says w
 import heapq
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from spin_usd.dataset.picture.make_picture import BEAUTY_PASS
 from spin_usd.dataset.plan.make_plan import sharing
@@ -69,6 +70,7 @@ def one_core(taken: Mapping[str, float], *, workers: int, cores: int) -> dict[st
     return {kind: seconds * (faster if kind == BEAUTY_PASS else 1.0) / slower for kind, seconds in taken.items()}
 
 
+@lru_cache(maxsize=1)
 def _pace(workers: int, cores: int) -> tuple[float, float]:
     """Return how many times faster the renders of each of so many workers are than on one core, and how many times
     slower all its work is."""
