@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from spin_usd.dataset.plan.columns import COLUMNS, PLANNING
 from spin_usd.dataset.plan.device_choice import chosen_device
-from spin_usd.dataset.plan.make_plan import COLUMNS, PLANNING
 from spin_usd.dataset.plan.skipped_work import SkippedWorkCounter
 from spin_usd.dataset.plan.target_coverage import Coverage
 from spin_usd.dataset.plan.work import features

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spin_usd.dataset.picture.planned_picture import PlannedPicture
+from spin_usd.dataset.plan.columns import COLUMNS, PLANNING
 from spin_usd.dataset.plan.skipped_work import SkippedCount, skipped_counts
 from spin_usd.dataset.process.ask_child import unreadable
 from spin_usd.dataset.process.child import Child, ChildDiedError
@@ -16,15 +17,11 @@ from spin_usd.dataset.process.pool import Answered, Failed, Pool, Reported
 from spin_usd.dataset.process.retries import READING_TRIES, Retries
 from spin_usd.errors import OutputError, SpinError
 from spin_usd.progress import Progress
-from spin_usd.scene.derived.content_keys import KEYS, RenderSettings
+from spin_usd.scene.derived.content_keys import RenderSettings
 from spin_usd.scene.derived.views import Views, merged
 from spin_usd.scene.effort import CPU, Effort
 
-STATED = ("index", "frame", "time_code")  # by the stage
-COSTLY = ("extent", "light_groups", "features")
-COLUMNS = (*STATED, *KEYS, "targets", *COSTLY, "source_file", "label_keys")
 SHARED_FROM = 4000  # pictures: fewer are planned before a second process has opened the stage
-PLANNING = "planning: picture"
 STAGE_SHARE = 2  # of the memory that children merged may take, at most so many of them
 
 

@@ -1,0 +1,8 @@
+"""The columns in which a child says what it planned: lists by these names, one entry a picture."""
+
+from spin_usd.scene.derived.content_keys import KEYS
+
+STATED = ("index", "frame", "time_code")  # by the stage
+COSTLY = ("extent", "light_groups", "features")
+COLUMNS = (*STATED, *KEYS, "targets", *COSTLY, "source_file", "label_keys")
+PLANNING = "planning: picture"  # how it reports how far it is
