@@ -22,7 +22,8 @@ def quatd(q: ArrayLike) -> Gf.Quatd:
 
 def quaternions(values: Iterable[Gf.Quatd | Gf.Quatf | Gf.Quath]) -> Float:
     """Convert USD's quaternions to an array (N, 4), scalar first."""
-    imaginary_first = np.array(Vt.QuatdArray([Gf.Quatd(q) for q in values]), np.float64).reshape(-1, 4)
+    doubles = [q if isinstance(q, Gf.Quatd) else Gf.Quatd(q) for q in values]
+    imaginary_first = np.array(Vt.QuatdArray(doubles), np.float64).reshape(-1, 4)
     return np.roll(imaginary_first, 1, axis=1)
 
 

@@ -16,6 +16,7 @@ TYPES = Sdf.ValueTypeNames
 TEXT, TEXTS = (TYPES.String, TYPES.Token), (TYPES.StringArray, TYPES.TokenArray)
 WHOLE, VECTORS = (TYPES.Int, TYPES.Int64), (TYPES.Double3Array, TYPES.Float3Array, TYPES.Half3Array)
 """Types of attributes that a prim may have without their schema."""
+QUATERNIONS = ({Gf.Quatd}, {Gf.Quatf}, {Gf.Quath})
 DEFAULT_TIME = Usd.TimeCode.Default()
 MAX_SHOWN = 60  # characters of a wrong value in a message
 
@@ -127,12 +128,12 @@ def _typed(attribute: Usd.Attribute, time: Usd.TimeCode, types: tuple[Sdf.ValueT
 
 
 def _check_samples(attribute: Usd.Attribute, values: Sequence[Any], types: tuple[Sdf.ValueTypeName, ...]) -> None:
-    """Raise what `_check_type` and `_check_finite` do of each value. Where all are finite numbers, or text that may be
-    anything, the first stands for them all: a stage may have a million."""
+    """Raise what `_check_type` and `_check_finite` do of each value. Where all are finite numbers, quaternions, or text
+    that may be anything, the first stands for them all: a stage may have a million."""
     kinds = {type(value) for value in values}
     numbers = kinds == {float} and np.isfinite(values).all()
     text = kinds == {str} and not attribute.GetMetadata("allowedTokens")
-    for value in values[:1] if numbers or text else values:
+    for value in values[:1] if numbers or text or kinds in QUATERNIONS else values:
         _check_type(attribute, value, types)
         _check_finite(attribute, value)
 
