@@ -34,7 +34,7 @@ class Planet:
     atmosphere: float = 0.0
     haze: Color = (0.0, 0.0, 0.0)
     illuminates: bool = True
-    appearance: int = field(default=3, init=False)
+    appearance: int = field(default=4, init=False)
 
     def __post_init__(self) -> None:
         if not all(0 < radius < np.inf for radius in self.radii):

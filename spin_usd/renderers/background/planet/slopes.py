@@ -13,7 +13,7 @@ from spin_usd.renderers.background.planet.sunlight import SunAtPoints
 RELIEF_GAIN = 0.75  # of the octaves' heights, besides their own: finer detail is thickness and colour, hardly slope
 FINEST_RELIEF = 0.25  # scale heights of the air: the waves by which relief has a half of its height
 STRIDE = 2  # pixels, at least, from one to the next of the points at which slopes are looked up
-LOW = np.float32(0.06)  # the cosine of a Sun's zenith angle, below which slopes gain no more contrast
+LOW = np.float32(0.15)  # the cosine of a Sun's zenith angle, below which slopes gain no more contrast
 HIGH = (0.2, 0.5)  # the tangents of that angle, below and above which slopes show nothing and all
 
 
