@@ -30,7 +30,7 @@ EVERYWHERE: Costs = {
     "facts": {"picture": 0.015},
     LABEL_PASS: {"picture": 0.005, "beside": 1.4e-7, "target": 1.4e-7},
     BEAM_PASS: {"picture": 0.03},
-    "background": {"planet": 3e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
+    "background": {"planet": 1.4e-7, "stars": 5e-9, "back plate": 4e-8, "dome": 4e-8},
     "sensor": {
         "pixel": 2e-8,
         "vignetting": 2e-9,
