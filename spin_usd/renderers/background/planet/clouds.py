@@ -27,8 +27,9 @@ VEIL_NUMBER = 20  # of their first octave: how the tile of noise lies
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Clouds:
-    """Clouds at pixels of any shape. opacity · logit: the logarithm of its odds, their thickness · odds: those that a
-    point is clear · firmness: how much of the logit a unit of noise is · white: R, G, B of the thickest."""
+    """Clouds at pixels of any shape. opacity · logit: the logarithm of opacity over clearness, for how thick they are ·
+    odds: clearness over opacity · firmness: how much of the logit a unit of noise is · white: R, G, B of the thickest.
+    """
 
     opacity: Float32
     logit: Float32
@@ -38,7 +39,7 @@ class Clouds:
 
     @classmethod
     def of(cls, noise: Float32, threshold: Float32, firmness: Float32, white: tuple[float, ...]) -> "Clouds":
-        """Return the clouds that are where `noise` is above minus the `threshold`."""
+        """Return the clouds that are where `noise` plus `threshold` is above 0."""
         logit = noise + threshold
         logit *= firmness
         odds = exp(-logit)
@@ -75,7 +76,7 @@ class Clouds:
 
 
 def threshold_of(cover: Float32) -> Float32:
-    """Return what noise must be above the negative of to be a cloud, so that of all points the share `cover` is.
+    """Return what is added to noise so that clouds, where the sum is above 0, have `cover` of the area.
 
     Noise is normally distributed, and a cloud's edge is SHARPNESS of its standard deviations wide.
     """
