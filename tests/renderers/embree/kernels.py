@@ -23,6 +23,7 @@ from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.derived.content_keys import geometry_key
 from spin_usd.scene.derived.surface import visible_surface
 from spin_usd.stage.read.stage_reader import StageReader
+from tests.cases.processors import numpy_uses_avx2
 
 NATIVE_RAY8_SUPPORTED = 33  # of RTCDeviceProperty: with AVX
 
@@ -51,7 +52,7 @@ def main(isa: str, stage: str) -> None:
             name: digest(np.ascontiguousarray(label.make(scene, surface))) for name, label in PIXEL_LABELS.items()
         }
         found[frame.name] = {"key": geometry_key(scene), "pixels": len(surface.z), **labels}
-    print(json.dumps({"avx": avx, "labels": found}))
+    print(json.dumps({"avx": avx, "numpy_avx2": numpy_uses_avx2(), "labels": found}))
 
 
 if __name__ == "__main__":

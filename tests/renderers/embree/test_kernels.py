@@ -7,13 +7,10 @@ import sys
 
 import pytest
 
+from tests.cases.processors import LESSER
 from tests.conftest import REPOSITORY
 
 SCRIPT = REPOSITORY / "tests" / "renderers" / "embree" / "kernels.py"
-OLD = {  # the least that numpy and OpenBLAS do with, where Embree is told isa=sse2
-    "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
-    "OPENBLAS_CORETYPE": "Prescott",
-}
 
 
 def labels(stage, isa, **variables):
@@ -29,9 +26,10 @@ def labels(stage, isa, **variables):
 
 @pytest.mark.slow
 def test_labels_do_not_depend_on_the_processor(small_stage) -> None:
-    new, old = labels(small_stage, "avx2"), labels(small_stage, "sse2", **OLD)
+    new, old = labels(small_stage, "avx2"), labels(small_stage, "sse2", **LESSER)
     if not new["avx"]:
         pytest.skip("this processor has no AVX")
     assert not old["avx"]
+    assert not old["numpy_avx2"]
     assert min(picture["pixels"] for picture in new["labels"].values()) > 500
     assert new["labels"] == old["labels"]
