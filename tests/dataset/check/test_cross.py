@@ -11,15 +11,18 @@ from spin_usd.formats.arrays.array_file import write_array
 from spin_usd.labels.table import LABELS
 
 
-@pytest.fixture(scope="module")
-def made(small_stage, tmp_path_factory):
-    out = tmp_path_factory.mktemp("cross") / "dataset"
-    package.render(small_stage, out=out, frames="0:3", labels_only=True, workers=1)
-    return out
+@pytest.fixture
+def described(tmp_path):
+    """A folder that is a dataset by its description alone."""
+    (tmp_path / "dataset.json").write_text("{}")
+    return tmp_path
 
 
-def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
+@pytest.mark.slow
+def test_cycles_agrees_and_finds_what_was_changed(small_stage, tmp_path, spin_usd) -> None:
     """The second picture's depth is moved by a pixel; its digest, which `check` holds too, is another finding."""
+    made = tmp_path / "dataset"
+    package.render(small_stage, out=made, frames="0:3", labels_only=True, workers=1)
     picture = package.Dataset(made)[1]
     moved = np.roll(picture.label("depth"), 1, axis=1)
     write_array(made / picture.files["depth"].path, moved, kind="depth", channels=LABELS["depth"].channels)
@@ -30,15 +33,15 @@ def test_cycles_agrees_and_finds_what_was_changed(made, spin_usd) -> None:
     assert any("the depth differs" in finding["message"] for finding in crossed)
 
 
-def test_pictures_are_counted_for_a_comparison_alone(made) -> None:
+def test_pictures_are_counted_for_a_comparison_alone(described) -> None:
     with pytest.raises(InputError, match="cross_pictures is given without cross"):
-        package.check(made, cross_pictures=1)
+        package.check(described, cross_pictures=1)
 
 
-def test_without_blender_nothing_is_advised_that_check_does_not_have(made, monkeypatch) -> None:
+def test_without_blender_nothing_is_advised_that_check_does_not_have(described, monkeypatch) -> None:
     monkeypatch.setattr("spin_usd.dataset.process.open_renderer.find_spec", lambda _: None)
     with pytest.raises(UnsupportedError, match=r"needs bpy, .* has it, or leave --cross out$"):
-        package.check(made, cross=True)
+        package.check(described, cross=True)
 
 
 def test_a_stage_is_not_crossed(small_stage) -> None:
