@@ -97,10 +97,9 @@ def plan_pictures(
     asked for. `progress` counts all of them. `opened`: a reader of the stage, in any variant. Raises UnsupportedError
     where image files cannot hold a sensor's numbers.
     """
-    pictures = range(*chosen)
-    extents, rendering = Extents(), RenderSettings.from_json(settings)
-    maker = KeyMaker(rendering, keep_poses=len(variants) > 1)
+    pictures, rendering = range(*chosen), RenderSettings.from_json(settings)
     counter = SkippedWorkCounter(rendering) if explain else None
+    planner = _Planner(rendering, image_suffix, labels, counter, keep_poses=len(variants) > 1)
     answer = []
     before: dict[str, list[Any]] = {}
     reader = opened
@@ -109,7 +108,7 @@ def plan_pictures(
         if reader is None or reader.variant != variant:
             reader = StageReader(root, variant=variant, after=reader, keep_poses=len(variants) > 1)
         views = ViewCollector(f"{variant}/" if len(variants) > 1 else "")
-        planned = _planned(reader, pictures, maker, image_suffix, labels, extents, views, counter, count)
+        planned = planner.columns(reader, pictures, views, count)
         stage = stage_provenance(reader) if variant in provenance else None
         skipped, notes = counter.taken() if counter else [], in_sentences(reader.notes)
         seen = views.views()
@@ -133,7 +132,7 @@ def _report(progress: Progress, before: int, total: int, done: int) -> None:
 
 
 class Features:
-    """What of each picture costs, and its light groups."""
+    """The features of pictures that cost time, and how many groups their lights make."""
 
     def __init__(self) -> None:
         self._last = LastValue[tuple[list[str], int]]()
@@ -185,33 +184,50 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(found)) or [known[0]]
 
 
-def _planned(
-    reader: StageReader,
-    chosen: range,
-    maker: KeyMaker,
-    image_suffix: str | None,
-    labels: Sequence[str],
-    extents: Extents,
-    views: ViewCollector,
-    counter: SkippedWorkCounter | None,
-    progress: Callable[[int], None],
-) -> dict[str, list[Any]]:
-    """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
-    with_next = take_next_frame(labels)
-    columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
-    checked: Sensor | None = None
-    costly = Features()
-    for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
-        scene = reader.scene(frame, with_next=with_next)
-        if image_suffix and scene.sensor is not checked:
-            checked = scene.sensor
-            _check_bit_depth(reader, scene, image_suffix)
-        views.add(scene)
-        keys = maker.keys(scene)
-        extent, (has, groups) = extents.of(scene, keys.geometry), costly.of(scene)
-        if counter:
-            counter.add(scene, keys.radiance, has)
-        row = (
+class _Planner:
+    """Plans the pictures of one variant after the other; what is the same in several is worked out once."""
+
+    def __init__(
+        self,
+        settings: RenderSettings,
+        image_suffix: str | None,
+        labels: Sequence[str],
+        counter: SkippedWorkCounter | None,
+        *,
+        keep_poses: bool,
+    ) -> None:
+        self._settings, self._image_suffix, self._labels, self._counter = settings, image_suffix, labels, counter
+        self._keys = KeyMaker(settings, keep_poses=keep_poses)
+        self._extents, self._features = Extents(), Features()
+        self._checked: Sensor | None = None
+
+    def columns(
+        self, reader: StageReader, chosen: range, views: ViewCollector, progress: Callable[[int], None]
+    ) -> dict[str, list[Any]]:
+        """Return the columns of a variant's pictures, by the names of COLUMNS; an `extent` is as Extents has it."""
+        with_next = take_next_frame(self._labels)
+        columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+        for done, frame in enumerate(reader.frames[chosen.start : chosen.stop : chosen.step], 1):
+            scene = reader.scene(frame, with_next=with_next)
+            if self._image_suffix and scene.sensor is not self._checked:
+                self._checked = scene.sensor
+                _check_bit_depth(reader, scene, self._image_suffix)
+            views.add(scene)
+            for name, value in zip(COLUMNS, self._row(scene), strict=True):
+                columns[name].append(value)
+            if done % PROGRESS_EVERY == 0:
+                progress(done)
+        progress(len(chosen))
+        return columns
+
+    def _row(self, scene: Scene) -> tuple[Any, ...]:
+        """Return the picture of `scene`, in the order of COLUMNS."""
+        frame, keys = scene.frame, self._keys.keys(scene)
+        extent, (has, groups) = self._extents.of(scene, keys.geometry), self._features.of(scene)
+        if self._counter:
+            self._counter.add(scene, keys.radiance, has)
+        seed = render_seed(scene, self._settings) if scene.lidar else 0
+        return (
             frame.index,
             frame.name,
             frame.time_code,
@@ -223,14 +239,8 @@ def _planned(
             groups,
             has,
             frame.source_file,
-            own_keys(labels, scene, keys.geometry, render_seed(scene, maker.settings) if scene.lidar else 0),
+            own_keys(self._labels, scene, keys.geometry, seed),
         )
-        for name, value in zip(COLUMNS, row, strict=True):
-            columns[name].append(value)
-        if done % PROGRESS_EVERY == 0:
-            progress(done)
-    progress(len(chosen))
-    return columns
 
 
 def _check_bit_depth(reader: StageReader, scene: Scene, image_suffix: str) -> None:
