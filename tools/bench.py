@@ -16,6 +16,7 @@ from benchmarks import (
     calibrate,
     equal_error,
     frames,
+    glints,
     growth,
     labels,
     plan,
@@ -29,7 +30,7 @@ from benchmarks import (
 from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
-PICTURES = (frames, equal_error, labels, sensor, stages, agreement)
+PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement)
 RUNS = (growth, variants, plan, predict, calibrate, schedule)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 

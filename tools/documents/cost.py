@@ -14,9 +14,9 @@ from documents.marked import NotMeasuredError, prose
 from spin_usd.accuracy.tables import in_markdown, number, percent
 
 
-def figures_of(folder: Path, name: str) -> dict[str, Any]:
+def figures_of(folder: Path, name: str, file_name: str = "bench.json") -> dict[str, Any]:
     """Return what the benchmark `name` measured. Raises NotMeasuredError."""
-    file = folder / "bench.json"
+    file = folder / file_name
     found: dict[str, dict[str, Any]] = json.loads(file.read_text()) if file.is_file() else {}
     if name not in found:
         raise NotMeasuredError(f"run tools/bench {name} --json {file}")
