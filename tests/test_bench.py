@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
 from tests.conftest import REPOSITORY
 
+MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 
@@ -32,14 +34,14 @@ def found(tmp_path_factory):
     """The figures of quick runs, all in one file."""
     file = tmp_path_factory.mktemp("bench") / "bench.json"
     arguments = {"growth": ("--sweeps", "pictures")}
-    for name in ("frames", "growth", "labels", "plan", "predict"):
+    for name in MEASURED:
         assert bench(name, *arguments.get(name, ()), "--json", file).count("|") > 10
     return json.loads(file.read_text())
 
 
 @pytest.mark.slow
 def test_each_says_on_what_machine_it_was_run(found) -> None:
-    assert set(found) == {"frames", "growth", "labels", "plan", "predict"}
+    assert set(found) == set(MEASURED)
     for name, figures in found.items():
         assert figures["machine"]["cores"] == (1 if name == "labels" else len(usable_cpus()))
         assert set(figures["machine"]) == {"architecture", "cores", "memory_gib", "system", "versions"}
@@ -93,6 +95,17 @@ def test_every_label_has_its_cost(found) -> None:
     assert sum(each["least"] for each in figures["seconds"].values()) <= figures["in_all"]["least"] + 1e-3
 
 
+@pytest.mark.slow
+def test_the_error_of_glints_is_their_noise_and_bias(found) -> None:
+    """Of an effort that differs from the reference in its samples: all of the target's light is there."""
+    figures = found["glints"]
+    (row,) = figures["rows"]
+    assert row["effort"] == "samples=16"
+    assert row["error"] == pytest.approx(math.hypot(row["noise"], row["bias"]), abs=2e-4)
+    assert abs(row["light"]) < row["noise"]
+    assert 1000 < figures["pixels"] <= 96 * 64
+
+
 class TestEqualError:
     """The formulas of tools/bench equal_error, which takes too long to try here."""
 
@@ -102,7 +115,7 @@ class TestEqualError:
         return importlib.import_module("benchmarks.equal_error")
 
     def test_seconds_of_a_path_tracer_are_found_at_any_error(self, formulas) -> None:
-        """Of a + b samples, where the square of the error is as one over the samples."""
+        """A path tracer takes a + b times its samples, and the square of its error is as one over them."""
         rows = [{"cpu_s": 0.2 + 0.05 * samples, "error": 0.3 / samples**0.5} for samples in (1, 4, 16, 64)]
         for samples in (2, 30, 1000):
             assert formulas.cost_of_error(rows)(0.3 / samples**0.5) == pytest.approx(0.2 + 0.05 * samples)
