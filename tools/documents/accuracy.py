@@ -11,7 +11,7 @@ from spin_usd.accuracy.front import Criterion, Outcome
 from spin_usd.accuracy.measurement import Measurement, Saving
 from spin_usd.accuracy.report import in_full
 from spin_usd.accuracy.summary import ASKED_PLAIN, AUTOMATIC, PLAIN, by_name
-from spin_usd.accuracy.tables import in_markdown, number, percent
+from spin_usd.accuracy.tables import in_markdown, number, percent, within
 from spin_usd.dataset.measure.savings import EVERYTHING
 from spin_usd.dataset.store.measurement_file import read_measurement
 from spin_usd.scene.effort import QUALITIES
@@ -91,8 +91,9 @@ def _nearest(found: Measurement) -> str:
     nearest = most_exact(found)
     if nearest is None:
         return "the detector has no noise"
-    error, noise = map(number, nearest.in_image)
-    return f"none: the most exact, `{nearest.setting.text}`, is off by {error} where the detector's noise is {noise}"
+    error = nearest.error(Criterion.IMAGE)
+    times = within(error.expected, error.at_most - error.expected)
+    return f"none: the most exact, `{nearest.setting.text}`, is off by {times} times the detector's noise"
 
 
 def glints(folder: Path) -> str:
