@@ -63,7 +63,7 @@ def test_the_plot_holds_no_date_and_says_its_words_as_text_on_white() -> None:
     assert "fill: #ffffff" in svg
     said = texts(svg)
     for quality in (
-        *("preview: 1 fast filter 0.2", "draft: 4 fast filter 0.2", "standard: 16 fast filter 0.2"),
+        *("preview: 1 fast filter 0.2", "draft: 4 fast filter 0.2", "standard: 16 balanced filter 0.2"),
         "reference: 256 bounces=8 filter 0.2",
     ):
         assert said.count(quality) == 2  # in each panel
