@@ -115,6 +115,7 @@ def planned(variant, index, geometry, radiance, exposure):
     )
 
 
+@pytest.mark.slow
 def test_keys_are_those_of_scenes_read_alone_however_the_work_is_shared(augmented, monkeypatch) -> None:
     alone = asked(augmented)
     assert [p.name for p in alone.pictures[:3]] == [f"nominal/{name}" for name in alone.names[1:7:2]]

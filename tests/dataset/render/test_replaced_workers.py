@@ -78,6 +78,7 @@ def files(out):
     return {name: path.read_bytes() for name, path in kept if path.is_file()}
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_stopped_is_replaced_and_its_picture_made(small_stage, tmp_path, monkeypatch) -> None:
     """It is stopped where its time for the picture begins."""
     limit = TimeLimits.of

@@ -93,6 +93,7 @@ def test_what_is_the_users_stays_and_what_cannot_be_made_is_said(dataset, spin_u
     assert [path.read_text() for path in mine] == ["mine"] * 3
 
 
+@pytest.mark.slow
 def test_the_list_of_the_stages_files_comes_back_where_records_vouch_for_each(dataset, small_stage) -> None:
     """Layers of looks that no picture has could be edited: then who replaces the stage must be told. It comes back with
     the stage itself too."""
@@ -132,6 +133,7 @@ def test_nothing_is_made_again_of_an_altered_stage(dataset) -> None:
     assert {finding.where for finding in report.findings} >= {str(image.relative_to(dataset)) for image in images}
 
 
+@pytest.mark.slow
 def test_a_link_keeps_its_own_pictures_alone_from_being_repaired(whole, dataset) -> None:
     """It stays, and what it leads to; beside it a list that is junk is written again, but for what nobody vouches."""
     mine = dataset.parent / "mine.png"

@@ -192,6 +192,7 @@ def test_blenders_picture_from_another_variants_render_is_its_own(stage, tmp_pat
     assert_alone_is_the_same(stage, both, tmp_path, "starry", 1, "blender")
 
 
+@pytest.mark.slow
 def test_two_workers_make_no_pass_twice_and_the_same_bytes(stage, whole, tmp_path) -> None:
     assert passes(make(stage, tmp_path / "two", workers=2)) == (18, 6, 12, 9, 9)
     assert digests(tmp_path / "two") == digests(whole)
@@ -280,6 +281,7 @@ def empty(path) -> None:
 SPOILS = (flip, cut, replace_by_another, empty)
 
 
+@pytest.mark.slow
 def test_damaged_files_are_never_served_but_made_again(stage, dataset, spin_usd) -> None:
     before = digests(dataset)
     paths = [*cached(dataset), *cached(dataset, "depth")]
