@@ -44,3 +44,5 @@ def _refuse_unless_map(file: Path, kind: str) -> None:
     if kind == "albedo" and not 0 <= pixels.min() <= pixels.max() <= 1:
         found = f"is not an albedo: it holds numbers from {pixels.min():.3g} to {pixels.max():.3g}"
         raise InputError(found, where=file, do="scale it to shares of light, 0 to 1")
+    if kind == "night" and pixels.min() < 0:
+        raise InputError(f"holds lights from {pixels.min():.3g}, below 0", where=file, do="make them 0")

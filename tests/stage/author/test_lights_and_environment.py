@@ -136,12 +136,19 @@ def test_a_maps_kind_is_in_its_name(tmp_path, name, kind) -> None:
     assert list(earth_maps(write_image_file(tmp_path / f"{name}.png", np.zeros((4, 8, 3))))) == [kind]
 
 
-@pytest.mark.parametrize(("number", "found"), [(np.nan, "holds NaN or infinity"), (1e30, "is not an albedo")])
-def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_path, number, found) -> None:
+@pytest.mark.parametrize(
+    ("name", "number", "found"),
+    [
+        ("land", np.nan, "holds NaN or infinity"),
+        ("land", 1e30, "is not an albedo"),
+        ("night", -1, "holds lights from -1, below 0"),
+    ],
+)
+def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_path, name, number, found) -> None:
     pixels = np.full((4, 8, 3), 0.5)
     pixels[2, 3] = number
-    with pytest.raises(InputError, match=rf"land\.exr: {found}"):
-        authored(tmp_path / "stage", earth=write_image_file(tmp_path / "land.exr", pixels))
+    with pytest.raises(InputError, match=rf"{name}\.exr: {found}"):
+        authored(tmp_path / "stage", earth=write_image_file(tmp_path / f"{name}.exr", pixels))
     assert not (tmp_path / "stage").exists()
 
 

@@ -136,7 +136,19 @@ def _cloud_image(image: Image, albedo: Color) -> Image:
 
 def _night(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
     file = _file(prim, schema.PLANET_NIGHT_FILE, time)
-    return images.read(file, "auto", prim).image if file else None
+    if not file:
+        return None
+    image = images.read(file, "auto", prim).image
+    if not _is_light(image):
+        found = f"its image {image.name} is not of lights: it holds numbers below 0"
+        raise StageError(found, where=prim.GetPath(), do="make them 0")
+    return image
+
+
+@lru_cache(maxsize=4)
+def _is_light(image: Image) -> bool:
+    """Return whether none of its colours is below 0; cached as `_is_share` is."""
+    return bool(image.pixels[..., :3].min() >= 0)
 
 
 def _night_radiance(prim: Usd.Prim, time: Usd.TimeCode) -> Color:
