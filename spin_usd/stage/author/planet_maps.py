@@ -8,6 +8,7 @@ from pxr import Sdf, Usd
 from spin_usd.errors import InputError
 from spin_usd.stage.composition.images import image_in
 from spin_usd.stage.composition.open_layer import stage_on
+from spin_usd.stage.composition.planet_images import COLOURS, colours_outside
 from spin_usd.stage.usd import schema
 
 SHAPE = (1.9, 2.1)  # width over height: all longitudes and latitudes, and a row or two more or less
@@ -36,13 +37,11 @@ def set_planet_maps(layer: Sdf.Layer, maps: Mapping[str, Path]) -> None:
 def _refuse_unless_map(file: Path, kind: str) -> None:
     """Decode the map as a render will, so that what cannot be rendered is refused before a stage is written of it.
     Raises InputError."""
-    pixels = image_in(file, "raw" if kind == "clouds" else "auto").pixels[..., :3]
-    height, width, _ = pixels.shape
+    image = image_in(file, "raw" if kind == "clouds" else "auto")
+    height, width, _ = image.pixels.shape
     if not SHAPE[0] * height <= width <= SHAPE[1] * height:
         found = f"has {width} x {height} pixels, and a map in latitude and longitude is twice as wide as high"
         raise InputError(found, where=file, do="give one of the whole planet")
-    if kind == "albedo" and not 0 <= pixels.min() <= pixels.max() <= 1:
-        found = f"is not an albedo: it holds numbers from {pixels.min():.3g} to {pixels.max():.3g}"
-        raise InputError(found, where=file, do="scale it to shares of light, 0 to 1")
-    if kind == "night" and pixels.min() < 0:
-        raise InputError(f"holds lights from {pixels.min():.3g}, below 0", where=file, do="make them 0")
+    attribute = ATTRIBUTES[kind]
+    if attribute in COLOURS and (outside := colours_outside(image, attribute)):
+        raise InputError(outside, where=file, do=f"make them {COLOURS[attribute]}")

@@ -140,8 +140,8 @@ def test_a_maps_kind_is_in_its_name(tmp_path, name, kind) -> None:
     ("name", "number", "found"),
     [
         ("land", np.nan, "holds NaN or infinity"),
-        ("land", 1e30, "is not an albedo"),
-        ("night", -1, "holds lights from -1, below 0"),
+        ("land", 1e30, "holds colours from 0.5 to 1e\\+30"),
+        ("night", -1, "holds colours from -1 to 0.5"),
     ],
 )
 def test_a_map_that_cannot_be_rendered_is_refused_before_a_stage_is_written(tmp_path, name, number, found) -> None:

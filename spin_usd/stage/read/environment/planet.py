@@ -13,6 +13,7 @@ from spin_usd.geometry.transform import Transform
 from spin_usd.scene.environment import Planet
 from spin_usd.scene.texture import Color, Image
 from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.planet_images import COLOURS, colours_outside
 from spin_usd.stage.read.lights.emission import EMISSIONS
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.values import FINITE, SHARE, Range, read, typed_value, value_in
@@ -103,17 +104,7 @@ def _albedo(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | Color
     if not file:
         r, g, b = value_in(prim, schema.PLANET_ALBEDO, SHARE, time)
         return float(r), float(g), float(b)
-    image = images.read(file, "auto", prim).image
-    if not _is_share(image):
-        found = f"its image {image.name} is not an albedo: it holds numbers outside 0 to 1"
-        raise StageError(found, where=prim.GetPath(), do="scale it")
-    return image
-
-
-@lru_cache(maxsize=4)
-def _is_share(image: Image) -> bool:
-    """Return whether all its colours are from 0 to 1. It is cached: a map of a planet has millions of pixels."""
-    return bool(image.pixels[..., :3].min() >= 0 and image.pixels[..., :3].max() <= 1)
+    return _colour_image(prim, schema.PLANET_ALBEDO_FILE, file, images)
 
 
 def _clouds(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
@@ -136,19 +127,16 @@ def _cloud_image(image: Image, albedo: Color) -> Image:
 
 def _night(prim: Usd.Prim, time: Usd.TimeCode, images: Images) -> Image | None:
     file = _file(prim, schema.PLANET_NIGHT_FILE, time)
-    if not file:
-        return None
+    return _colour_image(prim, schema.PLANET_NIGHT_FILE, file, images) if file else None
+
+
+def _colour_image(prim: Usd.Prim, attribute: str, file: Sdf.AssetPath, images: Images) -> Image:
+    """Read the image that `attribute` names. Raises StageError for colours that it may not have."""
     image = images.read(file, "auto", prim).image
-    if not _is_light(image):
-        found = f"its image {image.name} is not of lights: it holds numbers below 0"
-        raise StageError(found, where=prim.GetPath(), do="make them 0")
+    if found := colours_outside(image, attribute):
+        do = f"make them {COLOURS[attribute]}"
+        raise StageError(f"its image {image.name} {found}", where=f"{prim.GetPath()}.{attribute}", do=do)
     return image
-
-
-@lru_cache(maxsize=4)
-def _is_light(image: Image) -> bool:
-    """Return whether none of its colours is below 0; cached as `_is_share` is."""
-    return bool(image.pixels[..., :3].min() >= 0)
 
 
 def _night_radiance(prim: Usd.Prim, time: Usd.TimeCode) -> Color:

@@ -99,12 +99,13 @@ def test_images_of_a_planet(tmp_path, read_scene) -> None:
     np.testing.assert_allclose(planet.clouds.pixels[0, 0], (0.5, 0.6, 0.7, 0.4), rtol=FLOAT32)
 
 
-@pytest.mark.parametrize(
-    ("kind", "number", "found"), [("albedo", 2, "is not an albedo"), ("night", -1, "is not of lights")]
-)
-def test_an_image_of_impossible_light_is_refused(tmp_path, read_scene, kind, number, found) -> None:
+@pytest.mark.parametrize(("kind", "number"), [("albedo", 2), ("night", -1)])
+def test_an_image_of_impossible_light_is_refused(tmp_path, read_scene, kind, number) -> None:
     write_image_file(tmp_path / "map.exr", np.full((4, 8, 3), float(number)))
-    with pytest.raises(StageError, match=rf"Planet: its image .*map\.exr {found}"):
+    with pytest.raises(
+        StageError,
+        match=rf"Planet.spin:planet:{kind}:file: its image .*map\.exr holds colours from {number} to {number}",
+    ):
         read_scene(world=earth(f"asset spin:planet:{kind}:file = @./map.exr@"))
 
 
