@@ -35,6 +35,7 @@ ONLY_IN = {
     "rich": ("cli",),
     "ray": ("dataset/cluster",),
     "fsspec": ("dataset/publish",),
+    "viser": ("dataset/keypoints",),
     "psutil": ("dataset", "renderers/blender"),
     "subprocess": ("dataset",),
     "tempfile": ("dataset", "files/new_file.py", "stage/composition/images.py", "renderers/blender"),
