@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import REPOSITORY
 
-DOCUMENTS = (REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md")))
+DOCUMENTS = (REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md")))
 
 
 @pytest.fixture

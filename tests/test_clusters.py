@@ -1,4 +1,4 @@
-"""What docs/clusters.md gives to run elsewhere: the array script of Slurm, and the container's steps."""
+"""What docs/how-to/cluster.md gives to run elsewhere: the array script of Slurm, and the container's steps."""
 
 import importlib.util
 import json
@@ -14,7 +14,7 @@ import pytest
 from tests.conftest import REPOSITORY
 from tests.test_documents import blocks
 
-PAGE = REPOSITORY / "docs" / "clusters.md"
+PAGE = REPOSITORY / "docs" / "how-to" / "cluster.md"
 DOCKERFILE = REPOSITORY / "tools" / "docker" / "Dockerfile"
 BASE = {"libc6", "libgcc-s1", "libstdc++6", "zlib1g", "libuuid1", "libbsd0", "libmd0"}
 """Packages that Python's image has itself."""

@@ -1,5 +1,6 @@
-"""Every command of README.md and docs/*.md, run as a reader would run it, and every link of every document."""
+"""Every command of README.md and docs, run as a reader would run it, and every link of every document."""
 
+import itertools
 import json
 import re
 import shlex
@@ -14,11 +15,13 @@ from typer.core import TyperGroup
 from spin_usd.cli.main import app
 from tests.conftest import REPOSITORY
 
-README = REPOSITORY / "README.md"
+README, DOCS = REPOSITORY / "README.md", REPOSITORY / "docs"
 PACKAGE = REPOSITORY / "spin_usd"
-GUIDES = [README, *sorted((REPOSITORY / "docs").glob("*.md"))]
+GUIDES = [README, *sorted(DOCS.rglob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
 TOOLS = ("tools/demo", "tools/test")
+FOLDERS = ("cameras", "presets", "environments")
+MADE_STAGES = {"author-a-stage.md": ["lightbox_stage"], "poses.md": ["sampled", "likeness"]}
 
 
 def blocks(document, language):
@@ -44,11 +47,15 @@ def renders(document):
     return any(shlex.split(command)[1:2] == ["render"] for command in commands(document))
 
 
+def shown(document):
+    return str(document.relative_to(REPOSITORY))
+
+
 def guide(document):
-    return pytest.param(document, marks=[pytest.mark.slow] if renders(document) else [], id=document.name)
+    return pytest.param(document, marks=[pytest.mark.slow] if renders(document) else [], id=shown(document))
 
 
-@pytest.mark.parametrize("document", WITH_COMMANDS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", WITH_COMMANDS, ids=shown)
 def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
     command_line = typer.main.get_command(app)
     assert isinstance(command_line, TyperGroup)
@@ -75,10 +82,10 @@ def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
             spin_usd(*arguments, cwd=tmp_path)
     if document == README:
         run_python(document, tmp_path)
-    if document.name == "augmentations.md":
+    if document.name == "own-augmentation.md":
         check_appearances(tmp_path / "noisy", spin_usd)
-    if document.name == "stages.md":
-        check_layers(document, [tmp_path / "lightbox_stage", tmp_path / "likeness"])
+    if document.name in MADE_STAGES:
+        check_layers([tmp_path / stage for stage in MADE_STAGES[document.name]])
 
 
 def run_python(document, folder) -> None:
@@ -96,12 +103,21 @@ def check_appearances(dataset, spin_usd) -> None:
     assert not {"nearly-black", "nearly-white", "exposure-end"} & {finding["code"] for finding in found}
 
 
-def check_layers(document, stages) -> None:
-    """The document lists all layers that lie directly in the folder of layers."""
-    listed = set(re.findall(r"^my_stage/layers/(\S+)", document.read_text(), re.MULTILINE))
+def check_layers(stages) -> None:
+    """The page of stages lists all layers that lie directly in the folder of layers."""
+    page = (DOCS / "concepts" / "stages-and-variants.md").read_text()
+    listed = set(re.findall(r"^my_stage/layers/(\S+)", page, re.MULTILINE))
     made = {path.name for stage in stages for path in (stage / "layers").iterdir() if path.is_file()}
+    assert made
     assert made <= listed
-    assert listed - made <= {"keypoints.usda", "parts.usda", "NAME.usda", "NAME_poses.usdc"}
+    assert listed - made <= {
+        "keypoints.usda",
+        "parts.usda",
+        "NAME.usda",
+        "NAME_poses.usdc",
+        "model.usda",
+        "sampled.usda",
+    }
 
 
 @pytest.mark.slow
@@ -114,7 +130,7 @@ def test_the_demo_ends_with_a_contact_sheet(tmp_path) -> None:
     assert len(list((tmp_path / "demo" / "dataset" / "image" / "nominal").glob("*.png"))) == 8
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(REPOSITORY)))
+@pytest.mark.parametrize("document", DOCUMENTS, ids=shown)
 def test_links_lead_to_files_and_headings_that_are_there(document) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if re.match(r"\w+:", target):
@@ -125,7 +141,7 @@ def test_links_lead_to_files_and_headings_that_are_there(document) -> None:
         assert not heading or heading in headings(file), target
 
 
-@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "docs/decisions.md"])
+@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "docs/concepts/decisions.md"])
 def test_the_places_in_the_code_that_a_document_names_are_there(name) -> None:
     named = re.findall(r"`([a-z_]+(?:/[a-z_]+)+(?:\.py)?)/?`", (REPOSITORY / name).read_text())
     assert named
@@ -149,17 +165,17 @@ def test_the_readme_is_short() -> None:
     assert len(README.read_text().splitlines()) <= 150
 
 
-def test_every_page_of_docs_is_linked_from_the_readme() -> None:
-    linked = set(re.findall(r"\]\((docs/\w+\.md)\)", README.read_text()))
-    assert linked == {f"docs/{path.name}" for path in GUIDES[1:]}
+def test_every_page_of_docs_is_linked_from_the_first() -> None:
+    first = DOCS / "index.md"
+    linked = {first, *(DOCS / page for page in re.findall(r"\]\(([\w/-]+\.md)\)", first.read_text()))}
+    assert linked == set(GUIDES[1:])
 
 
 def test_what_travels_along_is_named_where_stages_are_authored() -> None:
-    text = (REPOSITORY / "docs" / "stages.md").read_text()
-    listed = re.search(r"\*\*Cameras\*\*: a name\s+\(([^)]*)\)", text)
-    assert listed
-    assert set(re.findall(r"`(\w+)`", listed[1])) == names("cameras")
-    for name in names("presets") | names("environments") | names("targets", "*/*.usda", where=is_target):
+    text = "".join(
+        (DOCS / "how-to" / f"{page}.md").read_text() for page in ("author-a-stage", "own-camera", "own-lights")
+    )
+    for name in itertools.chain(*map(names, FOLDERS), names("targets", "*/*.usda", where=is_target)):
         assert f"`{name}`" in text, name
 
 

@@ -3,7 +3,7 @@
 Plans the stage's pictures, partitions them into shards as `render --shard` does, and simulates machines that each make
 one shard, and machines that take picture by picture from one queue. What a picture takes is what the plan expects of it
 times chance: pictures and machines differ. With --every K only each Kth frame is planned and stands for K;
-docs/clusters.md has the figures of --every 30.
+docs/how-to/cluster.md has the figures of --every 30.
 """
 
 import argparse

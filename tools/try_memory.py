@@ -4,7 +4,7 @@
 
 One worker makes N small frames in each of N variants, each with a Sun of its own, variant after variant. What both hold
 (resident set) goes into the CSV file as pictures are finished; the JSON file keeps slopes by renderer, and the CSV of
-each, from which the plot is drawn. tools/build_docs writes the slopes into docs/benchmarks.md.
+each, from which the plot is drawn. tools/build_docs writes the slopes into docs/concepts/benchmarks.md.
 """
 
 import argparse

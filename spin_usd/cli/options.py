@@ -28,7 +28,8 @@ EffortText = Annotated[
     typer.Option(
         "--effort",
         metavar="NAME=VALUE,...",
-        help="Settings of the renderer, such as samples=16,denoiser=fast; docs/accuracy.md lists them.",
+        help="Settings of the renderer, such as samples=16,denoiser=fast; "
+        "docs/how-to/speed-against-accuracy.md lists them.",
     ),
 ]
 Quality = Annotated[
@@ -94,7 +95,7 @@ ShardText = Annotated[
         "--shard",
         metavar="I/N",
         help="Make part I, counted from 0, of a run in N parts; spin-usd merge puts them together. See "
-        "docs/clusters.md.",
+        "docs/how-to/cluster.md.",
     ),
 ]
 PictureTimeout = Annotated[

@@ -91,7 +91,7 @@ QUALITIES: Mapping[str, Effort] = MappingProxyType(
         "reference": Effort(samples=256, bounces=8, filter_glossy=0.2),
     }
 )
-"""Efforts that have a name, the cheapest first: chosen from the measured fronts of three stages (docs/accuracy.md)."""
+"""Efforts with a name, the cheapest first: from the measured fronts of three stages (docs/concepts/accuracy.md)."""
 
 DEFAULT_QUALITY = "standard"
 """The quality of a render that is not asked for any."""

@@ -1,4 +1,4 @@
-"""What docs/python.md and docs/train_loader.py show works as it stands."""
+"""What docs/how-to/python.md and docs/train_loader.py show works as it stands."""
 
 import re
 import subprocess
@@ -22,7 +22,9 @@ def run(*arguments: object, cwd: Path) -> str:
 
 def test_the_page_runs(tmp_path: Path) -> None:
     (tmp_path / "stages").symlink_to(REPOSITORY / "stages")
-    code = "\n".join(re.findall(r"^```python\n(.*?)^```", (DOCS / "python.md").read_text(), re.MULTILINE | re.DOTALL))
+    code = "\n".join(
+        re.findall(r"^```python\n(.*?)^```", (DOCS / "how-to" / "python.md").read_text(), re.MULTILINE | re.DOTALL)
+    )
     assert "2 made, 0 failed" in run("-c", code, cwd=tmp_path)
 
 

@@ -18,7 +18,7 @@ def labelled():
 
 
 def test_it_is_the_dense_pose_in_the_targets_box(labelled) -> None:
-    """By the formula of docs/datasets.md."""
+    """By the formula of docs/reference/dataset.md."""
     made, labels = labelled
     seen = labels["depth"] > 0
     low, high = made.target.mesh.box

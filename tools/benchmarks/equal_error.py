@@ -1,8 +1,8 @@
 """Processor seconds of a picture at equal error: spin_usd beside Mitsuba llvm, cropped to the target's box.
 
 Each is compared with a reference of its own, of many samples, so that it does not count that they shade differently.
-The error is that of docs/accuracy.md: relative, in linear light, root mean square over the target's pixels. A path
-tracer takes a + b / error^2 seconds; with a and b fitted to Mitsuba's rows they say what it takes to reach each of
+The error is that of docs/concepts/accuracy.md: relative, in linear light, root mean square over the target's pixels. A
+path tracer takes a + b / error^2 seconds; with a and b fitted to Mitsuba's rows they say what it takes to reach each of
 spin_usd's errors.
 """
 

@@ -40,8 +40,8 @@ def qualities(folder: Path) -> str:
         f"for `{AUTOMATIC}` what it chose · its share of the time of `{PLAIN.text}` · the image's error with the "
         "detector's noise in it, digital numbers, beside that one's:"
     )
-    plot = "![Error against CPU seconds on the stage sunlamp](images/measure_sunlamp.svg)"
-    tables = ", ".join(f"[{stage}](../tools/figures/measure_{stage}.md)" for stage in named)
+    plot = "![Error against CPU seconds on the stage sunlamp](../images/measure_sunlamp.svg)"
+    tables = ", ".join(f"[{stage}](../../tools/figures/measure_{stage}.md)" for stage in named)
     ends = f"{prose(_references(folder))}\n\n{plot}\n\n{prose(f'All settings: {tables}.')}"
     return f"{prose(note)}\n\n{in_markdown(('', *named), rows)}\n{ends}"
 
@@ -51,7 +51,7 @@ def quality_picture(folder: Path) -> str:
     named = dict(by_name(measurements(folder)[PICTURED]))
     figures = ", ".join(f"`{name}` ({_cell(named[f'--quality {name}'])})" for name in QUALITIES)
     said = f"Pixels of `{PICTURED}` in linear light, from left to right: {figures}."
-    return f"![Four times the same part of a spacecraft](images/qualities.jpg)\n\n{prose(said)}"
+    return f"![Four times the same part of a spacecraft](../images/qualities.jpg)\n\n{prose(said)}"
 
 
 def _references(folder: Path) -> str:

@@ -75,7 +75,7 @@ def equal_error(folder: Path) -> str:
     """Return what a picture takes at equal error, by spin_usd and by Mitsuba."""
     found = figures_of(folder, "equal_error")
     intro = (
-        "Processor seconds of a picture and its error in linear light, as [accuracy.md](accuracy.md) defines it, each "
+        "Processor seconds of a picture and its error in linear light, as [Accuracy](accuracy.md) defines it, each "
         f"tool against {found['reference_samples']:,} samples of its own, so that it does not count that they shade "
         "differently. spin_usd makes labels, lens, detector and files too; Mitsuba (llvm, cropped to the target's box) "
         "has the mesh, distant lights without size, what shines from all around, and materials of one colour, metallic "

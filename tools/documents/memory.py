@@ -26,7 +26,7 @@ def memory(folder: Path) -> str:
         "of the machine's memory is replaced after its picture."
     )
     headings = ("renderer", "pictures", "variants", "supervisor", "worker")
-    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n![Memory by pictures finished](images/memory.png)"
+    return f"{prose(intro)}\n\n{in_markdown(headings, rows)}\n![Memory by pictures finished](../images/memory.png)"
 
 
 def _slope(of: dict[str, Any], name: str) -> str:
