@@ -13,6 +13,7 @@ import pytest
 
 from spin_usd.cli.main import run as run_console_script
 from spin_usd.dataset.process.processors import hold_to, share_of
+from spin_usd.dataset.store.json_schema import valid
 from spin_usd.stop_signals import STOP_SIGNALS
 
 # No deadlines: machines are shared. The same examples in every run: a failure is a failure, not luck.
@@ -21,6 +22,8 @@ hypothesis.settings.load_profile("steady")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SHARED = REPOSITORY.parent / "shared"
+REPORTS = {"check", "diff", "doctor", "plan", "render"}
+"""Commands whose --json has a schema."""
 
 
 def pytest_configure(config) -> None:
@@ -48,6 +51,7 @@ def spin_usd():
 
     It runs in this process, whose imports are made already: half of what a process of its own takes. Its children are
     processes as ever. Tests of signals, and of what a terminal or an environment changes, start processes themselves.
+    What a report prints with --json is held to its schema.
     """
 
     def run(*arguments, code=0, cwd=None):
@@ -64,6 +68,8 @@ def spin_usd():
                     signal.signal(number, handler)
             done = subprocess.CompletedProcess(sys.argv, ended.value.code, out.getvalue(), err.getvalue())
         assert done.returncode == code, f"exit {done.returncode}, expected {code}\n{done.stdout}\n{done.stderr}"
+        if "--json" in arguments and arguments[0] in REPORTS and done.stdout:
+            valid(done.stdout.encode(), f"{arguments[0]}-report-1", Path("standard output"))
         return done
 
     return run

@@ -1,6 +1,5 @@
 """`spin-usd check`: prints what is wrong with a stage or a dataset."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +11,7 @@ from spin_usd.cli.options import Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown
+from spin_usd.cli.output.report import show_report
 from spin_usd.counted import counted
 from spin_usd.errors import FINDINGS
 
@@ -55,7 +55,7 @@ def check(
             on_note=show_note,
         )
     if as_json:
-        show(json.dumps(checked.as_json()))
+        show_report("check", checked.as_json())
     else:
         show(*_lines(checked, path))
     if checked.errors:

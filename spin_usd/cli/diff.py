@@ -1,6 +1,5 @@
 """`spin-usd diff`: what differs between two variants, for people and for programs."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Annotated, Any
@@ -10,6 +9,7 @@ import typer
 from spin_usd.cli.options import Frames, Json, Stage
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
+from spin_usd.cli.output.report import show_report
 from spin_usd.counted import counted
 
 VariantA = Annotated[str, typer.Argument(metavar="VARIANT_A", help="An augmentation, nominal, or SET=VARIANT,...")]
@@ -39,7 +39,7 @@ def diff(
     with shown(context.obj["quiet"]) as progress:
         answer = compare(existing_stage(stage), variant_a, variant_b, frames=frames, progress=progress)
     if as_json:
-        show(json.dumps(answer))
+        show_report("diff", answer)
         return
     show(*_listed(answer["differences"]), *_summary(answer))
 

@@ -1,6 +1,5 @@
 """`spin-usd doctor`: prints what this machine has, and what it lacks."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +8,7 @@ import typer
 
 from spin_usd.cli.options import Json
 from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.report import show_report
 from spin_usd.errors import FINDINGS
 
 
@@ -26,7 +26,8 @@ def doctor(
             show(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}")
             if line.remedy:
                 show(f"    {'':26} -> {line.remedy}")
+    well = all(line.well for line in lines)
     if as_json:
-        show(json.dumps([asdict(line) for line in lines]))
-    if not all(line.well for line in lines):
+        show_report("doctor", {"well": well, "lines": [asdict(line) for line in lines]})
+    if not well:
         raise typer.Exit(FINDINGS)

@@ -1,6 +1,5 @@
 """`spin-usd plan`: a table of what a render would make, and about what that costs."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +11,7 @@ from spin_usd.cli import options
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.cli.output.report import show_report
 
 if TYPE_CHECKING:
     from spin_usd.api.plan_report import PlanReport
@@ -71,7 +71,7 @@ def plan(
         )
     show_notes(report.notes)
     if as_json:
-        show(json.dumps(report.as_json()))
+        show_report("plan", report.as_json())
         return
     show(*table(report.cost).split("\n"))
     _print_views(report)

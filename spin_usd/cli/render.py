@@ -1,7 +1,5 @@
 """`spin-usd render`: renders and labels a stage's pictures into a dataset."""
 
-import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,6 +10,7 @@ from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.cli.output.progress import shown
+from spin_usd.cli.output.report import show_report
 from spin_usd.counted import counted
 from spin_usd.dataset.plan.picture_timeout import parse_time_limit
 
@@ -85,7 +84,7 @@ def render(
         )
     show_notes(report.doubts)
     if as_json:
-        show(json.dumps(asdict(report)))
+        show_report("render", report.as_json())
     else:
         show(_sentence(report, out, prune))
         warn_of_faults(report, out)

@@ -1,7 +1,7 @@
 """The report of a run, and the listener that counts for it while the run goes on."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from spin_usd.counted import counted
@@ -42,6 +42,9 @@ class RenderReport:
         """Count the faults of one more picture."""
         for fault in faults:
             self.faults[fault] += 1
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self) | {"failed": [{"picture": name, "reason": reason} for name, reason in self.failed]}
 
 
 class RunListener:

@@ -133,7 +133,7 @@ def test_one_worker_and_two_make_the_same_bytes(small_stage, blender_dataset, tm
 def test_a_moved_dataset_is_right_and_reproduced(blender_dataset, tmp_path, spin_usd) -> None:
     moved = tmp_path / "elsewhere"
     shutil.copytree(blender_dataset, moved)
-    assert json.loads(spin_usd("check", moved, "--json").stdout) == {"kind": "dataset", "findings": []}
+    assert json.loads(spin_usd("check", moved, "--json").stdout)["findings"] == []
     made = json.loads(spin_usd("reproduce", moved, "img000003", "--json").stdout)
     assert len(made["files"]) == 5
     assert all(file["same"] for file in made["files"])
