@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import typer
 
 import spin_usd
-from spin_usd.cli.built_in import named
-from spin_usd.cli.options import STAGE_HELP, Json
+from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.arguments.options import STAGE_HELP, Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted

@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli.built_in import named
-from spin_usd.cli.options import Frames, Json
+from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.arguments.options import Frames, Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from spin_usd.cli.options import Workers
+from spin_usd.cli.arguments.options import Workers
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown

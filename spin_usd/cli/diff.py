@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from spin_usd.cli.options import Frames, Json, Stage
+from spin_usd.cli.arguments.options import Frames, Json, Stage
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
 from spin_usd.cli.output.report import show_report

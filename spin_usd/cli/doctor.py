@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from spin_usd.cli.options import Json
+from spin_usd.cli.arguments.options import Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.report import show_report
 from spin_usd.errors import FINDINGS

@@ -7,10 +7,10 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import spin_usd
+from spin_usd.cli.arguments.command import Command, Group
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
 from spin_usd.cli.check import check
-from spin_usd.cli.command import Command, Group
 from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor

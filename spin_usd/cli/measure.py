@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli.options import Frames, Json, Stage
+from spin_usd.cli.arguments.options import Frames, Json, Stage
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli import options
+from spin_usd.cli.arguments import options
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli import options
+from spin_usd.cli.arguments import options
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_note, show_notes

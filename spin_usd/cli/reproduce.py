@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import spin_usd
-from spin_usd.cli.options import Json
+from spin_usd.cli.arguments.options import Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.errors import FINDINGS
