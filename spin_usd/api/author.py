@@ -66,7 +66,7 @@ def author(
             "cloud" is of the clouds' opacity, one with "night", "light", "black" or "dnb" of lights by night, any other
             of the albedo. Without `environment` it takes `earth`.
         augment: the name of a specification of augmentations to write over the stage, or a TOML file.
-        keypoints: a file of named points, JSON, CSV or TOML; metres, body axes.
+        keypoints: a file of named points: JSON, CSV or TOML in metres, body axes; or a USD layer.
         parts: a file of patterns of material and prim names, with part and class; JSON, CSV or TOML.
         channels: "rgb" or "mono", instead of the camera's own.
         lidar: the name of a LiDAR to mount on the camera, or a file of one, TOML or JSON.

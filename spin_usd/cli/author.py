@@ -78,7 +78,8 @@ def author(
         ),
     ] = None,
     keypoints: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Named points: JSON, CSV or TOML; metres, body axes.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Named points: JSON, CSV or TOML in metres, body axes; or a USD layer."),
     ] = None,
     parts: Annotated[
         Path | None,

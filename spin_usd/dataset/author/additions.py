@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from spin_usd.counted import counted
+from spin_usd.dataset.author.camera import USD_SUFFIXES
 from spin_usd.errors import InputError
 from spin_usd.formats.keypoints_file import read_keypoints_file
 from spin_usd.formats.lidar_file import read_lidar_file
@@ -21,6 +22,7 @@ from spin_usd.stage.author.added.add_keypoints import add_keypoints
 from spin_usd.stage.author.added.add_lidar import add_lidar
 from spin_usd.stage.author.added.add_parts import add_parts
 from spin_usd.stage.author.camera_layer import set_channels
+from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
 
 CHANNELS = ("mono", "rgb")
 LIDAR_SUFFIXES = (".toml", ".json")
@@ -94,13 +96,23 @@ def read_additions(
     given = {"keypoints": keypoints, "parts": parts, "lidar": lidar_file}
     return Additions(
         files={what: Path(path) for what, path in given.items() if path is not None},
-        keypoints=None if keypoints is None else read_keypoints_file(keypoints),
+        keypoints=None if keypoints is None else _keypoints(Path(keypoints)),
         parts=() if parts is None else read_parts_file(parts),
         channels=channels,
         lidar=None if lidar_file is None else read_lidar_file(lidar_file),
         sun_from_camera=_direction(sun_direction),
         sun_from_target=_direction(sun_from_target),
     )
+
+
+def _keypoints(path: Path) -> Keypoints:
+    """Read the keypoints in a table or a USD layer."""
+    if path.suffix.lower() not in USD_SUFFIXES:
+        return read_keypoints_file(path)
+    found = read_keypoints_layer(path)
+    if not found.names:
+        raise InputError("holds no keypoint", where=path, do="pick some with spin-usd keypoints")
+    return found
 
 
 def _lidar_file(given: str) -> Path:

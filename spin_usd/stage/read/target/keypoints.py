@@ -35,13 +35,20 @@ def read_keypoints(target: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...
     prim = find_keypoints(target)
     if not prim:
         return (), np.zeros((0, 3))
+    names, points = named_points(prim, time)
+    matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
+    return names, points @ matrix[:3, :3] + matrix[3, :3]
+
+
+def named_points(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[str, ...], Float]:
+    """Read the names (K,) and points (K, 3) of a Points prim, in its own axes and stage units. Raises StageError unless
+    each point has a name of its own."""
     points = _positions(prim, time)
     names = tuple(str(name) for name in read(prim.GetAttribute(schema.KEYPOINT_NAME), time, *TEXTS) or [])
     if len(names) != len(points) or len(set(names)) != len(names):
         found = f"has {len(points)} keypoints and {len(names)} names, or names one twice"
         raise StageError(found, where=prim.GetPath(), do="give each point a name of its own")
-    matrix = np.array(UsdGeom.XformCache(time).ComputeRelativeTransform(prim, target)[0])
-    return names, points @ matrix[:3, :3] + matrix[3, :3]
+    return names, points
 
 
 def _positions(prim: Usd.Prim, time: Usd.TimeCode) -> Float:
