@@ -4,6 +4,7 @@ import itertools
 import json
 import re
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,8 @@ GUIDES = [README, *sorted(DOCS.rglob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
 TOOLS = ("tools/demo", "tools/test")
 FOLDERS = ("cameras", "presets", "environments")
+SERVING = {"keypoints"}
+"""Commands that go on until they are stopped."""
 MADE_STAGES = {"author-a-stage.md": ["lightbox_stage"], "poses.md": ["sampled", "likeness"]}
 
 
@@ -78,7 +81,9 @@ def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
         (tmp_path / name).write_text(text)
     for command in commands(document):
         name, *arguments = shlex.split(command)
-        if name not in TOOLS:
+        if arguments[:1] and arguments[0] in SERVING:
+            serve_and_stop(arguments, tmp_path)
+        elif name not in TOOLS:
             spin_usd(*arguments, cwd=tmp_path)
     if document == README:
         run_python(document, tmp_path)
@@ -93,6 +98,16 @@ def run_python(document, folder) -> None:
     code = "\n".join(blocks(document, "python"))
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def serve_and_stop(arguments, folder) -> None:
+    """Until it has said where it listens; what it makes as it is stopped is made."""
+    command = [Path(sys.executable).with_name("spin-usd"), *arguments, "--port", "0"]
+    with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
+        said = next((line for line in server.stderr if "http://" in line), "")
+        server.send_signal(signal.SIGINT)
+        assert "http://127.0.0.1:" in said
+    assert server.returncode == 0
 
 
 def check_appearances(dataset, spin_usd) -> None:

@@ -15,6 +15,7 @@ from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor
 from spin_usd.cli.export import export
+from spin_usd.cli.interactive.keypoints import keypoints
 from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
@@ -66,7 +67,7 @@ def common(
 RESUMED = {"demo", "render", "merge", "export", "measure"}
 """Commands that go on where an earlier run was stopped."""
 
-COMMANDS = (demo, author, augment, plan, measure, render, merge, check, export, diff, reproduce, doctor)
+COMMANDS = (demo, author, keypoints, augment, plan, measure, render, merge, check, export, diff, reproduce, doctor)
 for command in COMMANDS:
     app.command(cls=Command, epilog=examples_of(command.__name__))(command)
 

@@ -103,6 +103,21 @@ class ChildCalls:
 
         return save_models(progress=self._progress, **arguments)
 
+    def save_target(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.keypoints.in_child import save_target
+
+        return save_target(**arguments)
+
+    def read_keypoints(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.keypoints.in_child import read_keypoints
+
+        return read_keypoints(**arguments)
+
+    def keypoints_text(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.keypoints.in_child import keypoints_text
+
+        return keypoints_text(**arguments)
+
     def graphics_processors(self) -> Any:
         from spin_usd.dataset.process.open_renderer import graphics_processors
 

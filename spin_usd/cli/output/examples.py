@@ -9,6 +9,10 @@ EXAMPLES = {
         "spin-usd author --sample speedplus --count 100 --out likeness",
         "spin-usd author --minimal --out by_hand",
     ),
+    "keypoints": (
+        "spin-usd keypoints tango",
+        "spin-usd keypoints craft.glb --out craft_keypoints.usda",
+    ),
     "augment": (
         "spin-usd augment my_stage --spec my_stage/noisy.toml",
         "spin-usd augment --list",

@@ -1,0 +1,48 @@
+"""`spin-usd keypoints`: picks the keypoints of a target in the browser."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.output.lines import show, tell
+from spin_usd.counted import counted
+from spin_usd.dataset.keypoints.request import LOCAL_HOST, PORT, KeypointsRequest
+
+
+def keypoints(
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME_OR_FILE", help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file, as of author."
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="The USD layer (.usda) to save in at every change, and to go on with where it is there; "
+            "NAME_keypoints.usda if not given.",
+        ),
+    ] = None,
+    units_per_metre: Annotated[
+        float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
+    ] = None,
+    prim: Annotated[
+        str | None, typer.Option(metavar="PATH", help="The prim of a USD target that is taken; / for all root prims.")
+    ] = None,
+    host: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="Where to listen. Any other than 127.0.0.1 lets others change keypoints."),
+    ] = LOCAL_HOST,
+    port: Annotated[int, typer.Option(metavar="N", help="The port to listen on; 0 for any that is free.")] = PORT,
+) -> None:
+    """Pick the keypoints of a target in the browser: click on it, name, move, copy. Saves a layer that author reads."""
+    from spin_usd.dataset.keypoints.keypoints import pick_keypoints
+
+    request = KeypointsRequest(target=target, out=out, units_per_metre=units_per_metre, prim=prim, host=host, port=port)
+    if not request.is_local:
+        tell(f"warning: whoever reaches {host} over a network can see the target and change its keypoints")
+    session = pick_keypoints(request, tell=tell)
+    show(f"{session.saved_in}   ({counted(len(session.keypoints.names), 'keypoint')})")

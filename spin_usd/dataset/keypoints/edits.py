@@ -1,0 +1,58 @@
+"""Changes of a list of keypoints: each gives a new list, and refuses names that a dataset could not have."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.errors import InputError
+from spin_usd.scene.source.keypoints import Keypoints
+
+MAX_NAME = 64  # characters: more is no name that anybody reads in a list
+
+
+def added(keypoints: Keypoints, name: str, point: Float) -> Keypoints:
+    """Return the keypoints and one more. Raises InputError for a name that is taken or not valid."""
+    _require_free(keypoints, name)
+    return Keypoints(names=(*keypoints.names, name), points=np.concatenate([keypoints.points, point[None]]))
+
+
+def renamed(keypoints: Keypoints, old: str, new: str) -> Keypoints:
+    """Return the keypoints with another name for one. Raises InputError for a name that is taken or not valid."""
+    if old == new:
+        return keypoints
+    _require_free(keypoints, new)
+    return replace(keypoints, names=tuple(new if name == old else name for name in keypoints.names))
+
+
+def moved(keypoints: Keypoints, name: str, point: Float) -> Keypoints:
+    """Return the keypoints with one at another place (3,)."""
+    points = keypoints.points.copy()
+    points[keypoints.names.index(name)] = point
+    return replace(keypoints, points=points)
+
+
+def deleted(keypoints: Keypoints, name: str) -> Keypoints:
+    """Return the keypoints without one."""
+    place = keypoints.names.index(name)
+    names = (*keypoints.names[:place], *keypoints.names[place + 1 :])
+    return Keypoints(names=names, points=np.delete(keypoints.points, place, axis=0))
+
+
+def free_name(keypoints: Keypoints, like: str) -> str:
+    """Return a name that no keypoint has: `like`, its number counted on, or given one, as far as is needed."""
+    stem = like.rstrip("0123456789")
+    number = int(like[len(stem) :] or 0)
+    name = like
+    while name in keypoints.names:
+        number += 1
+        name = f"{stem}{number}" if stem.endswith("_") or stem != like else f"{like}_{number}"
+    return name
+
+
+def _require_free(keypoints: Keypoints, name: str) -> None:
+    if not name or name != name.strip() or not name.isprintable() or len(name) > MAX_NAME:
+        do = f"give 1 to {MAX_NAME} printable characters without blanks around them"
+        raise InputError(f"{name!r} cannot name a keypoint", do=do)
+    if name in keypoints.names:
+        raise InputError(f"there is a keypoint named {name!r} already", do="give another name")

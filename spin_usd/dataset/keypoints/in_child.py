@@ -1,0 +1,68 @@
+"""What a child process does for the keypoint tool: it reads models and layers, and makes the layer that is saved."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spin_usd.arrays import Float
+from spin_usd.dataset.author.model import model_file, write_model
+from spin_usd.dataset.export.models.model import Model
+from spin_usd.scene.material import Material
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.scene.target import Target
+from spin_usd.scene.texture import Color, Texture
+from spin_usd.stage.author.added.keypoints_layer import keypoints_layer
+from spin_usd.stage.author.target.composed_target import composed_target
+from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
+
+PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
+
+
+def save_target(*, target: str, folder: str, units_per_metre: float | None, prim: str | None) -> dict[str, Any]:
+    """Save the surface of the model `target`, a name or a file, as target.npz in `folder`, and return its name, notes
+    on it, and the keypoints that it has. Raises as `author` does."""
+    with tempfile.TemporaryDirectory() as work:
+        asset, notes = write_model(model_file(target), Path(work), units_per_metre, prim)
+        read = composed_target(asset)
+    model = Model.of(read.mesh)
+    np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=_face_colors(read))
+    return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}
+
+
+def read_keypoints(*, path: str) -> dict[str, Any]:
+    """Read the keypoints in the layer at `path`."""
+    found = read_keypoints_layer(Path(path))
+    return _as_json(found.names, found.points)
+
+
+def keypoints_text(*, names: Sequence[str], points: Sequence[Sequence[float]], target: str) -> str:
+    """Return the text of a layer with the keypoints of the `target`."""
+    keypoints = Keypoints(names=tuple(names), points=np.array(points, np.float64).reshape(-1, 3))
+    documentation = f"The keypoints of {target}, picked by spin-usd keypoints: metres, body axes."
+    return str(keypoints_layer(keypoints, documentation).ExportToString())
+
+
+def _as_json(names: Sequence[str], points: Float) -> dict[str, Any]:
+    return {"names": list(names), "points": points.tolist()}
+
+
+def _face_colors(target: Target) -> Float:
+    """Return the linear colour (F, 3) of each face, in the order of Mesh.placed: one for each material."""
+    mesh = target.mesh
+    pieces = [mesh.face_material] if len(mesh.faces) else []
+    pieces += [np.tile(each.shape.face_material, len(each.matrices)) for each in mesh.instances]
+    colors = np.array([_color(material) for material in target.materials], np.float64)
+    return colors[np.concatenate(pieces)]
+
+
+def _color(material: Material) -> Color:
+    """Return one linear colour for all of a material: the mean of a texture."""
+    color = material.diffuse_color
+    if isinstance(color, Texture):
+        mean = np.mean([image.pixels.mean((0, 1)) for image in color.images], axis=0)
+        red, green, blue, _ = (float(each) for each in np.clip(mean * color.scale + color.bias, 0, 1))
+        return red, green, blue
+    return color if isinstance(color, tuple) else PLAIN

@@ -1,0 +1,91 @@
+"""`spin-usd keypoints`: serves the tool until it is stopped."""
+
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+from spin_usd.dataset.keypoints.keypoints_file import KeypointsFile
+from spin_usd.dataset.keypoints.lasting_child import LastingChild
+from spin_usd.dataset.keypoints.request import KeypointsRequest
+from spin_usd.dataset.keypoints.session import Session
+from spin_usd.dataset.keypoints.shown_target import ShownTarget
+from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.stop_signals import Stopped
+
+
+def pick_keypoints(request: KeypointsRequest, *, tell: Callable[[str], None]) -> Session:
+    """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
+    Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved."""
+    with opened_session(request, tell) as session, _served(request, session) as address:
+        tell(
+            f"{address}   (open it in a browser; Ctrl-C ends, and every change is saved in {session.saved_in} at once)"
+        )
+        with suppress(Stopped):
+            threading.Event().wait()
+        if session.unsaved:
+            session.save()  # raises why that fails
+    return session
+
+
+@contextmanager
+def opened_session(request: KeypointsRequest, tell: Callable[[str], None]) -> Iterator[Session]:
+    """Read the target and the keypoints that there are, in a child that also makes what is saved."""
+    with LastingChild() as child:
+        target = _read_target(request, child)
+        file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
+        saved = file.read()
+        for note in target.notes:
+            tell(f"note: {note}")
+        own = Keypoints(names=target.body.keypoint_names, points=target.body.keypoints)
+        tell(_beginning(target, own, saved, file))
+        if saved is None:
+            file.write(own)
+        yield Session(target, own if saved is None else saved, file.write, str(file.path))
+
+
+def _read_target(request: KeypointsRequest, child: LastingChild) -> ShownTarget:
+    with tempfile.TemporaryDirectory(prefix="spin_usd-") as folder:
+        read = child.call(
+            "save_target",
+            reads=request.target,
+            target=request.target,
+            folder=folder,
+            units_per_metre=request.units_per_metre,
+            prim=request.prim,
+        )
+        return ShownTarget.of(read, Path(folder, "target.npz"))
+
+
+def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, file: KeypointsFile) -> str:
+    """Return a line on the target and the keypoints that the tool begins with."""
+    size = " x ".join(f"{edge:.4g}" for edge in np.ptp(target.mesh.hull, axis=0))
+    if saved is not None:
+        begins = f"goes on with the {len(saved.names)} keypoints in {file.path}"
+    else:
+        begins = f"begins with the {len(own.names)} keypoints of the model" if own.names else "begins without keypoints"
+    return f"{target.body.name}: {target.mesh.count} triangles, {size} m; {begins}"
+
+
+@contextmanager
+def _served(request: KeypointsRequest, session: Session) -> Iterator[str]:
+    """Serve the session, and give the address of its page."""
+    from spin_usd.dataset.keypoints.guarded_server import guarded_server
+    from spin_usd.dataset.keypoints.panel import Panel
+    from spin_usd.dataset.keypoints.target_view import TargetView
+
+    with guarded_server(request.host, request.port, "spin-usd keypoints") as server:
+        view = TargetView(server, session)
+        panel = Panel(server, session, view)
+
+        def refresh() -> None:
+            view.refresh()
+            panel.refresh()
+
+        session.on_change = refresh
+        refresh()
+        host = f"[{request.host}]" if ":" in request.host else request.host
+        yield f"http://{host}:{server.get_port()}/"

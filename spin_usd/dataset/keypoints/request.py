@@ -1,0 +1,26 @@
+"""What is asked of the keypoint tool."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+LOCAL_HOST = "127.0.0.1"
+PORT = 8642
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeypointsRequest:
+    """What is asked of the tool. target: a name or a model file · out: the layer that is gone on with and saved into;
+    named after the target if not given · units_per_metre, prim: as `author` takes them · host, port: where it listens,
+    any free port for 0."""
+
+    target: str
+    out: Path | None = None
+    units_per_metre: float | None = None
+    prim: str | None = None
+    host: str = LOCAL_HOST
+    port: int = PORT
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine can connect."""
+        return self.host in (LOCAL_HOST, "localhost", "::1")

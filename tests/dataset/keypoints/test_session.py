@@ -1,0 +1,154 @@
+"""A session: a real model, clicks as rays, and the layer that is saved and that author reads."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from spin_usd.dataset.author.additions import read_additions
+from spin_usd.dataset.keypoints.keypoints import opened_session
+from spin_usd.dataset.keypoints.request import KeypointsRequest
+from spin_usd.errors import InputError, OutputError
+from spin_usd.geometry.picking.snapping import Snap
+
+SIZE = np.array([1.0, 0.6, 0.4])
+AT = np.array([0.25, 0, 1.5])  # the box's middle in the body's axes
+CORNER = AT + SIZE / 2
+EXACT = 1e-7  # metres: the model's file has single precision
+ABOVE = AT + np.array([0.4, 0.2, 30])
+DOWN = np.array([0, 0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def request_of_box(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("box")
+    trimesh.creation.box(SIZE, trimesh.transformations.translation_matrix(AT)).export(folder / "craft.ply")
+    return KeypointsRequest(target=str(folder / "craft.ply"), out=folder / "points.usda", units_per_metre=1)
+
+
+@contextmanager
+def opened(request):
+    """The session, and what was told."""
+    told: list[str] = []
+    with opened_session(request, told.append) as session:
+        yield session, told
+
+
+@pytest.fixture(scope="module")
+def session(request_of_box):
+    with opened(request_of_box) as (session, _):
+        yield session
+
+
+@pytest.fixture(autouse=True)
+def empty(session):
+    session.do(session.delete_all)
+    session.pick, session.snap = None, Snap.VERTEX
+
+
+def click(session, origin=ABOVE, direction=DOWN):
+    session.do(lambda: session.click(origin, direction))
+
+
+def saved(request):
+    return read_additions(keypoints=request.out).keypoints
+
+
+@pytest.mark.parametrize(
+    ("snap", "place"),
+    [
+        (Snap.SURFACE, AT + np.array([0.4, 0.2, 0.2])),
+        (Snap.VERTEX, CORNER),
+        (Snap.EDGE, AT + np.array([0.5, 0, 0.2])),
+        (Snap.FACE, AT + np.array([0, 0, 0.2])),
+    ],
+)
+def test_a_click_snaps_and_author_reads_what_was_added(session, request_of_box, snap, place) -> None:
+    session.snap = snap
+    click(session)
+    assert session.preview == pytest.approx(place, abs=EXACT)
+    session.do(lambda: session.add("tip"))
+    assert saved(request_of_box).names == ("tip",)
+    assert (saved(request_of_box).points == session.keypoints.points).all()
+    assert session.pick is None
+
+
+def test_a_click_on_a_marker_selects_it_and_one_behind_the_target_does_not(session) -> None:
+    click(session)
+    session.do(lambda: session.add("front"))
+    session.do(lambda: session.copy_selected("mirror x (plane y z)"))
+    assert session.selected == "front_1"
+    click(session, CORNER + np.array([0, 0, 5]))
+    assert (session.selected, session.pick) == ("front", None)
+    click(session, CORNER * [1, 1, -1] + np.array([-0.01, -0.01, -5]), -DOWN)
+    assert session.pick is not None
+
+
+def test_refusals_are_one_sentence_and_change_nothing(session) -> None:
+    session.do(lambda: session.add("tip"))
+    assert session.said.refused
+    assert "click on the target first" in session.said.text
+    click(session, ABOVE + np.array([9, 0, 0]))
+    assert "met nothing" in session.said.text
+    click(session)
+    session.do(lambda: session.add("tip"))
+    click(session, ABOVE - [0.8, 0, 0])
+    session.do(lambda: session.add("tip"))
+    assert session.said.refused
+    assert session.keypoints.names == ("tip",)
+    assert session.pick is not None
+
+
+def test_all_changes_are_undone_and_done_again(session, request_of_box) -> None:
+    click(session)
+    session.do(lambda: session.add("a"))
+    session.do(lambda: session.change_selected("b", np.array([1.0, 2, 3])))
+    session.do(lambda: session.copy_selected("half turn about z"))
+    assert saved(request_of_box).points.tolist() == [[1, 2, 3], [-1, -2, 3]]
+    session.do(session.undo)
+    session.do(session.undo)
+    assert saved(request_of_box).names == ("a",)
+    session.do(session.redo)
+    assert saved(request_of_box).names == ("b",)
+    session.do(session.delete_selected)
+    assert session.selected is None
+
+
+def test_it_goes_on_with_what_was_saved(session, request_of_box) -> None:
+    click(session)
+    session.do(lambda: session.add("kept"))
+    with opened(request_of_box) as (again, told):
+        assert again.keypoints.names == ("kept",)
+        assert (again.keypoints.points == session.keypoints.points).all()
+        assert "goes on with the 1 keypoint" in told[-1]
+
+
+def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box) -> None:
+    click(session)
+    request_of_box.out.unlink()
+    request_of_box.out.mkdir()
+    session.do(lambda: session.add("a"))
+    assert session.unsaved
+    assert session.keypoints.names == ("a",)
+    request_of_box.out.rmdir()
+    session.do(lambda: session.copy_selected("half turn about z"))
+    assert session.unsaved is None
+    assert saved(request_of_box).names == ("a", "a_1")
+
+
+def test_what_cannot_be_begun_is_refused(request_of_box, tmp_path) -> None:
+    missing = tmp_path / "no" / "points.usda"
+    (tmp_path / "other.usda").write_text("#usda 1.0\n")
+    for changes, error, said in (
+        ({"target": "nothing"}, InputError, "there is no target named 'nothing'"),
+        ({"target": "missing.obj"}, InputError, "is not there"),
+        ({"out": tmp_path / "points.csv"}, InputError, "ends in .usda"),
+        ({"out": tmp_path / "other.usda"}, InputError, "has 0 Points prims"),
+        ({"out": missing}, OutputError, "cannot be written"),
+    ):
+        with pytest.raises(error, match=said), opened(replace(request_of_box, **changes)):
+            pass
+    with pytest.raises(InputError, match="holds no keypoint"):
+        saved(request_of_box)
