@@ -1,6 +1,6 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
-The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce` and
+The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug` and
 `export`. They take what the commands take, by the same names, return what was done, and raise a `SpinError` where a
 command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from spin_usd.api.augment import augment
     from spin_usd.api.author import author
     from spin_usd.api.check import check
+    from spin_usd.api.debug import debug
     from spin_usd.api.export import export
     from spin_usd.api.measure import measure
     from spin_usd.api.merge import merge
@@ -35,6 +36,7 @@ __all__ = [
     "augment",
     "author",
     "check",
+    "debug",
     "export",
     "measure",
     "merge",
@@ -50,6 +52,7 @@ _MODULES = {
     "augment": "spin_usd.api.augment",
     "author": "spin_usd.api.author",
     "check": "spin_usd.api.check",
+    "debug": "spin_usd.api.debug",
     "export": "spin_usd.api.export",
     "measure": "spin_usd.api.measure",
     "merge": "spin_usd.api.merge",

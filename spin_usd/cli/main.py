@@ -11,6 +11,7 @@ from spin_usd.cli.arguments.command import Command, Group
 from spin_usd.cli.augment import augment
 from spin_usd.cli.author import author
 from spin_usd.cli.check import check
+from spin_usd.cli.debug import debug as debug_command
 from spin_usd.cli.demo import demo
 from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor
@@ -67,7 +68,10 @@ def common(
 RESUMED = {"demo", "render", "merge", "export", "measure"}
 """Commands that go on where an earlier run was stopped."""
 
-COMMANDS = (demo, author, keypoints, augment, plan, measure, render, merge, check, export, diff, reproduce, doctor)
+COMMANDS = (
+    *(demo, author, keypoints, augment, plan, measure, render, merge),
+    *(check, export, diff, reproduce, debug_command, doctor),
+)
 for command in COMMANDS:
     app.command(cls=Command, epilog=examples_of(command.__name__))(command)
 

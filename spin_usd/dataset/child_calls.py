@@ -79,6 +79,11 @@ class ChildCalls:
 
         return cross_findings(**arguments)
 
+    def write_blend(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.debug.in_child import write_blend
+
+        return write_blend(**arguments)
+
     def diff(self, **arguments: Any) -> Any:
         from spin_usd.dataset.diff.in_child.compare import compare
 

@@ -1,6 +1,13 @@
-"""The interface of renderers, which `raycast` and `blender` implement, and that of what finds the faces of labels."""
+"""The interface of renderers, which `raycast` and `blender` implement; that of what finds the faces of labels; and that
+of what writes a scene for people to open."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
 
 from spin_usd.scene.effort import Effort
 from spin_usd.scene.model import Scene
@@ -43,4 +50,31 @@ class LabelPass(Protocol):
 
     def visibility(self, scene: Scene) -> Visibility:
         """Return the face behind every pixel centre of `scene.region`; without depth of field or motion blur."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OpenableScene:
+    """A scene as people open it in a renderer's own program.
+
+    scene: with its lights as they are · effort, seed: of the render that the program is to make · behind: (H, W, 3)
+    float32, W/m2/sr, of the whole frame, what lies behind the bodies; None where that is black · camera_path: the
+    camera's prim · exposure: the factor from radiance to the screen's white, for the eye alone · readme: a text on what
+    is in the file.
+    """
+
+    scene: Scene
+    effort: Effort
+    seed: int
+    behind: NDArray[np.float32] | None
+    camera_path: str
+    exposure: float
+    readme: Sequence[str]
+
+
+class SceneWriter(Protocol):
+    """Writes a scene into a file that a renderer's own program opens and renders, without any of our code."""
+
+    def write(self, openable: OpenableScene, file: Path) -> None:
+        """Write the new `file`. Raises RenderError where it does not read back, UnsupportedError as the renderer."""
         ...

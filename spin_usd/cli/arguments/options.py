@@ -16,6 +16,8 @@ Stage = Annotated[Path, typer.Argument(help=STAGE_HELP, callback=root_layer)]
 Frames = Annotated[
     str | None, typer.Option(metavar="A:B:STEP", help="Some of the frames, counted from 0 as Python slices.")
 ]
+Frame = Annotated[str, typer.Option(metavar="FRAME", help="A frame's name, such as img000001, or its number from 0.")]
+Variant = Annotated[str, typer.Option(metavar="NAME", help="The variant of the frame.")]
 Variants = Annotated[str, typer.Option(metavar="NAME,...", help="Variants, such as noisy_1 or 'noisy_*', or all.")]
 Samples = Annotated[
     int | None,

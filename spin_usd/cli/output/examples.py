@@ -42,6 +42,10 @@ EXAMPLES = {
         "spin-usd measure my_stage",
         "spin-usd render my_stage --out my_dataset --error 0.05",
     ),
+    "debug": (
+        "spin-usd debug my_stage --frame img000001",
+        "spin-usd debug my_stage --frame 0 --variant noisy_1 --effort samples=64 --out surprise.blend",
+    ),
     "reproduce": ("spin-usd reproduce my_dataset img000001",),
 }
 

@@ -16,7 +16,7 @@ from spin_usd.scene.effort import CPU, DEFAULT_QUALITY, QUALITIES, Effort
 
 if TYPE_CHECKING:
     from spin_usd.renderers.embree.caster import EmbreeCaster
-    from spin_usd.renderers.renderer import LabelPass, Renderer
+    from spin_usd.renderers.renderer import LabelPass, Renderer, SceneWriter
 
 UNMEASURED: Mapping[str, float] = {"picture": 0.05, "target": 1e-6}
 
@@ -155,6 +155,12 @@ def open_renderer(
     options |= {"caster": caster} if entry.casts else {}
     renderer: Renderer = getattr(import_module(entry.module), entry.class_name)(**options)
     return renderer
+
+
+def open_scene_writer() -> "SceneWriter":
+    """Open what writes scenes as .blend files."""
+    writer: SceneWriter = import_module("spin_usd.renderers.blender.blend_file").BlendFileWriter()
+    return writer
 
 
 def open_check_pass() -> "LabelPass":

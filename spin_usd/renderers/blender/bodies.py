@@ -51,6 +51,11 @@ class BodySetup:
         self._objects[place].number(materials)
 
     @property
+    def axes(self) -> list[Any]:
+        """The objects that hold the axes of each body, around its centre."""
+        return [objects.axes for objects in self._objects[: self.count]]
+
+    @property
     def groups(self) -> Mapping[int, Sequence[Any]]:
         """The objects of each face group; where bodies are not split, all as group 0."""
         found: dict[int, list[Any]] = {}

@@ -85,6 +85,15 @@ class CameraSetup:
             self._data.update_tag()
             self._source = source
 
+    def keep_source(self) -> None:
+        """Keep the text of the camera shader in Blender too, beside its bytecode: a file of the scene shows it."""
+        if self._data.type == "CUSTOM":
+            bytecode, digest = self._data.custom_bytecode, self._data.custom_bytecode_hash
+            text = bpy.data.texts.new("camera shader")
+            text.write(self._source)
+            self._data.custom_shader = text
+            self._data.custom_bytecode, self._data.custom_bytecode_hash = bytecode, digest
+
 
 def compile_shader(source: str, scratch: Path) -> str:
     """Bytecode of an OSL shader, through files in the folder `scratch`. Raises RenderError when it does not compile.

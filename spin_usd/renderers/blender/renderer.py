@@ -119,6 +119,15 @@ class BlenderRenderer:
             return noisy
         return self._denoiser.denoised(noisy, guides, effort.denoiser, samples=effort.samples)
 
+    def prepare(self, scene: Scene, effort: Effort, *, seed: int) -> tuple[Any, Sequence[Any]]:
+        """Make Blender's scene that of `radiance`, with all light in one pass and the camera shader's text; return it,
+        and the objects that hold the axes of each of Scene.bodies. Raises RenderError, UnsupportedError."""
+        self._prepare(Requirements.of(scene, effort, self._keep), effort, self._device.cycles)
+        self._split_light([], guided=False)
+        self._scene.cycles.seed = seed
+        self._camera.keep_source()
+        return self._scene, self._bodies.axes
+
     def versions(self) -> dict[str, str]:
         """Return names and versions of the software that decides the result."""
         return {"blender": f"{bpy.app.version_string} {bpy.app.build_hash.decode()}", **self._device.versions}

@@ -17,6 +17,7 @@ import numpy as np
 from spin_usd.renderers.blender.cycles.assign import assign
 from spin_usd.renderers.blender.cycles.passes import Float32, read_picture, render
 from spin_usd.renderers.blender.cycles.settings import LAYERS
+from spin_usd.scene.effort import Effort
 from spin_usd.scene.passes import Radiance
 
 GUIDES = ("Denoising Albedo", "Denoising Normal")
@@ -34,6 +35,21 @@ COMPOSITOR = {
     "compositor_denoise_device": "CPU",
     "compositor_precision": "FULL",
 }
+
+
+def own_denoising(effort: Effort) -> dict[str, Any]:
+    """Return Cycles' own settings by which it denoises the sum of all light: nearly what Denoiser does."""
+    if effort.denoiser == "none":
+        return {}
+    quality, prefilter = _settings(effort.denoiser, effort.samples)
+    return {
+        "use_denoising": True,
+        "denoiser": "OPENIMAGEDENOISE",
+        "denoising_input_passes": "RGB_ALBEDO_NORMAL",
+        "denoising_quality": quality.upper(),
+        "denoising_prefilter": prefilter.upper(),
+        "denoising_use_gpu": False,
+    }
 
 
 class Denoiser:
@@ -57,9 +73,7 @@ class Denoiser:
         rows, columns = noisy.region.shape
         groups, (albedo, normal) = _large_enough(noisy.groups), _large_enough(guides)
         names = [f"denoised.{index}" for index in range(len(groups))]
-        network, prefilter = QUALITIES[quality]
-        settings = network, CLEAN if samples >= CLEAN_FROM else prefilter
-        self._build(dict(zip(names, groups, strict=True)), albedo, normal, settings)
+        self._build(dict(zip(names, groups, strict=True)), albedo, normal, _settings(quality, samples))
         render(self._scene, self._file, write_still=False)
         shape = (max(rows, MIN_PX), max(columns, MIN_PX))
         found = read_picture(self._file, shape, {name.partition(".")[2]: 3 for name in names})
@@ -102,6 +116,12 @@ class Denoiser:
         node = self._tree.nodes.new("CompositorNodeImage")
         node.image = image
         return node.outputs["Image"]
+
+
+def _settings(quality: str, samples: int) -> tuple[str, str]:
+    """Return Blender's names of the network's size, and of what is done about guides of so many samples."""
+    network, prefilter = QUALITIES[quality]
+    return network, CLEAN if samples >= CLEAN_FROM else prefilter
 
 
 def _as_bright(clean: Float32, noisy: Float32) -> Float32:
