@@ -47,7 +47,7 @@ WITH_COMMANDS = [document for document in GUIDES if commands(document)]
 
 
 def renders(document):
-    return any(shlex.split(command)[1] in ("render", "debug") for command in commands(document))
+    return any(shlex.split(command)[1:2] in (["render"], ["debug"]) for command in commands(document))
 
 
 def shown(document):
