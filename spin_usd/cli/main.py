@@ -22,6 +22,7 @@ from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.cli.output.streams import LastingStream, lasting_streams
+from spin_usd.cli.output.terminal import is_terminal
 from spin_usd.cli.plan import plan
 from spin_usd.cli.render import render
 from spin_usd.cli.reproduce import reproduce
@@ -38,6 +39,7 @@ app = typer.Typer(
     epilog="Exit codes: 0 done, 1 findings or failed pictures, 2 wrong usage or bad input, 3 internal error, "
     "129, 130 and 143 stopped by a closed terminal, Ctrl-C and SIGTERM.",
     no_args_is_help=True,
+    rich_markup_mode="rich" if is_terminal(sys.stdout) and is_terminal(sys.stderr) else None,
     pretty_exceptions_enable=False,
     add_completion=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -73,7 +75,8 @@ COMMANDS = (
     *(check, export, diff, reproduce, debug_command, doctor),
 )
 for command in COMMANDS:
-    app.command(cls=Command, epilog=examples_of(command.__name__))(command)
+    summary = (command.__doc__ or "").partition("\n")[0]
+    app.command(cls=Command, short_help=summary, epilog=examples_of(command.__name__))(command)
 
 
 def run() -> NoReturn:

@@ -13,11 +13,13 @@ OUT = "out"
 """The option that is a path, or of some commands a URL too; it may never be empty."""
 
 
-def without_types_of_flags(params: list[Any]) -> list[Any]:
-    """Return the `params` with flags that say in the help that they take nothing, where typer shows "<bool>"."""
+def with_plain_flags(params: list[Any]) -> list[Any]:
+    """Return the `params` with flags that say in the help that they take nothing, where typer shows "<bool>", and that
+    are False if not given, where typer has None for --help and loads pydantic, 0.1 s, to understand that."""
     for param in params:
-        if getattr(param, "is_flag", False) and param.metavar is None:
-            param.metavar = ""
+        if getattr(param, "is_flag", False):
+            param.metavar = param.metavar or ""
+            param.default = param.default or False
     return params
 
 
@@ -25,7 +27,7 @@ class Group(TyperGroup):
     """The group of all commands."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return without_types_of_flags(super().get_params(ctx))
+        return with_plain_flags(super().get_params(ctx))
 
 
 class Command(TyperCommand):
@@ -33,7 +35,7 @@ class Command(TyperCommand):
     InputError for a path that is empty, or a URL where that is not allowed."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return without_types_of_flags(super().get_params(ctx))
+        return with_plain_flags(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         values, _, given = self.make_parser(ctx).parse_args(args=list(args))

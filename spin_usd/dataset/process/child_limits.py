@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-import psutil
-
 from spin_usd.errors import InputError, OutputError
 
 PATIENCE_S = 120.0  # for a child that reads to say something: a stage can be made never to open
@@ -38,6 +36,8 @@ def rendering_memory(*, graphics: bool = False) -> int:
 
 def machine_memory() -> int:
     """Return the bytes of memory that this machine has, or the control group that we run in."""
+    import psutil  # not above: it is slow to load, and every command needs this file
+
     return min([int(psutil.virtual_memory().total), *_group_limits()])
 
 
