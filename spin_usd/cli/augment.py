@@ -1,6 +1,7 @@
 """`spin-usd augment`: writes the augmentations of a specification over a stage, or lists what can be sampled."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,7 +10,7 @@ import typer
 import spin_usd
 from spin_usd.cli.arguments.built_in import named
 from spin_usd.cli.arguments.options import STAGE_HELP, Json
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import NAME, Line, Painted, show
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted
 from spin_usd.errors import InputError
@@ -38,7 +39,7 @@ def augment(
         from spin_usd.api.augment import parameters
 
         rows = parameters()
-        show(*([json.dumps(rows)] if as_json else _in_lines(rows).split("\n")))
+        show(*([json.dumps(rows)] if as_json else _in_lines(rows)))
         return
     if stage is None or spec is None:
         raise InputError(
@@ -54,13 +55,12 @@ def augment(
     show(f"{report.root}   ({counted(len(names), 'augmentation')} of {report.spec}: {listed})")
 
 
-def _in_lines(rows: list[dict[str, Any]]) -> str:
-    """Return two lines for each parameter: its name, what it takes and its units; then what it is."""
-    lines = []
+def _in_lines(rows: list[dict[str, Any]]) -> Iterator[Line]:
+    """Yield two lines for each parameter: its name, what it takes and its units; then what it is."""
     for row in rows:
         unit, *others = row["units"] or [""]
         also = f" (or in {', '.join(others)})" if others else ""
         takes = f"{row['takes']} {unit}{also}".rstrip()
         once = "" if row["per_frame"] else ", one value for all pictures"
-        lines += [f"{row['name']}: {takes}{once}", f"    {row['description']}"]
-    return "\n".join(lines)
+        yield Painted(row["name"], NAME), f": {takes}{once}"
+        yield f"    {row['description']}"

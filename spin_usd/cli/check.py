@@ -1,6 +1,5 @@
 """`spin-usd check`: prints what is wrong with a stage or a dataset."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,7 +7,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.options import Json
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import BAD, DOUBTFUL, GOOD, Painted, show
 from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown
 from spin_usd.cli.output.report import show_report
@@ -42,6 +41,9 @@ def check(
         int | None,
         typer.Option("--cross-pictures", metavar="N", help="With --cross: of so many pictures, evenly spread."),
     ] = None,
+    unfolded: Annotated[
+        bool, typer.Option("--all", help="List every finding; a terminal shows the first few by each rule otherwise.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Look for what is wrong with a stage or a dataset: conventions, schemas, digests, label consistency."""
@@ -57,24 +59,26 @@ def check(
     if as_json:
         show_report("check", checked.as_json())
     else:
-        show(*_lines(checked, path))
+        _show(checked, path, unfolded=unfolded)
     if checked.errors:
         raise typer.Exit(FINDINGS)
 
 
-def _lines(checked: "CheckReport", path: Path) -> Iterator[str]:
-    """Yield the lines that tell the report to people."""
+def _show(checked: "CheckReport", path: Path, *, unfolded: bool) -> None:
+    """Print the report for people."""
+    from spin_usd.cli.output.findings import show_findings
     from spin_usd.dataset.repair.repair import RepairReport
     from spin_usd.scene.derived.view_text import summary
 
     if isinstance(checked, RepairReport):
-        yield from (f"repaired: {what}" for what in checked.repaired)
-        yield from (f"unrepaired: {what}" for what in checked.unrepaired)
+        show(*(f"repaired: {what}" for what in checked.repaired))
+        show(*(f"unrepaired: {what}" for what in checked.unrepaired))
     if checked.views:
-        yield from summary(checked.views).split("\n")
-    for finding in checked.findings:
-        yield f"{finding.severity}: {finding.where}: {finding.message} [{finding.code}]"
+        show(*summary(checked.views).split("\n"))
+    show_findings(checked.findings, unfolded=unfolded)
     if checked.compared is not None:
-        yield f"compared with Cycles: {counted(checked.compared, 'picture')}"
+        show(f"compared with Cycles: {counted(checked.compared, 'picture')}")
+    colour = BAD if checked.errors else DOUBTFUL if checked.findings else GOOD
     warnings = counted(len(checked.findings) - checked.errors, "warning")
-    yield f"{checked.kind} {path}: {counted(checked.errors, 'error')}, {warnings}"
+    verdict = f"{counted(checked.errors, 'error')}, {warnings}"
+    show((f"{checked.kind} {path}: ", Painted(verdict, colour, bold=True)))

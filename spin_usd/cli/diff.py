@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from spin_usd.cli.arguments.options import Frames, Json, Stage
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import BAD, DOUBTFUL, GOOD, NAME, QUIET, Line, Painted, show
 from spin_usd.cli.output.progress import shown
 from spin_usd.cli.output.report import show_report
 from spin_usd.counted import counted
@@ -44,27 +44,29 @@ def diff(
     show(*_listed(answer["differences"]), *_summary(answer))
 
 
-def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _listed(differences: Sequence[Mapping[str, Any]]) -> Iterator[Line]:
     """Yield a paragraph for each prim, and one for the files."""
     for where, here in groupby(
         differences, key=lambda each: each["where"].partition(".")[0] if each["kind"] != "file" else ""
     ):
-        yield where or "files"
+        yield (Painted(where or "files", bold=True),)
         for each in here:
             yield from _difference(each)
         yield ""
 
 
-def _difference(each: Mapping[str, Any]) -> Iterator[str]:
+def _difference(each: Mapping[str, Any]) -> Iterator[Line]:
     subject = each["where"] if each["kind"] == "file" else _subject(each)
     effect = f"   [{EFFECTS[each['effect']]}]" if each["effect"] else ""
+    before, after = Painted(_text(each["before"]), BAD), Painted(_text(each["after"]), GOOD)
     samples = ""
     if each["samples"]:
         which = "the only time sample" if each["samples"] == 1 else f"the first of {each['samples']} time samples"
         samples = f"   (at {each['time_code']:g}, {which} that differ{'s' * (each['samples'] == 1)})"
-    yield f"  {subject}   {_text(each['before'])} -> {_text(each['after'])}{samples}{effect}"
+    yield "  ", Painted(subject, NAME), "   ", before, " -> ", after, samples, Painted(effect, DOUBTFUL)
     if each["before_from"] or each["after_from"]:
-        yield f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
+        origin = f"      {each['before_from'] or 'not authored'} -> {each['after_from'] or 'not authored'}"
+        yield (Painted(origin, QUIET),)
 
 
 def _subject(each: Mapping[str, Any]) -> str:

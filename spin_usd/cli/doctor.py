@@ -7,9 +7,11 @@ from typing import Annotated
 import typer
 
 from spin_usd.cli.arguments.options import Json
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import BAD, DOUBTFUL, GOOD, Painted, show
 from spin_usd.cli.output.report import show_report
 from spin_usd.errors import FINDINGS
+
+OK, MISSING = Painted("ok ", GOOD), Painted("NO ", BAD, bold=True)
 
 
 def doctor(
@@ -23,9 +25,9 @@ def doctor(
     for line in examine(folder):
         lines.append(line)
         if not as_json:
-            show(f"{'ok ' if line.well else 'NO '} {line.subject:26} {line.found}")
+            show((OK if line.well else MISSING, f" {line.subject:26} {line.found}"))
             if line.remedy:
-                show(f"    {'':26} -> {line.remedy}")
+                show(("    ", " " * 26, Painted(f" -> {line.remedy}", DOUBTFUL)))
     well = all(line.well for line in lines)
     if as_json:
         show_report("doctor", {"well": well, "lines": [asdict(line) for line in lines]})

@@ -1,6 +1,7 @@
 """`spin-usd export`: writes a dataset in a format of others, or lists the formats."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +10,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments import options
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import NAME, Line, Painted, show
 from spin_usd.cli.output.progress import shown
 from spin_usd.counted import counted
 from spin_usd.errors import InputError
@@ -47,7 +48,7 @@ def export(
 ) -> None:
     """Write a dataset in a format of others: SPEED+, SPARK, BOP, COCO and more."""
     if list_formats:
-        show(*_formats().split("\n"))
+        show(*_formats())
         return
     if dataset is None or to is None or out is None:
         raise InputError("export needs a dataset, --to and --out", do="give all three, or --list for the formats")
@@ -79,14 +80,12 @@ def _sentence(report: "ExportReport") -> str:
     )
 
 
-def _formats() -> str:
-    """Return a few lines for each format: its name, what it is, its options."""
+def _formats() -> Iterator[Line]:
+    """Yield a few lines for each format: its name, what it is, its options."""
     from spin_usd.api.export import export_formats
 
-    lines = []
     for each in export_formats():
-        lines.append(f"{each.name}: {each.holds}")
+        yield Painted(each.name, NAME), f": {each.holds}"
         for choice in each.options:
             values = f" ({', '.join(choice.choices)})" if choice.choices else ""
-            lines.append(f"    --option {choice.name}={choice.default}: {choice.meaning}{values}")
-    return "\n".join(lines)
+            yield f"    --option {choice.name}={choice.default}: {choice.meaning}{values}"

@@ -20,7 +20,7 @@ from spin_usd.cli.interactive.keypoints import keypoints
 from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
-from spin_usd.cli.output.lines import show, tell
+from spin_usd.cli.output.lines import BAD, Painted, show, tell
 from spin_usd.cli.output.streams import LastingStream, lasting_streams
 from spin_usd.cli.output.terminal import is_terminal
 from spin_usd.cli.plan import plan
@@ -113,7 +113,7 @@ def _arrived(output: LastingStream, code: Any) -> Any:
 
 
 def _report(error: BaseException, sentence: str, code: int, debug: bool) -> int:
-    tell(f"spin-usd: {sentence}")
+    tell((Painted("spin-usd:", BAD, bold=True), f" {sentence}"))
     if debug:
         traceback.print_exception(error)
     return code

@@ -8,7 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.options import Frames, Json, Stage
-from spin_usd.cli.output.lines import show, tell
+from spin_usd.cli.output.lines import BAD, Painted, show, tell
 from spin_usd.cli.output.notes import show_note
 from spin_usd.cli.output.progress import shown
 from spin_usd.dataset.process.processors import MAX_WORKERS
@@ -72,6 +72,6 @@ def measure(
     else:
         show(*in_short(found).split("\n"), f"{out or folder_of(stage)}   (measure.json, measure.md, measure.svg)")
     for failure in found.failures:
-        tell(f"failed: {failure.frame}: {failure.what}: {failure.reason}")
+        tell((Painted("failed:", BAD), f" {failure.frame}: {failure.what}: {failure.reason}"))
     if found.failures:
         raise typer.Exit(FINDINGS)

@@ -12,6 +12,7 @@ from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
 from spin_usd.cli.output.progress import shown
 from spin_usd.cli.output.report import show_report
+from spin_usd.cli.output.tables import show_table
 
 if TYPE_CHECKING:
     from spin_usd.api.plan_report import PlanReport
@@ -73,14 +74,20 @@ def plan(
     if as_json:
         show_report("plan", report.as_json())
         return
-    show(*table(report.cost).split("\n"))
+    _print_cost(report.cost)
     _print_views(report)
     if out:
         _print_dataset(report, out)
-    total = report.cost.total
-    show(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(total.bytes)} on disk")
+    show(f"about {_duration(report.seconds)} with {report.workers} workers, {_size(report.cost.total.bytes)} on disk")
     if explain:
         show(*explanation(report).split("\n"))
+
+
+def _print_cost(cost: "VariantTable") -> None:
+    """Print a row for each variant and for all: counts are of what no variant above has made; time is of one core."""
+    from spin_usd.dataset.plan.variant_table import in_lines
+
+    show_table(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 
 
 def _print_views(report: "PlanReport") -> None:
@@ -124,14 +131,6 @@ def _pictures(counts: Mapping[str, int], planned: Mapping[str, int]) -> str:
     if len(counts) > NAMED:
         return f"{sum(counts.values())} of {sum(planned.values())} pictures, of {len(counts)} variants"
     return ", ".join(f"{count} of {planned[variant]} of {variant}" for variant, count in counts.items())
-
-
-def table(cost: "VariantTable") -> str:
-    """Return the table in aligned columns: counts are of what no variant above has made; time is of one core."""
-    from spin_usd.accuracy.tables import in_columns
-    from spin_usd.dataset.plan.variant_table import in_lines
-
-    return in_columns(HEADINGS, [_cells(row) for row in (*in_lines(cost.rows), cost.total)])
 
 
 def _cells(row: "VariantRow") -> tuple[str, ...]:

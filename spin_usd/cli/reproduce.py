@@ -8,7 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.options import Json
-from spin_usd.cli.output.lines import show
+from spin_usd.cli.output.lines import BAD, GOOD, Painted, show
 from spin_usd.cli.output.notes import show_note, show_notes
 from spin_usd.errors import FINDINGS
 
@@ -37,7 +37,7 @@ def reproduce(
     else:
         for file in made.files:
             word = "same" if file.same else "MISSING" if file.found is None else "DIFFERENT"
-            show(f"{word:9}  {file.path}")
+            show((Painted(f"{word:9}", GOOD if file.same else BAD), f"  {file.path}"))
         recorded, now = made.devices
         if recorded != now:
             show_note(OTHER_DEVICE.format(recorded, now))

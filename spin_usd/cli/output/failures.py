@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from spin_usd.cli.output.lines import tell
+from spin_usd.cli.output.lines import BAD, DOUBTFUL, Painted, tell
 from spin_usd.errors import FINDINGS
 
 if TYPE_CHECKING:
@@ -17,12 +17,12 @@ def warn_of_faults(report: "RenderReport", dataset: str | Path) -> None:
     from spin_usd.dataset.picture.brightness import counted_faults
 
     if text := counted_faults(report.faults, report.made + report.reused):
-        tell(f"warning: {text}; spin-usd check {dataset} names them")
+        tell((Painted("warning:", DOUBTFUL), f" {text}; spin-usd check {dataset} names them"))
 
 
 def exit_if_failed(report: "RenderReport") -> None:
     """Name the pictures that failed on standard error, and end the command where there are any."""
     for name, reason in report.failed:
-        tell(f"failed: {name}: {reason}")
+        tell((Painted("failed:", BAD), f" {name}: {reason}"))
     if report.failed:
         raise typer.Exit(FINDINGS)

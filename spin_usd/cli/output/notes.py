@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 
-from spin_usd.cli.output.lines import tell
+from spin_usd.cli.output.lines import NAME, Painted, tell
 
 
 def show_note(note: str) -> None:
     """Print the note on standard error."""
-    tell(f"note: {note}")
+    tell((Painted("note:", NAME), f" {note}"))
 
 
 def show_notes(notes: Iterable[str]) -> None:

@@ -1,57 +1,30 @@
-"""Progress of long operations on standard error: a bar with an ETA on a terminal, a line now and then elsewhere."""
+"""Progress of long operations on standard error: bars on a terminal, a line now and then elsewhere."""
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from spin_usd.cli.output.lines import tell
+from spin_usd.cli.output.terminal import is_terminal
+from spin_usd.progress import Progress, ignore
 
 LINE_EVERY_S = 10.0
 
 
 @contextmanager
-def shown(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
+def shown(quiet: bool = False) -> Iterator[Progress]:
     """Give a function that reports progress: what is done and counted, such as "rendering: picture", how many are
     done, how many there are."""
     if quiet:
-        yield lambda what, done, total: None
-    elif sys.stderr.isatty():
-        with _bar() as report:
+        yield ignore
+    elif is_terminal(sys.stderr):
+        from spin_usd.cli.output.bars import bars
+
+        with bars() as report:
             yield report
     else:
         yield _Lines()
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[str, int, int], None]]:
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("ETA"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        tasks = {}
-
-        def report(what: str, done: int, total: int) -> None:
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=total, completed=done)
-            bar.update(tasks[what], completed=done, total=total)
-
-        yield report
 
 
 class _Lines:
