@@ -68,6 +68,10 @@ class Folder:
         """Return whether the file `name` has other names too: hard links."""
         return self._status(name).st_nlink > 1
 
+    def size(self, name: str) -> int:
+        """Return how many bytes the file `name` has."""
+        return self._status(name).st_size
+
     def _status(self, name: str) -> os.stat_result:
         with self.open(name, UNBOUNDED) as file:
             return os.fstat(file.fileno())

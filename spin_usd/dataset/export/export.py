@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 from spin_usd.dataset.export.card import card_files
-from spin_usd.dataset.export.export_folder import describe, refuse_dataset, refuse_other
+from spin_usd.dataset.export.export_folder import describe, refuse_other
 from spin_usd.dataset.export.faulty_records import blaming_records
 from spin_usd.dataset.export.layout.exported_dataset import Entry
 from spin_usd.dataset.export.layout.index_file import csv_table
@@ -14,7 +14,7 @@ from spin_usd.dataset.export.plan import ExportPlan, plan_export
 from spin_usd.dataset.export.report import ExportReport
 from spin_usd.dataset.export.request import ExportRequest
 from spin_usd.dataset.export.writer import Counts, Writer
-from spin_usd.dataset.store.dataset_folder import Store
+from spin_usd.dataset.store.dataset_folder import Store, refuse_dataset
 from spin_usd.progress import Progress
 
 LIST = "pictures.csv"

@@ -24,12 +24,6 @@ WORDS = {
 }
 
 
-def refuse_dataset(out: Path, dataset: Path) -> None:
-    """Raise InputError where the folder `out` lies in the dataset, which has files of its own there."""
-    if out.resolve().is_relative_to(dataset.resolve()):
-        raise InputError("lies in the dataset", where=out, do="choose a folder beside it")
-
-
 def refuse_other(out: Path, described: Mapping[str, Any]) -> None:
     """Raise InputError where the folder holds anything but what is `described`, begun or finished. Write nothing."""
     held = Store(root=out).held()

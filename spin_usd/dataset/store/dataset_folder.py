@@ -219,6 +219,12 @@ class Store:
         return OutputError(f"cannot be written ({e.strerror})", where=self.root, do="choose another folder")
 
 
+def refuse_dataset(out: Path, dataset: Path) -> None:
+    """Raise InputError where the folder `out` lies in the dataset, which has files of its own there."""
+    if out.resolve().is_relative_to(dataset.resolve()):
+        raise InputError("lies in the dataset", where=out, do="choose a folder beside it")
+
+
 def refuse_strange(folder: Folder, names: tuple[str, ...]) -> None:
     """Raise InputError where one of these in the folder, or something below it, is neither file nor folder."""
     for node in folder.strange(names):

@@ -39,18 +39,23 @@ oiio.attribute("exr_threads", -1)  # and OpenEXR's pool would start threads even
 
 
 def write_image(
-    path: Path, array: Image, *, channels: tuple[str, ...], header: Mapping[str, str] | None = None
+    path: Path,
+    array: Image,
+    *,
+    channels: tuple[str, ...],
+    header: Mapping[str, str] | None = None,
+    quality: int = JPEG_QUALITY,
 ) -> None:
     """Write `array`, (H, W) or (H, W, C), with one name for each channel.
 
-    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy). Only .exr keeps the names, and `header`: attributes by
-    name, such as "spin:unit"; the others have 1 or 3 channels. Raises UnsupportedError for another kind, OutputError
-    when the file did not come out whole.
+    .exr holds float32, .png uint8 or uint16, .jpg uint8 (lossy, of that `quality`). Only .exr keeps the names, and
+    `header`: attributes by name, such as "spin:unit"; the others have 1 or 3 channels. Raises UnsupportedError for
+    another kind, OutputError when the file did not come out whole.
     """
     pixels = np.ascontiguousarray(array[..., None] if array.ndim == 2 else array)
     _check_kind(path, pixels, channels)
     if path.suffix == ".jpg":
-        data = _jpeg(pixels)
+        data = _jpeg(pixels, quality)
     else:
         data = _encoded(path, pixels, _spec(path, pixels, channels, header or {}))
     try:
@@ -86,11 +91,11 @@ def _spec(path: Path, pixels: Image, channels: tuple[str, ...], header: Mapping[
     return spec
 
 
-def _jpeg(pixels: Image) -> bytes:
+def _jpeg(pixels: Image, quality: int) -> bytes:
     """Return the bytes of a JPEG."""
     file = BytesIO()
     image = PillowImage.fromarray(pixels.squeeze(-1) if pixels.shape[2] == 1 else pixels)
-    image.save(file, "jpeg", quality=JPEG_QUALITY, subsampling=0)
+    image.save(file, "jpeg", quality=quality, subsampling=0)
     return file.getvalue()
 
 
