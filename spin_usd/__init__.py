@@ -1,8 +1,8 @@
 """spin_usd: labelled, traceable, reproducible imagery of a target spacecraft from layered USD stages.
 
-The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug` and
-`export`. They take what the commands take, by the same names, return what was done, and raise a `SpinError` where a
-command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
+The commands as functions: `author`, `augment`, `plan`, `render`, `merge`, `check`, `measure`, `reproduce`, `debug`,
+`export` and `show`. They take what the commands take, by the same names, return what was done, and raise a `SpinError`
+where a command would end with one sentence. `Dataset` reads what was rendered, a `Picture` at a time.
 
 Each name is loaded when it is first used. Stages are opened and pictures rendered in child processes: neither USD nor
 Blender is ever loaded into the caller's.
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from spin_usd.api.plan import plan
     from spin_usd.api.render import render
     from spin_usd.api.reproduce import reproduce
+    from spin_usd.api.show import show
     from spin_usd.dataset.read.dataset import Dataset
     from spin_usd.dataset.read.picture import Picture
     from spin_usd.errors import SpinError
@@ -43,6 +44,7 @@ __all__ = [
     "plan",
     "render",
     "reproduce",
+    "show",
 ]
 
 _MODULES = {
@@ -59,6 +61,7 @@ _MODULES = {
     "plan": "spin_usd.api.plan",
     "render": "spin_usd.api.render",
     "reproduce": "spin_usd.api.reproduce",
+    "show": "spin_usd.api.show",
 }
 
 

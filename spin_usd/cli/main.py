@@ -17,6 +17,7 @@ from spin_usd.cli.diff import diff
 from spin_usd.cli.doctor import doctor
 from spin_usd.cli.export import export
 from spin_usd.cli.interactive.keypoints import keypoints
+from spin_usd.cli.interactive.show import show as show_dataset
 from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
@@ -67,12 +68,12 @@ def common(
     context.obj = {"quiet": quiet}
 
 
-RESUMED = {"demo", "render", "merge", "export", "measure"}
+RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 """Commands that go on where an earlier run was stopped."""
 
 COMMANDS = (
     *(demo, author, keypoints, augment, plan, measure, render, merge),
-    *(check, export, diff, reproduce, debug_command, doctor),
+    *(check, show_dataset, export, diff, reproduce, debug_command, doctor),
 )
 for command in COMMANDS:
     summary = (command.__doc__ or "").partition("\n")[0]

@@ -123,6 +123,11 @@ class ChildCalls:
 
         return keypoints_text(**arguments)
 
+    def show_picture(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.gallery.in_child.picture_files import write_picture_files
+
+        return write_picture_files(**arguments)
+
     def graphics_processors(self) -> Any:
         from spin_usd.dataset.process.open_renderer import graphics_processors
 

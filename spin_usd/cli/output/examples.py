@@ -33,6 +33,10 @@ EXAMPLES = {
         "spin-usd check my_dataset",
         "spin-usd check my_dataset --repair",
     ),
+    "show": (
+        "spin-usd show my_dataset",
+        "spin-usd show my_dataset --out my_page --beside another_dataset",
+    ),
     "export": (
         "spin-usd export my_dataset --to speedplus --out my_speedplus --split train=0.8,validation=0.2",
         "spin-usd export --list",

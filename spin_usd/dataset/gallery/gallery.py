@@ -1,0 +1,93 @@
+"""Write the page of a dataset: its records first, then the files of each picture, then the index."""
+
+import time
+from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
+
+from spin_usd.dataset.gallery.data_file import DataFile
+from spin_usd.dataset.gallery.gallery_file import PAGE
+from spin_usd.dataset.gallery.gallery_folder import GalleryFolder, refuse_other
+from spin_usd.dataset.gallery.index import Arrays, Header, columns_of, described_dataset, measures_of, pictures_of
+from spin_usd.dataset.gallery.picture_calls import lacking, written
+from spin_usd.dataset.gallery.record_shelf import PER_FILE, RecordShelf
+from spin_usd.dataset.gallery.report import GalleryReport
+from spin_usd.dataset.gallery.request import GalleryRequest
+from spin_usd.dataset.gallery.survey import SurveyedPicture, survey
+from spin_usd.dataset.gallery.values.columns import Columns
+from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.dataset.store.dataset_folder import Store, refuse_dataset
+from spin_usd.errors import InputError
+from spin_usd.progress import Progress
+
+
+def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
+    """Write the page as the request says. Run again, it makes what is missing, or has changed.
+
+    A picture that is damaged is shown as such, and named in the report. Raises InputError where the dataset or the
+    folder is not what it should be, and OutputError.
+    """
+    began = time.monotonic()
+    dataset = _opened(request.dataset)
+    beside = _opened(request.beside) if request.beside else None
+    refuse_dataset(request.out, request.dataset)
+    refuse_other(request.out)
+    with Store(root=request.out).locked() as lease:
+        folder = GalleryFolder(request.out, lease.work)
+        folder.describe(request.dataset)
+        pictures, header, arrays = _survey(dataset, request, folder, progress)
+        wanted = lacking(pictures, folder.present)
+        faults = defaultdict(list, {at: [each.fault] for at, each in enumerate(pictures) if each.fault})
+        for at, fault in written(pictures, wanted, request, lease.work, progress=progress):
+            faults[at].append(fault)
+        if beside:
+            others, numbers = _survey_beside(beside, request, progress)
+            header, arrays = header | {"beside": others}, arrays | numbers
+        header |= {"given": str(request.dataset), "faults": {str(at): "; ".join(each) for at, each in faults.items()}}
+        folder.write_page(DataFile(header, arrays))
+        folder.sweep({name for picture in pictures for name in picture.keys.names.values()})
+    return GalleryReport(
+        page=str(request.out / PAGE),
+        pictures=len(pictures),
+        made=len(wanted),
+        kept=len(pictures) - len(wanted),
+        damaged={f"{pictures[at].variant}/{pictures[at].frame}": "; ".join(each) for at, each in faults.items()},
+        bytes=folder.total_bytes(),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _opened(path: Path) -> Dataset:
+    dataset = Dataset(path)
+    if not len(dataset):
+        raise InputError("holds no picture", where=path, do="render some first")
+    return dataset
+
+
+def _survey(
+    dataset: Dataset, request: GalleryRequest, folder: GalleryFolder, progress: Progress
+) -> tuple[list[SurveyedPicture], Header, Arrays]:
+    """Read all records and write them and their columns; return the pictures, and the index as far as it is known."""
+    pictures, columns, shelf, kinds = [], Columns(), RecordShelf(folder), dict[str, None]()
+    for picture in survey(dataset, request, what="reading: record", progress=progress):
+        columns.add(picture.values)
+        shelf.add(picture)
+        kinds |= dict.fromkeys(picture.keys.kinds)
+        pictures.append(replace(picture, picture=None, values={}))
+    shelf.finish()
+    header, arrays = pictures_of(pictures)
+    held = dict(columns.columns())
+    measures, numbers = measures_of(dataset, held)
+    others = {name: column for name, column in held.items() if name not in numbers}
+    header |= described_dataset(dataset, list(kinds)) | {"records": shelf.files, "per_file": PER_FILE}
+    header |= {"measures": measures, "columns": list(columns_of(others, folder))}
+    return pictures, header, arrays | numbers
+
+
+def _survey_beside(dataset: Dataset, request: GalleryRequest, progress: Progress) -> tuple[Header, Arrays]:
+    """Read the records of the dataset beside; return its measures."""
+    columns = Columns()
+    for picture in survey(dataset, request, what="reading: record beside", progress=progress):
+        columns.add(picture.values)
+    measures, arrays = measures_of(dataset, dict(columns.columns()), prefix="beside ")
+    return {"dataset": dataset.root.name, "count": len(dataset), "measures": measures}, arrays

@@ -1,0 +1,62 @@
+"""The files of pictures, which children write, for they decode what strangers may have written."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from spin_usd.dataset.gallery.picture_keys import PictureKeys
+from spin_usd.dataset.gallery.request import GalleryRequest
+from spin_usd.dataset.gallery.survey import SurveyedPicture
+from spin_usd.dataset.process.processors import usable_cpus
+from spin_usd.dataset.process.shared_calls import Call, results_of
+from spin_usd.errors import OutputError, SpinError
+from spin_usd.progress import Progress
+
+PICTURES_PER_CHILD = 8  # starting one takes as long as so many
+
+
+def lacking(pictures: Sequence[SurveyedPicture], present: set[str]) -> dict[int, PictureKeys]:
+    """Return the keys of files that are not `present`, by the places of pictures that have them: of pictures that
+    share a file those of the first."""
+    begun, found = set(present), {}
+    for place, picture in enumerate(pictures):
+        keys = picture.keys.without(begun)
+        if keys.image or keys.labels:
+            found[place] = keys
+        begun |= set(picture.keys.names.values())
+    return found
+
+
+def written(
+    pictures: Sequence[SurveyedPicture],
+    wanted: Mapping[int, PictureKeys],
+    request: GalleryRequest,
+    work: Path,
+    *,
+    progress: Progress,
+) -> Iterator[tuple[int, str]]:
+    """Let children write the `wanted` files, and yield the places of pictures that are damaged, with what is wrong.
+
+    Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
+    """
+    calls = [_call(pictures[place], keys, request, work) for place, keys in wanted.items()]
+    children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
+    for done, (place, result) in enumerate(zip(wanted, results_of(calls, children, progress=progress), strict=True)):
+        progress("showing: picture", done, len(calls))
+        if isinstance(result, OutputError):
+            raise result
+        faults = [str(result)] if isinstance(result, SpinError) else result
+        yield from ((place, fault) for fault in faults)
+    progress("showing: picture", len(calls), len(calls))
+
+
+def _call(picture: SurveyedPicture, keys: PictureKeys, request: GalleryRequest, work: Path) -> Call:
+    arguments = {
+        "dataset": str(request.dataset),
+        "frame": picture.frame,
+        "variant": picture.variant,
+        "out": str(request.out),
+        "work": str(work),
+        "images": request.images,
+        "keys": keys,
+    }
+    return Call("show_picture", arguments)

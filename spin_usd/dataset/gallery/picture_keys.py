@@ -1,0 +1,69 @@
+"""The keys of a picture's files in a gallery: each is made of the digests in the record, so equal files are made once,
+and those that are there are not made again."""
+
+import json
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
+
+from spin_usd.dataset.gallery.data_file import key_of
+from spin_usd.dataset.gallery.gallery_file import DATA, IMAGES, THUMBNAILS, file_of
+from spin_usd.dataset.gallery.request import ORIGINAL, GalleryRequest
+
+VERSION = "gallery-1"
+"""Goes up when the same picture gets other files."""
+IMAGE = "image"
+
+
+class PictureKeys(NamedTuple):
+    """The keys of the image with its thumbnail, and of the label data; "" where there are none. suffix: of the image ·
+    preview: the kind of label that the thumbnail is made of where there is no image, "" else · kinds: the labels in the
+    data."""
+
+    image: str = ""
+    labels: str = ""
+    suffix: str = ".jpg"
+    preview: str = ""
+    kinds: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The names of the files in the gallery, by what they are."""
+        found = {}
+        if self.image:
+            found["thumbnail"] = file_of(THUMBNAILS, self.image, ".jpg")
+        if self.image and not self.preview:
+            found["image"] = file_of(IMAGES, self.image, self.suffix)
+        if self.labels:
+            found["labels"] = file_of(DATA, self.labels, ".js")
+        return found
+
+    def without(self, present: Collection[str]) -> "PictureKeys":
+        """Return the same without the keys of files that are among those `present`."""
+        lacking = {what for what, name in self.names.items() if name not in present}
+        image = self.image if lacking & {"thumbnail", "image"} else ""
+        return self._replace(image=image, labels=self.labels if "labels" in lacking else "")
+
+
+def keys_of(record: Mapping[str, Any], request: GalleryRequest) -> PictureKeys:
+    """Return the keys of the picture with that record."""
+    digests = {str(kind): str(entry["sha256"]) for kind, entry in record["files"].items()}
+    kinds = tuple(kind for kind in request.labels if kind in digests)
+    preview = "" if IMAGE in digests else next(iter(kinds), "")
+    shown = digests.get(preview or IMAGE)
+    original = request.images == ORIGINAL and not preview and str(record["files"][IMAGE]["path"]).endswith(".png")
+    return PictureKeys(
+        image=_key("image", request.images, shown) if shown else "",
+        labels=_key("labels", {kind: digests[kind] for kind in kinds}, _geometry(record)) if kinds else "",
+        suffix=".png" if original else ".jpg",
+        preview=preview,
+        kinds=kinds,
+    )
+
+
+def _key(*made_of: Any) -> str:
+    return key_of(VERSION.encode(), json.dumps(made_of).encode())
+
+
+def _geometry(record: Mapping[str, Any]) -> Any:
+    """Return what the label data depend on beside the labels: see `body_points`."""
+    return record["camera"], [target["pose"] for target in record["targets"]]

@@ -1,0 +1,117 @@
+"""Tests of the folder that `show` writes."""
+
+import json
+import shutil
+
+import pytest
+
+import spin_usd
+from spin_usd.dataset.gallery.page_files import page_files
+from spin_usd.errors import InputError
+
+SVG = b"http://www.w3.org/2000/svg"  # the name of a vocabulary, which nothing loads
+
+
+def contents(folder):
+    """The bytes of all files in the folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def shown(pictured, tmp_path_factory):
+    """The folder of the page of that dataset."""
+    out = tmp_path_factory.mktemp("shown") / "page"
+    report = spin_usd.show(pictured, out=out, workers=1)
+    assert (report.pictures, report.made, report.damaged) == (6, 3, {})  # variants share what is the same
+    assert report.bytes == sum(map(len, contents(out).values()))
+    return out
+
+
+@pytest.fixture
+def copied(pictured, tmp_path):
+    """A copy of the dataset to change."""
+    return shutil.copytree(pictured, tmp_path / "dataset", copy_function=shutil.copy)
+
+
+def test_run_again_it_makes_nothing_and_the_same(pictured, shown) -> None:
+    before = contents(shown)
+    report = spin_usd.show(pictured, out=shown)
+    assert (report.made, report.kept) == (0, 6)
+    assert contents(shown) == before
+
+
+def test_the_number_of_workers_changes_no_byte(pictured, shown, tmp_path) -> None:
+    spin_usd.show(pictured, out=tmp_path / "page", workers=2)
+    assert contents(tmp_path / "page") == contents(shown)
+
+
+def test_it_makes_what_changed_and_removes_what_nothing_uses(copied, tmp_path) -> None:
+    out = tmp_path / "page"
+    spin_usd.show(copied, out=out, workers=1)
+    before = contents(out)
+    (out / "notes.txt").write_text("mine")
+    for path in (copied / "records").glob("*/img000002.json"):
+        path.unlink()
+    report = spin_usd.show(copied, out=out, workers=1)
+    assert (report.pictures, report.made) == (4, 0)
+    after = contents(out)
+    assert {name for name in before if name.startswith("images/")} - set(after)
+    assert after["notes.txt"] == b"mine"
+    spin_usd.show(copied, out=tmp_path / "anew", workers=1)
+    assert contents(tmp_path / "anew") == {name: data for name, data in after.items() if name != "notes.txt"}
+
+
+def test_a_damaged_picture_is_named_and_the_others_are_shown(copied, tmp_path, spin_usd) -> None:
+    (copied / "records" / "other" / "img000001.json").write_text('{"schema": "record-1"}')
+    (copied / "depth" / "nominal" / "img000003.exr").write_bytes(b"nonsense")
+    done = spin_usd("show", copied, "--out", tmp_path / "page", code=1)
+    assert "6 pictures, 2 damaged" in done.stdout
+    assert "damaged: other/img000001: " in done.stderr
+    assert "depth/nominal/img000003.exr" in done.stderr
+
+
+@pytest.mark.parametrize("images", ["small", "original"])
+def test_images_are_as_asked_for(pictured, tmp_path, images) -> None:
+    out = tmp_path / "page"
+    spin_usd.show(pictured, out=out, images=images, labels="none", workers=1)
+    made = sorted((out / "images").rglob("*.*"))
+    originals = {path.read_bytes() for path in (pictured / "image" / "nominal").iterdir()}
+    assert len(made) == 3
+    assert ({path.read_bytes() for path in made} == originals) == (images == "original")
+
+
+def test_a_folder_that_holds_something_else_is_refused(pictured, tmp_path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"holds mine.txt but no gallery.json"):
+        spin_usd.show(pictured, out=tmp_path)
+    with pytest.raises(InputError, match="lies in the dataset"):
+        spin_usd.show(pictured, out=pictured / "page")
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_link_in_the_folder_is_not_followed(pictured, shown, tmp_path) -> None:
+    out = shutil.copytree(shown, tmp_path / "page")
+    shutil.rmtree(out / "images")
+    (tmp_path / "elsewhere").mkdir()
+    (out / "images").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="is a link"):
+        spin_usd.show(pictured, out=out)
+    assert not any((tmp_path / "elsewhere").iterdir())
+
+
+def test_what_is_no_dataset_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match="is not a dataset"):
+        spin_usd.show(tmp_path, out=tmp_path / "page")
+
+
+def test_the_page_loads_all_of_its_files_and_nothing_else() -> None:
+    files = page_files()
+    html = files["index.html"].decode()
+    assert all(f'"page/{name}"' in html for name in files if name != "index.html")
+    assert html.count('="page/') == len(files) - 1
+    assert not [name for name, data in files.items() if b"://" in data.replace(SVG, b"")]
+
+
+def test_the_marker_says_whose_folder_it_is(shown) -> None:
+    found = json.loads((shown / "gallery.json").read_text())
+    assert found == {"schema": "gallery-1", "dataset": "my dataset", "spin_usd": spin_usd.__version__}
