@@ -9,6 +9,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.arguments.completions import bundled
 from spin_usd.cli.arguments.options import STAGE_HELP, Json
 from spin_usd.cli.output.lines import NAME, Line, Painted, show
 from spin_usd.cli.output.progress import shown
@@ -23,7 +24,11 @@ def augment(
     stage: Annotated[Path | None, typer.Argument(help=STAGE_HELP)] = None,
     spec: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"What to write: a TOML file, or one of {named('specification')}."),
+        typer.Option(
+            autocompletion=bundled("specification"),
+            metavar="NAME_OR_FILE",
+            help=f"What to write: a TOML file, or one of {named('specification')}.",
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A new root layer beside the stage, which stays as it is.")

@@ -8,6 +8,7 @@ import typer
 
 import spin_usd
 from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.arguments.completions import bundled
 from spin_usd.cli.arguments.options import Frames, Json
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.notes import show_notes
@@ -30,6 +31,7 @@ def author(
     sample: Annotated[
         str | None,
         typer.Option(
+            autocompletion=bundled("sample"),
             metavar="TEXT_OR_NAME_OR_FILE",
             help="What poses and light are sampled from, by the seed, instead of reading --poses: text such as "
             f"'range=3..10 inside=0.9', a TOML file, or a name ({named('sample')}); --target, --camera, --preset, "
@@ -39,11 +41,19 @@ def author(
     count: Annotated[int | None, typer.Option(metavar="N", help="Pictures to sample; all if not given.")] = None,
     target: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file."),
+        typer.Option(
+            autocompletion=bundled("target"),
+            metavar="NAME_OR_FILE",
+            help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file.",
+        ),
     ] = None,
     camera: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"{named('camera')}; a SPEED+ camera.json, or a camera layer."),
+        typer.Option(
+            autocompletion=bundled("camera"),
+            metavar="NAME_OR_FILE",
+            help=f"{named('camera')}; a SPEED+ camera.json, or a camera layer.",
+        ),
     ] = None,
     units_per_metre: Annotated[
         float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
@@ -54,13 +64,24 @@ def author(
     frames: Frames = None,
     seed: Annotated[int, typer.Option(metavar="N", help="The dataset's seed.")] = 0,
     preset: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('preset')}, or a preset layer.")
+        str | None,
+        typer.Option(
+            autocompletion=bundled("preset"), metavar="NAME_OR_FILE", help=f"{named('preset')}, or a preset layer."
+        ),
     ] = None,
     lights: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('lights')}, or a lights layer.")
+        str | None,
+        typer.Option(
+            autocompletion=bundled("lights"), metavar="NAME_OR_FILE", help=f"{named('lights')}, or a lights layer."
+        ),
     ] = None,
     environment: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help=f"{named('environment')}, or an environment layer.")
+        str | None,
+        typer.Option(
+            autocompletion=bundled("environment"),
+            metavar="NAME_OR_FILE",
+            help=f"{named('environment')}, or an environment layer.",
+        ),
     ] = None,
     earth: Annotated[
         Path | None,
@@ -73,6 +94,7 @@ def author(
     augment: Annotated[
         str | None,
         typer.Option(
+            autocompletion=bundled("specification"),
             metavar="NAME_OR_FILE",
             help=f"A specification of augmentations to write over it: {named('specification')}, or a TOML file.",
         ),
@@ -107,7 +129,11 @@ def author(
     ] = None,
     lidar: Annotated[
         str | None,
-        typer.Option(metavar="NAME_OR_FILE", help=f"A LiDAR on the camera: {named('lidar')}, or a TOML or JSON file."),
+        typer.Option(
+            autocompletion=bundled("lidar"),
+            metavar="NAME_OR_FILE",
+            help=f"A LiDAR on the camera: {named('lidar')}, or a TOML or JSON file.",
+        ),
     ] = None,
     sun_direction: Annotated[
         str | None,

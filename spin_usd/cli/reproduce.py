@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 import spin_usd
+from spin_usd.cli.arguments.completions import frames_of_dataset, variants_of_dataset
 from spin_usd.cli.arguments.options import Json
 from spin_usd.cli.output.lines import BAD, GOOD, Painted, show
 from spin_usd.cli.output.notes import show_note, show_notes
@@ -20,8 +21,10 @@ OTHER_DEVICE = (
 
 def reproduce(
     dataset: Annotated[Path, typer.Argument(help="A dataset's folder.")],
-    frame: Annotated[str, typer.Argument(help="A frame's name, such as img000001.")],
-    variant: Annotated[str, typer.Option(metavar="NAME", help="The variant of the frame.")] = "nominal",
+    frame: Annotated[str, typer.Argument(autocompletion=frames_of_dataset, help="A frame's name, such as img000001.")],
+    variant: Annotated[
+        str, typer.Option(autocompletion=variants_of_dataset, metavar="NAME", help="The variant of the frame.")
+    ] = "nominal",
     device: Annotated[
         str | None,
         typer.Option(

@@ -5,9 +5,11 @@ from typing import Annotated
 
 import typer
 
+from spin_usd.cli.arguments.completions import one_of
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, RENDERERS
 from spin_usd.dataset.process.processors import MAX_WORKERS
 from spin_usd.dataset.store.stage_path import root_layer
+from spin_usd.scene.effort import QUALITIES
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object for programs.")]
 
@@ -36,7 +38,11 @@ EffortText = Annotated[
 ]
 Quality = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Settings by a name: preview, draft, standard (the default) or reference."),
+    typer.Option(
+        autocompletion=one_of(QUALITIES),
+        metavar="NAME",
+        help="Settings by a name: preview, draft, standard (the default) or reference.",
+    ),
 ]
 Error = Annotated[
     str | None,
@@ -61,7 +67,12 @@ Labels = Annotated[
 LabelsOnly = Annotated[bool, typer.Option("--labels-only", help="Write labels, and no image.")]
 RendererName = Annotated[
     str | None,
-    typer.Option("--renderer", metavar="NAME", help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} by default."),
+    typer.Option(
+        "--renderer",
+        autocompletion=one_of(RENDERERS),
+        metavar="NAME",
+        help=f"{' or '.join(RENDERERS)}; {DEFAULT_RENDERER} by default.",
+    ),
 ]
 DeviceName = Annotated[
     str,

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from spin_usd.cli.arguments.built_in import named
+from spin_usd.cli.arguments.completions import bundled
 from spin_usd.cli.output.lines import show, tell
 from spin_usd.counted import counted
 from spin_usd.dataset.keypoints.request import LOCAL_HOST, PORT, KeypointsRequest
@@ -15,7 +16,9 @@ def keypoints(
     target: Annotated[
         str,
         typer.Argument(
-            metavar="NAME_OR_FILE", help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file, as of author."
+            autocompletion=bundled("target"),
+            metavar="NAME_OR_FILE",
+            help=f"{named('target')}; an OBJ, PLY, STL, glTF, GLB or USD file, as of author.",
         ),
     ],
     out: Annotated[
