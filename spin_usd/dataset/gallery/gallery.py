@@ -1,7 +1,6 @@
 """Write the page of a dataset: its records first, then the files of each picture, then the index."""
 
 import time
-from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,13 +36,12 @@ def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
         folder.describe(request.dataset)
         pictures, header, arrays = _survey(dataset, request, folder, progress)
         wanted = lacking(pictures, folder.present)
-        faults = defaultdict(list, {at: [each.fault] for at, each in enumerate(pictures) if each.fault})
-        for at, fault in written(pictures, wanted, request, lease.work, progress=progress):
-            faults[at].append(fault)
+        of_files = written(pictures, wanted, request, lease.work, progress=progress)
+        faults = {at: fault for at, picture in enumerate(pictures) if (fault := picture.faults(of_files))}
         if beside:
             others, numbers = _survey_beside(beside, request, progress)
             header, arrays = header | {"beside": others}, arrays | numbers
-        header |= {"given": str(request.dataset), "faults": {str(at): "; ".join(each) for at, each in faults.items()}}
+        header |= {"given": str(request.dataset), "faults": faults}
         folder.write_page(DataFile(header, arrays))
         folder.sweep({name for picture in pictures for name in picture.keys.names.values()})
     return GalleryReport(
@@ -51,7 +49,7 @@ def show(request: GalleryRequest, *, progress: Progress) -> GalleryReport:
         pictures=len(pictures),
         made=len(wanted),
         kept=len(pictures) - len(wanted),
-        damaged={f"{pictures[at].variant}/{pictures[at].frame}": "; ".join(each) for at, each in faults.items()},
+        damaged={f"{pictures[at].variant}/{pictures[at].frame}": fault for at, fault in faults.items()},
         bytes=folder.total_bytes(),
         seconds=time.monotonic() - began,
     )

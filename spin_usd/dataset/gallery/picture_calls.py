@@ -1,6 +1,6 @@
 """The files of pictures, which children write, for they decode what strangers may have written."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from spin_usd.dataset.gallery.picture_keys import PictureKeys
@@ -33,20 +33,23 @@ def written(
     work: Path,
     *,
     progress: Progress,
-) -> Iterator[tuple[int, str]]:
-    """Let children write the `wanted` files, and yield the places of pictures that are damaged, with what is wrong.
+) -> dict[str, str]:
+    """Let children write the `wanted` files; return what is wrong, by the keys of files that could not be written.
 
     Raises OutputError where the gallery cannot be written, and ChildInternalError for a defect of ours.
     """
     calls = [_call(pictures[place], keys, request, work) for place, keys in wanted.items()]
     children = request.workers or max(1, min(len(usable_cpus()), len(calls) // PICTURES_PER_CHILD))
-    for done, (place, result) in enumerate(zip(wanted, results_of(calls, children, progress=progress), strict=True)):
+    faults: dict[str, str] = {}
+    for done, (keys, result) in enumerate(
+        zip(wanted.values(), results_of(calls, children, progress=progress), strict=True)
+    ):
         progress("showing: picture", done, len(calls))
         if isinstance(result, OutputError):
             raise result
-        faults = [str(result)] if isinstance(result, SpinError) else result
-        yield from ((place, fault) for fault in faults)
+        faults |= dict.fromkeys((keys.image, keys.labels), str(result)) if isinstance(result, SpinError) else result
     progress("showing: picture", len(calls), len(calls))
+    return faults
 
 
 def _call(picture: SurveyedPicture, keys: PictureKeys, request: GalleryRequest, work: Path) -> Call:

@@ -1,6 +1,6 @@
 """The records of a dataset read one after the other, the damaged ones too."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from spin_usd.dataset.gallery.picture_keys import PictureKeys, keys_of
@@ -34,6 +34,11 @@ class SurveyedPicture:
     def record(self) -> str:
         """The name of its record."""
         return record_of(self.variant, self.frame)
+
+    def faults(self, of_files: Mapping[str, str]) -> str:
+        """Return all that is wrong with it: its record, and its files, of which faults are given by key; "" else."""
+        own = (of_files.get(key) for key in dict.fromkeys((self.keys.image, self.keys.labels)) if key)
+        return self.fault or "; ".join(dict.fromkeys(filter(None, own)))
 
 
 def survey(dataset: Dataset, request: GalleryRequest, *, what: str, progress: Progress) -> Iterator[SurveyedPicture]:

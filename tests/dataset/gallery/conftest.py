@@ -6,18 +6,17 @@ import shutil
 
 import pytest
 
+import spin_usd
+
 LABELS = "depth,segmentation,dense_pose,normals_cam,lit"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 @pytest.fixture(scope="session")
-def pictured(small_stage, tmp_path_factory, spin_usd):
+def pictured(small_stage, tmp_path_factory):
     """The folder of a dataset of three frames at 240 x 150 in the variants nominal and other."""
     out = tmp_path_factory.mktemp("pictured") / "my dataset"
-    spin_usd(
-        *("render", small_stage, "--out", out, "--renderer", "raycast", "--samples", 1),
-        *("--frames", "0:3", "--labels", LABELS, "--workers", 1),
-    )
+    spin_usd.render(small_stage, out=out, renderer="raycast", samples=1, frames="0:3", labels=LABELS, workers=1)
     for path in sorted((out / "records" / "nominal").iterdir()):
         add_variant(out, json.loads(path.read_text()))
     return out
@@ -34,6 +33,14 @@ def add_variant(dataset, record) -> None:
     path = dataset / "records" / "other" / f"{record['frame']}.json"
     path.parent.mkdir(exist_ok=True)
     path.write_text(json.dumps(record))
+
+
+@pytest.fixture(scope="session")
+def shown(pictured, tmp_path_factory):
+    """The folder of the page of that dataset, beside which it stands itself."""
+    out = tmp_path_factory.mktemp("shown") / "page"
+    spin_usd.show(pictured, out=out, beside=pictured, workers=1)
+    return out
 
 
 @pytest.fixture(scope="session")
@@ -61,7 +68,7 @@ def opened(browser):
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
         page.goto(f"{(folder / 'index.html').as_uri()}{fragment}")
-        page.wait_for_function("globalThis.page")
+        page.wait_for_selector("body[data-ready]")
         return page
 
     yield open_page

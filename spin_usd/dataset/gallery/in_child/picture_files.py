@@ -1,6 +1,6 @@
 """The child's part of `show`: the files of one picture, for which it decodes those of the dataset."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -29,12 +29,12 @@ QUALITY = 85
 
 def write_picture_files(
     *, dataset: str, frame: str, variant: str, out: str, work: str, images: str, keys: Sequence[Any]
-) -> list[str]:
+) -> dict[str, str]:
     """Write the files of a picture that the gallery in the folder `out` lacks, those with `keys`, PictureKeys; return
-    what is wrong with those of the dataset."""
+    what is wrong with those of the dataset, by the keys that could not be written."""
     picture = read_picture(Path(dataset), record_of(variant, frame), _description(dataset))
     writer = _PictureWriter(picture, Folder(Path(out)), Path(work))
-    return list(writer.faults(PictureKeys(*keys), images))
+    return dict(writer.faults(PictureKeys(*keys), images))
 
 
 @cache
@@ -48,19 +48,16 @@ class _PictureWriter:
     def __init__(self, picture: Picture, out: Folder, work: Path) -> None:
         self._picture, self._out, self._work = picture, out, work
 
-    def faults(self, keys: PictureKeys, images: str) -> Iterator[str]:
-        """Write all, and yield what is wrong."""
-        writes: list[Callable[[], None]] = []
-        if keys.image:
-            writes.append(partial(self._preview if keys.preview else self._image, keys, images))
-        if keys.labels:
-            writes.append(partial(self._labels, keys))
-        for write in writes:
+    def faults(self, keys: PictureKeys, images: str) -> Iterator[tuple[str, str]]:
+        """Write all, and yield each key that could not be written, and what is wrong."""
+        shown = self._preview if keys.preview else self._image
+        for key, write in ((keys.image, partial(shown, keys, images)), (keys.labels, partial(self._labels, keys))):
             try:
                 with reading(f"{self._picture.frame} of {self._picture.variant}"):
-                    write()
+                    if key:
+                        write()
             except InputError as fault:
-                yield str(fault)
+                yield key, str(fault)
 
     def _image(self, keys: PictureKeys, images: str) -> None:
         shown = preview.image(self._picture.image)

@@ -3,14 +3,16 @@
 
 const LIT = { 1: "lit by the Sun", 2: "in a shadow", 3: "turned away", 4: "no Sun there" };
 
-/** Return the rows [name, text] that say what the labels hold at the pixel in that column and row. */
-function factsAt(labels, gallery, column, row) {
-  const found = [["Pixel", `column ${column}, row ${row}`], ["Its centre", `${column + 0.5}, ${row + 0.5}`]];
-  for (const { kind, unit, holds } of labels ? gallery.labels : []) {
+/** Return the rows [name, text, whether it is long] that say what the labels hold at the pixel [column, row]; texts of
+ * "–" for none. */
+function factsAt(labels, gallery, pixel) {
+  const [column, row] = pixel ?? [];
+  const found = [["Pixel", pixel ? `column ${column}, row ${row}` : "–"], ["Its centre", pixel ? `${column + 0.5}, ${row + 0.5}` : "–"]];
+  for (const { kind, unit } of labels ? gallery.labels : []) {
     if (!labels.has(kind)) continue;
-    const values = labels.at(kind, column, row);
-    const title = overlayTitle(kind);
-    found.push([title, values ? factText(kind, values, unit, gallery, labels) : "–"]);
+    const values = pixel && labels.at(kind, column, row);
+    const text = values ? factText(kind, values, unit, gallery, labels) : "–";
+    found.push([overlayTitle(kind), text, labels.described[kind].channels > 1]);
   }
   return found;
 }

@@ -52,10 +52,12 @@ class Filters {
       return found;
     };
     const list = element("div", { className: "choices" });
-    words.forEach((word, place) => {
+    const order = alphabetically(words);
+    const places = [...words.keys()].sort((a, b) => order[a] - order[b]);
+    for (const place of places) {
       boxes[place].addEventListener("change", apply);
-      list.append(element("label", { className: "check" }, boxes[place], ` ${word}`));
-    });
+      list.append(element("label", { className: "check" }, boxes[place], ` ${words[place]}`));
+    }
     this.shownFilters.set(name, { clear: () => boxes.forEach((box) => { box.checked = true; }), draw: () => {} });
     return element("fieldset", {}, element("legend", {}, title), button("all", true), " ", button("none", false), list);
   }

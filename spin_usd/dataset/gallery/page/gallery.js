@@ -38,6 +38,8 @@ class Gallery {
   byFrame() {
     const rows = this.frames.map(() => []);
     for (let row = 0; row < this.count; row += 1) rows[this.frameOf[row]].push(row);
+    const order = alphabetically(this.variants);
+    for (const each of rows) each.sort((a, b) => order[this.variantOf[a]] - order[this.variantOf[b]]);
     return rows;
   }
 
@@ -79,4 +81,20 @@ class Gallery {
     const found = header.pictures[row % this.per_file];
     return found.record ? found : null;
   }
+}
+
+/** Return the place of each name among all: nominal first, and 2 before 10. */
+function alphabetically(names) {
+  const sorted = names.map((name, place) => [name, place]);
+  sorted.sort(([a], [b]) => (b === "nominal") - (a === "nominal") || a.localeCompare(b, "en", { numeric: true }));
+  const order = new Uint32Array(names.length);
+  sorted.forEach(([, place], rank) => { order[place] = rank; });
+  return order;
+}
+
+/** Return the column's numbers to sort by: of words, their places in the alphabet. */
+function inOrder({ numbers, words }) {
+  if (!words.length) return numbers;
+  const order = alphabetically(words);
+  return Float32Array.from(numbers, (number) => (number < 0 ? NaN : order[number]));
 }

@@ -1,31 +1,41 @@
 "use strict";
 // The grid: only the tiles that can be seen are there, however many pictures there are.
 
-const GAP = 10, CAPTION = 40, OVERSCAN = 1; // pixels, pixels, rows of tiles above and below
+const GAP = 10, CAPTION = 40; // pixels
+const OVERSCAN = 1; // rows of tiles above and below those that are seen
+const ASPECT = 0.625; // of a thumbnail, height to width
 
 class Grid extends EventTarget {
   constructor(gallery, selection, node, tiles, empty) {
     super();
-    Object.assign(this, { gallery, selection, node, tiles, empty, width: 200, current: 0, shown: new Map() });
+    Object.assign(this, { gallery, selection, node, tiles, empty, least: 200, current: 0, shown: new Map() });
     node.addEventListener("scroll", () => this.draw(), { passive: true });
     new ResizeObserver(() => this.draw()).observe(node);
-    selection.addEventListener("change", () => this.restart());
+    selection.addEventListener("change", () => {
+      node.scrollTop = 0;
+      this.restart();
+    });
     tiles.addEventListener("click", (event) => this.clicked(event));
     tiles.addEventListener("error", (event) => event.target.closest(".tile")?.classList.add("damaged"), true);
-    this.aspect = 0.625;
     this.draw();
   }
 
   get columns() {
-    return Math.max(Math.floor((this.node.clientWidth - GAP) / (this.width + GAP)), 1);
+    return Math.max(Math.floor((this.node.clientWidth - GAP) / (this.least + GAP)), 1);
+  }
+
+  /** The width of a tile: as many of at least the width asked for fill the window. */
+  get width() {
+    return Math.floor((this.node.clientWidth - GAP) / this.columns) - GAP;
   }
 
   get pitch() {
-    return Math.round(this.width * this.aspect) + CAPTION + GAP;
+    return Math.round(this.width * ASPECT) + CAPTION + GAP;
   }
 
-  setWidth(width) {
-    this.width = width;
+  /** Make tiles at least so wide. */
+  setWidth(least) {
+    this.least = least;
     this.restart();
   }
 
@@ -62,6 +72,7 @@ class Grid extends EventTarget {
       this.tiles.append(tile);
     }
     tile.style.width = `${this.width}px`;
+    tile.firstChild.style.height = `${Math.round(this.width * ASPECT)}px`;
     tile.style.transform = `translate(${GAP + (place % columns) * (this.width + GAP)}px, ${GAP + Math.floor(place / columns) * pitch}px)`;
     tile.tabIndex = place === this.current ? 0 : -1;
   }
@@ -70,9 +81,8 @@ class Grid extends EventTarget {
     const { gallery } = this;
     const fault = gallery.faults.get(row);
     const name = gallery.thumbnail(row);
-    const picture = name && !(fault && !gallery.frame(row)) ? element("img", { alt: "", decoding: "async", src: name }) : element("span", { className: "nothing" }, "no image");
+    const picture = name ? element("img", { alt: "", decoding: "async", src: name }) : element("span", { className: "nothing" }, "no image");
     const frame = element("span", { className: "frame" }, picture);
-    frame.style.height = `${Math.round(this.width * this.aspect)}px`;
     const about = element("span", { className: "about" }, [gallery.variant(row), gallery.value("range@1", row)].join(" · "));
     const found = element("button", { type: "button", className: "tile", "aria-label": `${gallery.frame(row)}, ${about.textContent}` }, frame, element("span", { className: "name" }, gallery.frame(row)), about);
     if (fault) {

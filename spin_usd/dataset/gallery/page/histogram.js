@@ -91,8 +91,9 @@ class RangeFilter {
     const [least, greatest] = this.extent;
     const place = (value, otherwise) => (value === "" ? otherwise : 100 * Math.min(Math.max((value - least) / (greatest - least || 1), 0), 1));
     const [from, to] = [place(this.low.value, 0), place(this.high.value, 100)];
+    const width = this.low.value || this.high.value ? Math.max(to - from, 0) : 0;
     this.chart.replaceChildren(
-      shape("rect", { x: from, y: 0, width: Math.max(to - from, 0), height: 28, class: "chosen" }),
+      shape("rect", { x: from, y: 0, width, height: 28, class: "chosen" }),
       shape("path", { d: bars([...all].map((each) => each / most), 100, 28), class: "all" }),
       shape("path", { d: bars([...some].map((each) => each / most), 100, 28), class: "some" }),
     );

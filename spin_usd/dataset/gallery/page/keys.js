@@ -3,7 +3,7 @@
 
 const KEYS = [
   ["Grid", [["← → ↑ ↓", "choose a picture"], ["Enter", "show it large"], ["Page Up, Page Down, Home, End", "go further"], ["/", "find a frame by its name"]]],
-  ["Picture", [["← →", "previous, next picture"], ["↑ ↓", "previous, next variant of the frame"], ["+ −", "zoom; the wheel too"], ["f", "show all of the picture"], ["i", "hide the image under the overlays"], ["0", "no overlays"], ["Esc", "back to the grid"]]],
+  ["Picture", [["← →", "previous, next picture"], ["↑ ↓", "previous, next variant of the frame"], ["+ −", "zoom; the wheel too"], ["z", "zoom to the target"], ["f", "show all of the picture"], ["i", "hide the image under the overlays"], ["0", "no overlays"], ["Esc", "back to the grid"]]],
   ["Everywhere", [["g", "pictures"], ["s", "distributions"], ["x", "dark or light"], ["?", "these keys"]]],
 ];
 

@@ -3,6 +3,7 @@
 
 const AXIS_COLOURS = ["#ff4d4d", "#46d160", "#5aa2ff"]; // x, y, z
 const EDGES = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
+const ROOM_PX = 260; // of the screen, that a target with names takes
 const STATES = {
   visible: "visible", "self-occluded": "hidden by its own body", occluded: "hidden by another body",
   outside: "outside the frame", behind: "behind the camera",
@@ -15,6 +16,12 @@ function line([x1, y1], [x2, y2], attributes) {
 function titled(node, text) {
   node.append(shape("title", {}, text));
   return node;
+}
+
+/** Return whether the target is large enough on the screen for names beside its points. */
+function roomFor(target, unit) {
+  const box = target.box.amodal;
+  return box !== null && Math.max(box[2] - box[0], box[3] - box[1]) > ROOM_PX * unit;
 }
 
 /** The drawings by their names: each takes a target of the record, the camera, the unit of a screen's pixel, and the
@@ -41,7 +48,7 @@ const LINES = {
       const name = described?.keypoints[place] ?? String(place + 1);
       const mark = shape("circle", { cx: u, cy: v, r: 4.5 * unit, class: `keypoint ${state in STATES ? state : ""}` });
       const label = shape("text", { x: u + 7 * unit, y: v - 5 * unit, "font-size": 11 * unit, class: "name" }, name);
-      return [titled(mark, `${name}: ${STATES[state] ?? state}`), label];
+      return [titled(mark, `${name}: ${STATES[state] ?? state}`), ...(roomFor(target, unit) ? [label] : [])];
     });
   },
 

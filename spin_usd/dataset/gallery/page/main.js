@@ -15,6 +15,7 @@ class Page {
     this.listen();
     this.count();
     this.route();
+    document.body.dataset.ready = "";
   }
 
   fillSorting() {
@@ -24,7 +25,7 @@ class Page {
     byId("sort").append(option("", "as in the dataset"), element("optgroup", { label: "Measures" }, ...measures), element("optgroup", { label: "Values of the records" }, ...others));
     byId("sort").addEventListener("change", async (event) => {
       const name = event.target.value;
-      this.selection.sorting = name ? (await this.gallery.column(name)).numbers : null;
+      this.selection.sorting = name ? inOrder(await this.gallery.column(name)) : null;
       this.selection.update();
     });
     byId("direction").addEventListener("click", (event) => {
@@ -63,13 +64,13 @@ class Page {
   }
 
   route() {
-    const [view, variant, frame] = location.hash.slice(1).split("/").map(decodeURIComponent);
+    const [view, variant, frame] = addressed();
     const row = view === "picture" ? this.gallery.rowOf(frame, variant) : undefined;
     const shown = row !== undefined ? "picture" : view === "distributions" ? "distributions" : "pictures";
     for (const id of ["pictures", "distributions", "picture"]) byId(id).hidden = id !== shown;
     byId("sorting").hidden = shown !== "pictures";
-    byId("to-pictures").toggleAttribute("aria-current", shown !== "distributions");
-    byId("to-distributions").toggleAttribute("aria-current", shown === "distributions");
+    byId("to-pictures").setAttribute("aria-current", shown === "distributions" ? "false" : "page");
+    byId("to-distributions").setAttribute("aria-current", shown === "distributions" ? "page" : "false");
     this.view = shown;
     if (shown === "picture") this.openPicture(row);
     if (shown === "distributions") this.distributions.draw();
@@ -122,7 +123,7 @@ class Page {
     const acts = {
       ArrowLeft: () => picture.step(-1), ArrowRight: () => picture.step(1), ArrowUp: () => picture.stepVariant(-1),
       ArrowDown: () => picture.stepVariant(1), "+": () => picture.stage.zoomBy(1.5), "-": () => picture.stage.zoomBy(1 / 1.5),
-      f: () => picture.stage.fit(), 0: () => picture.overlays.clear(),
+      f: () => picture.stage.fit(), z: () => picture.zoomToTargets(), 0: () => picture.overlays.clear(),
       i: () => picture.stage.image.classList.toggle("hidden"),
     };
     if (!acts[key]) return picture.overlays.key(key);
@@ -131,7 +132,16 @@ class Page {
   }
 }
 
+/** Return the parts of the address after "#", of which a user may have made anything. */
+function addressed() {
+  try {
+    return location.hash.slice(1).split("/").map(decodeURIComponent);
+  } catch {
+    return [];
+  }
+}
+
 loadData("index.js").then(
-  (found) => { globalThis.page = new Page(new Gallery(found)); },
+  (found) => new Page(new Gallery(found)),
   (fault) => { byId("dataset").textContent = `This page cannot be shown: ${fault.message}. Run spin-usd show again.`; },
 );

@@ -95,6 +95,15 @@ class Stage extends EventTarget {
     this.place();
   }
 
+  /** Show this box, x0, y0, x1, y1 in pixels, with some room around it. */
+  show([x0, y0, x1, y1]) {
+    const wide = Math.max(x1 - x0, 8) * 1.25, tall = Math.max(y1 - y0, 8) * 1.25;
+    this.zoom = Math.min(this.node.clientWidth / wide, this.node.clientHeight / tall, 64);
+    this.x = this.node.clientWidth / 2 - ((x0 + x1) / 2) * this.zoom;
+    this.y = this.node.clientHeight / 2 - ((y0 + y1) / 2) * this.zoom;
+    this.place();
+  }
+
   place() {
     this.paper.style.transform = `translate(${this.x}px, ${this.y}px) scale(${this.zoom})`;
     this.paper.classList.toggle("close", this.zoom >= 2);

@@ -22,7 +22,7 @@ class PictureView extends EventTarget {
     };
     this.title = element("h2");
     this.place = element("p", { className: "place" });
-    const steps = element("div", { className: "tools" }, button("←", "Previous picture", () => this.step(-1)), button("→", "Next picture", () => this.step(1)), button("⤢", "Show all of the picture", () => this.stage.fit()), button("✕", "Back to the grid", () => this.dispatchEvent(new Event("close"))));
+    const steps = element("div", { className: "tools" }, button("←", "Previous picture", () => this.step(-1)), button("→", "Next picture", () => this.step(1)), button("⊙", "Zoom to the target", () => this.zoomToTargets()), button("⤢", "Show all of the picture", () => this.stage.fit()), button("✕", "Back to the grid", () => this.dispatchEvent(new Event("close"))));
     this.pointer = element("div", { className: "pointer", "aria-live": "off" });
     this.slider = element("input", { type: "range", min: 0, step: 1, "aria-label": "Variant of this frame" });
     this.slider.addEventListener("input", () => this.go(this.gallery.variantsOf(this.row)[this.slider.value]));
@@ -30,6 +30,15 @@ class PictureView extends EventTarget {
     this.variants = element("div", { className: "variants" }, element("label", {}, "Variant ", this.variant, this.slider));
     this.about = element("div");
     this.side.append(element("header", {}, this.title, steps), this.place, this.variants, element("h3", {}, "Under the pointer"), this.pointer, element("h3", {}, "Overlays"), this.overlays.controls, this.about);
+  }
+
+  /** Show the targets' boxes large. */
+  zoomToTargets() {
+    const boxes = (this.shown?.record.targets ?? []).map((target) => target.box.visible ?? target.box.amodal).filter(Boolean);
+    if (!boxes.length) return;
+    const least = (axis) => Math.min(...boxes.map((box) => box[axis]));
+    const most = (axis) => Math.max(...boxes.map((box) => box[axis]));
+    this.stage.show([least(0), least(1), most(2), most(3)]);
   }
 
   go(row) {
@@ -68,6 +77,7 @@ class PictureView extends EventTarget {
     this.say(faults);
     this.draw();
     this.point(null);
+    this.stage.node.dataset.shown = `${gallery.variant(row)}/${gallery.frame(row)}`;
   }
 
   /** Take the picture's image and record; return a promise of its labels, null where it has none. */
@@ -128,10 +138,10 @@ class PictureView extends EventTarget {
 
   /** Say what is at that place of the picture, [u, v] in pixels; null where the pointer is elsewhere. */
   point(at) {
-    if (!at || !this.shown) {
-      this.pointer.replaceChildren(element("p", { className: "hint" }, "Point at the picture to read its labels."));
-      return;
-    }
-    this.pointer.replaceChildren(table(factsAt(this.labels, this.gallery, Math.floor(at[0]), Math.floor(at[1]))));
+    const pixel = at && this.shown ? at.map(Math.floor) : null;
+    const rows = factsAt(this.labels, this.gallery, pixel);
+    const found = table(rows, "facts values");
+    rows.forEach(([, , many], place) => found.rows[place].cells[1].classList.toggle("many", many === true));
+    this.pointer.replaceChildren(found);
   }
 }

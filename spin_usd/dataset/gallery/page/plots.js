@@ -1,9 +1,165 @@
 "use strict";
 // Distributions over the selected pictures, beside those of another dataset.
 
+const BINS = 40;
+const CELL = 8; // pixels of the canvas
+const DISC = 28; // cells across a hemisphere
+const HISTOGRAMS = ["range", "sun", "brightness", "visible"]; // measures with a histogram, by the first part of their name
+
+/** A plot's data: the numbers of two measures or one, of the selected rows here and of all of the other dataset. */
+class Source {
+  constructor(gallery, rows) {
+    Object.assign(this, { gallery, rows });
+  }
+
+  /** Return the measure's numbers of the selected pictures. */
+  own(name) {
+    const numbers = this.gallery.numbers.get(name);
+    return numbers && Float32Array.from(this.rows, (row) => numbers[row]);
+  }
+
+  /** Return the measure's numbers of the dataset beside; undefined where there is none. */
+  beside(name) {
+    return this.gallery.numbers.get(`beside ${name}`);
+  }
+}
+
 class Distributions {
   constructor(gallery, selection, node) {
-    Object.assign(this, { gallery, selection, node });
+    Object.assign(this, { gallery, selection, node, target: 1 });
+    this.about = element("p", { className: "about" });
+    this.cards = element("div", { className: "cards" });
+    this.choice = element("select", { "aria-label": "Target" }, ...gallery.targets.map(({ name }, place) => element("option", { value: place + 1 }, name)));
+    this.choice.hidden = gallery.targets.length < 2;
+    this.choice.addEventListener("change", () => {
+      this.target = Number(this.choice.value);
+      this.draw();
+    });
+    const legend = element("p", { className: "legend" }, element("span", { className: "own" }), gallery.dataset);
+    if (gallery.beside) legend.append(element("span", { className: "other" }), gallery.beside.dataset);
+    this.node.append(element("div", { className: "tools head" }, this.about, this.choice, legend), this.cards);
   }
-  draw() {}
+
+  /** Return the column's name: of the chosen target, or of the picture. */
+  name(measure) {
+    return this.gallery.measureOf.has(measure) ? measure : `${measure}@${this.target}`;
+  }
+
+  draw() {
+    const { gallery, selection } = this;
+    this.about.textContent = `${selection.rows.length} of ${gallery.count} pictures`;
+    const source = new Source(gallery, selection.rows);
+    const [range, sun, brightness, visible] = HISTOGRAMS.map((measure) => this.histogram(source, this.name(measure)));
+    const cards = [range, sun, this.attitudes(source), brightness, this.positions(source), visible];
+    this.cards.replaceChildren(...cards.filter(Boolean));
+  }
+
+  card(title, note, ...children) {
+    return element("section", { className: "card" }, element("h2", {}, title), element("p", { className: "hint" }, note), ...children);
+  }
+
+  /** Return the card of one measure: bars for this dataset, an outline for the other one, as shares of each. */
+  histogram(source, name) {
+    const own = source.own(name);
+    if (!own) return null;
+    const other = source.beside(name) ?? [];
+    const span = extent(own, other);
+    const title = this.gallery.title(name);
+    if (!span) return this.card(title, "No picture has it.");
+    const shares = [own, other].map((numbers) => shareOf(counts(numbers, null, span, BINS)));
+    const most = Math.max(...shares[0], ...shares[1], 1e-9);
+    const chart = shape("svg", { viewBox: "0 0 400 150", class: "plot", role: "img", "aria-label": `Histogram of ${title}` });
+    chart.append(shape("path", { d: bars(shares[0].map((each) => each / most), 400, 150), class: "own" }));
+    if (other.length) chart.append(shape("path", { d: bars(shares[1].map((each) => each / most), 400, 150), class: "other" }));
+    const ends = element("div", { className: "axis-ends" }, ...[span[0], (span[0] + span[1]) / 2, span[1]].map((end) => element("span", {}, `${shown(end, 3)} ${this.gallery.unit(name)}`)));
+    return this.card(title, summary(own, this.gallery.unit(name)), chart, ends);
+  }
+
+  /** Return the card of where targets are in the frame. */
+  positions(source) {
+    const [across, down] = [this.name("u"), this.name("v")];
+    if (!source.own(across)) return null;
+    const draw = (u, v, colour) => {
+      const canvas = density(u, v, [0, 1], [0, 1], 48, 30, colour);
+      canvas.setAttribute("role", "img");
+      canvas.setAttribute("aria-label", "Where the middle of the box is in the frame");
+      return canvas;
+    };
+    const parts = [draw(source.own(across), source.own(down), "--accent")];
+    if (source.beside(across)) parts.push(draw(source.beside(across), source.beside(down), "--other"));
+    return this.card("Position in the frame", "The middle of the visible box; stronger is more frequent.", element("div", { className: "pair" }, ...parts));
+  }
+
+  /** Return the card of where the camera is, seen from the target. */
+  attitudes(source) {
+    const names = ["from_x", "from_y", "from_z"].map((name) => this.name(name));
+    if (!source.own(names[0])) return null;
+    const parts = [hemispheres(names.map((name) => source.own(name)), "--accent")];
+    if (source.beside(names[0])) parts.push(hemispheres(names.map((name) => source.beside(name)), "--other"));
+    const card = this.card("Attitude", "Where the camera is, in the body's axes; equal areas (Lambert).", ...parts);
+    card.classList.add("tall");
+    return card;
+  }
+}
+
+/** Return the counts as shares of their sum. */
+function shareOf(found) {
+  const sum = found.reduce((a, b) => a + b, 0) || 1;
+  return Array.from(found, (each) => each / sum);
+}
+
+/** Say the least, the median and the greatest number. */
+function summary(numbers, unit) {
+  const sorted = Float32Array.from(numbers).filter((number) => !Number.isNaN(number)).sort();
+  const at = (share) => shown(sorted[Math.round(share * (sorted.length - 1))], 4);
+  return `${at(0)} to ${at(1)}${unit ? ` ${unit}` : ""}, median ${at(0.5)}`;
+}
+
+/** Return a canvas of how many points (u, v) lie in each cell: paler for fewer. */
+function density(u, v, across, down, columns, rows, variable) {
+  const cells = new Float64Array(columns * rows);
+  for (let i = 0; i < u.length; i += 1) {
+    const column = Math.floor(((u[i] - across[0]) / (across[1] - across[0])) * columns);
+    const row = Math.floor(((v[i] - down[0]) / (down[1] - down[0])) * rows);
+    if (column >= 0 && column < columns && row >= 0 && row < rows) cells[row * columns + column] += 1;
+  }
+  const most = Math.max(...cells, 1);
+  const canvas = element("canvas", { width: columns * CELL, height: rows * CELL, className: "density" });
+  const context = canvas.getContext("2d");
+  context.fillStyle = colourNow(variable);
+  cells.forEach((count, cell) => {
+    const [column, row] = [cell % columns, Math.floor(cell / columns)];
+    context.globalAlpha = count ? 0.18 + 0.82 * Math.sqrt(count / most) : 0.04;
+    context.fillRect(column * CELL, row * CELL, CELL, CELL);
+  });
+  return canvas;
+}
+
+/** Return the colour that the style sheet's variable is just now, for a canvas. */
+function colourNow(variable) {
+  const node = element("span");
+  node.style.color = `var(${variable})`;
+  document.body.append(node);
+  const found = getComputedStyle(node).color;
+  node.remove();
+  return found;
+}
+
+/** Return two discs, by Lambert's azimuthal projection, of the directions x, y, z with z > 0 and with z < 0. */
+function hemispheres([x, y, z], variable) {
+  const discs = [1, -1].map((side) => {
+    const [u, v] = [[], []];
+    for (let i = 0; i < x.length; i += 1) {
+      if (side * z[i] < 0 || Number.isNaN(x[i])) continue;
+      const scale = Math.sqrt(1 / (1 + Math.abs(z[i]))); // 1 at the equator
+      u.push(x[i] * scale);
+      v.push(-side * y[i] * scale); // seen from that side, x to the right
+    }
+    const canvas = density(u, v, [-1, 1], [-1, 1], DISC, DISC, variable);
+    canvas.classList.add("disc");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `Directions of the camera from ${side > 0 ? "+z" : "−z"}`);
+    return element("figure", {}, canvas, element("figcaption", {}, side > 0 ? "from +z: x right, y up" : "from −z: x right, y down"));
+  });
+  return element("div", { className: "pair" }, ...discs);
 }
