@@ -1,0 +1,50 @@
+"""The site of the documents: Sphinx builds it without a warning, and it has a page of all that the code offers."""
+
+import re
+import subprocess
+
+import pytest
+
+import spin_usd
+from spin_usd.cli.main import app
+from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
+from spin_usd.labels.table import LABELS
+from spin_usd.stage.augment.parameters import PARAMETERS
+from tests.conftest import REPOSITORY
+
+pytestmark = pytest.mark.slow
+PYTHON = REPOSITORY / ".venv-docs" / "bin" / "python"
+SCHEMAS = [path.name.removesuffix(".schema.json") for path in (REPOSITORY / "schemas").glob("*.json")]
+OFFERED = {
+    "commands": [command.callback.__name__ for command in app.registered_commands],
+    "python": [f"spin_usd.{name}" for name in spin_usd.__all__ if name.islower() and not name.startswith("_")],
+    "labels": list(LABELS),
+    "parameters": list(PARAMETERS),
+    "formats": list(EXPORT_FORMATS),
+    "bundled": [path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")],
+    "schemas": SCHEMAS,
+}
+"""What each page of the reference has a heading or a row of."""
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    if not PYTHON.is_file():
+        pytest.skip("no .venv-docs; tools/docs_environment makes it")
+    out = tmp_path_factory.mktemp("built") / "site"
+    built = subprocess.run([PYTHON, REPOSITORY / "tools" / "build_site", "--out", out], capture_output=True, text=True)
+    assert built.returncode == 0, built.stdout + built.stderr
+    return out
+
+
+def test_every_document_is_a_page(site) -> None:
+    for document in (REPOSITORY / "docs").rglob("*.md"):
+        assert (site / document.relative_to(REPOSITORY)).with_suffix(".html").is_file(), document
+
+
+@pytest.mark.parametrize("page", OFFERED)
+def test_the_reference_has_all_that_the_code_offers(site, page) -> None:
+    text = re.sub(r"<[^>]*>", "", (site / "docs" / "reference" / f"{page}.html").read_text())
+    missing = [name for name in OFFERED[page] if not re.search(rf"\b{re.escape(name)}\b", text)]
+    assert OFFERED[page]
+    assert not missing

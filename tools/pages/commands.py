@@ -1,0 +1,37 @@
+"""The reference of the commands: each with its arguments and options, as its own help has them."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import typer
+from pages.markdown import cell
+
+from spin_usd.cli.main import app
+from spin_usd.cli.output.examples import EXAMPLES
+
+INTRODUCTION = """# Commands
+
+`spin-usd COMMAND --help` says the same. `--debug` (show tracebacks) and `--quiet` (show no progress) may stand
+anywhere.
+"""
+
+
+def page() -> str:
+    """Return the page, in Markdown."""
+    group: Any = typer.main.get_command(app)
+    end = f"{cell(app.info.epilog or '')}\n"
+    return "\n".join((INTRODUCTION, end, *(line for command in group.commands.values() for line in _section(command))))
+
+
+def _section(command: Any) -> Iterator[str]:
+    context = command.make_context(command.name, [], resilient_parsing=True)
+    usage = " ".join(command.collect_usage_pieces(context))
+    yield f"## {command.name}\n\n{cell(command.help)}\n\n```text\nspin-usd {command.name} {usage}\n```\n"
+    yield "| argument or option | what it is |\n| --- | --- |"
+    for parameter in command.get_params(context):
+        record = parameter.get_help_record(context)
+        if record:
+            yield f"| `{record[0].strip()}` | {cell(record[1])} |"
+    if command.name in EXAMPLES:
+        yield "\nFor example:\n\n```text\n" + "\n".join(EXAMPLES[command.name]) + "\n```"
+    yield ""

@@ -1,0 +1,77 @@
+"""The reference of what can be chosen by name: labels, parameters, export formats, what travels along."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pages.markdown import cell, row
+from pxr import Sdf
+
+from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
+from spin_usd.labels.label import Label
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS
+from spin_usd.stage.augment.parameters import PARAMETERS
+
+STAGES = Path(__file__).resolve().parents[2] / "stages"
+BUNDLED = {
+    "Targets": "targets/*/*.usda",
+    "Cameras": "cameras/*.usda",
+    "Presets": "presets/*.usda",
+    "Lights": "lights/*.usda",
+    "Environments": "environments/*.usda",
+}
+
+
+def labels() -> str:
+    """Return the page of labels."""
+    head = "# Labels\n\nWhat `render --labels` takes. [Labels](dataset.md#labels) explains how they are meant.\n"
+    rows = (
+        row(f"`{name}`", cell(", ".join(_written(name))), cell(label.channels.meaning))
+        for name, label in LABELS.items()
+    )
+    return "\n".join((head, "| label | written | what it is |\n| --- | --- | --- |", *rows, ""))
+
+
+def _written(name: str) -> Iterator[str]:
+    label = LABELS[name]
+    yield label.suffix
+    if name in DEFAULT_LABELS:
+        yield "by default"
+    elif isinstance(label, Label) and label.of_several:
+        yield "of several bodies"
+
+
+def parameters() -> str:
+    """Return the page of parameters."""
+    head = (
+        "# Parameters of augmentations\n\nWhat a specification can sample; `spin-usd augment --list` says the same.\n"
+    )
+    rows = (row(f"`{each.name}`", cell(each.kind), each.unit, cell(each.description)) for each in PARAMETERS.values())
+    return "\n".join((head, "| parameter | kind | unit | meaning |\n| --- | --- | --- | --- |", *rows, ""))
+
+
+def formats() -> str:
+    """Return the page of export formats."""
+    lines = ["# Export formats\n\nWhat `export --to` takes, and its options: see [Export](../how-to/export.md).\n"]
+    for each in EXPORT_FORMATS.values():
+        lines.append(f"## {each.name}\n\nA dataset {cell(each.holds)}.\n")
+        conventions = each.layout_for(each.values({})).conventions
+        lines += (f"- {cell(sentence)}" for sentence in conventions)
+        if each.options:
+            lines.append("\n| `--option` | default | meaning |\n| --- | --- | --- |")
+        for option in each.options:
+            meaning = f"{option.meaning}: {', '.join(option.choices)}" if option.choices else option.meaning
+            lines.append(row(f"`{option.name}`", f"`{option.default}`", cell(meaning)))
+        lines.append("")
+    return "\n".join(lines)
+
+
+def bundled() -> str:
+    """Return the page of what travels along."""
+    lines = ["# What travels along\n\nNames that `author` takes, and what each says of itself.\n"]
+    for title, pattern in BUNDLED.items():
+        lines.append(f"## {title}\n\n| name | what it is |\n| --- | --- |")
+        for path in sorted(STAGES.glob(pattern)):
+            if title != "Targets" or path.stem == path.parent.name:
+                lines.append(row(f"`{path.stem}`", cell(Sdf.Layer.FindOrOpen(str(path)).documentation)))
+        lines.append("")
+    return "\n".join(lines)
