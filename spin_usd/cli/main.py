@@ -18,6 +18,7 @@ from spin_usd.cli.doctor import doctor
 from spin_usd.cli.export import export
 from spin_usd.cli.interactive.keypoints import keypoints
 from spin_usd.cli.interactive.show import show as show_dataset
+from spin_usd.cli.interactive.watch import watch
 from spin_usd.cli.measure import measure
 from spin_usd.cli.merge import merge
 from spin_usd.cli.output.examples import examples_of
@@ -72,7 +73,7 @@ RESUMED = {"demo", "render", "merge", "export", "measure", "show"}
 
 COMMANDS = (
     *(demo, author, keypoints, augment, plan, measure, render, merge),
-    *(check, show_dataset, export, diff, reproduce, debug_command, doctor),
+    *(check, show_dataset, export, diff, reproduce, watch, debug_command, doctor),
 )
 for command in COMMANDS:
     summary = (command.__doc__ or "").partition("\n")[0]

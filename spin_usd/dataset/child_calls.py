@@ -18,6 +18,7 @@ class ChildCalls:
         self._stage: Any = None  # what `open_plan` has opened
         self._worker: Any = None
         self._measuring: Any = None
+        self._viewer: Any = None
 
     def author(self, **arguments: Any) -> Any:
         from spin_usd.dataset.author.author import author_stage
@@ -83,6 +84,14 @@ class ChildCalls:
         from spin_usd.dataset.debug.in_child import write_blend
 
         return write_blend(**arguments)
+
+    def open_viewer(self, **arguments: Any) -> None:
+        from spin_usd.dataset.watch.in_child import Viewer
+
+        self._viewer = self._viewer or Viewer(**arguments)
+
+    def view(self, **arguments: Any) -> Any:
+        return self._viewer.view(**arguments)
 
     def diff(self, **arguments: Any) -> Any:
         from spin_usd.dataset.diff.in_child.compare import compare

@@ -46,6 +46,10 @@ EXAMPLES = {
         "spin-usd measure my_stage",
         "spin-usd render my_stage --out my_dataset --error 0.05",
     ),
+    "watch": (
+        "spin-usd watch my_stage --frame img000001",
+        "spin-usd watch my_stage --frame 0 --variant noisy_1 --renderer raycast --terminal",
+    ),
     "debug": (
         "spin-usd debug my_stage --frame img000001",
         "spin-usd debug my_stage --frame 0 --variant noisy_1 --effort samples=64 --out surprise.blend",

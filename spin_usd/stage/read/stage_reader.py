@@ -1,9 +1,10 @@
 """A composed stage at a time code, as a Scene."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 
 from pxr import Usd, UsdGeom
 
@@ -14,7 +15,7 @@ from spin_usd.scene.finding import Finding
 from spin_usd.scene.model import NOMINAL, FrameId, Scene, Shutter
 from spin_usd.scene.photometry.eclipse import eclipsed
 from spin_usd.scene.target import MAX_PARTS, Target
-from spin_usd.stage.composition.images import Images
+from spin_usd.stage.composition.images import Decoded, Images
 from spin_usd.stage.composition.open_stage import open_stage, variants
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.body_reader import BodyReader
@@ -43,6 +44,7 @@ SENSOR = ("exposure", "spin:sensor:")
 OPTICS = ("spin:optics:",)
 SHUTTER = ("shutter:", "spin:shutter:")
 FOCUS = ("fStop", "focusDistance")
+NO_IMAGES: Mapping[tuple[str, str], Decoded] = MappingProxyType({})
 
 
 class StageReader:
@@ -60,19 +62,20 @@ class StageReader:
         variant: str = NOMINAL,
         stage: Usd.Stage | None = None,
         after: "StageReader | None" = None,
+        images: Mapping[tuple[str, str], Decoded] = NO_IMAGES,
         keep_poses: bool = False,
     ):
         """Open the stage at `path`. `stage`: the same stage in that variant if it is open already, perhaps with other
-        sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used
-        again. `keep_poses`: keep the poses of all pictures for readers after this one, which take them where their
-        variants do not change them."""
+        sets' selections. `after`: a reader of another variant of the same files, whose decoded images are used again.
+        `images`: decoded ones of another reader, of files that have not changed since. `keep_poses`: keep the poses of
+        all pictures for readers after this one, which take them where their variants do not change them."""
         self.stage: Usd.Stage = stage or open_stage(path, variant=variant)
         self.variant = variant
         self.variants = variants(self.stage)
         self.metres = metres_per_unit(self.stage)
         self._camera_prim = find_camera(self.stage)
         self._notes = Notes()
-        self._images: Images = Images(before=after._images.decoded if after else {})
+        self._images: Images = Images(before=after._images.decoded if after else images)
         self._lights = LightReader(self.stage, self._images)
         self._environment = EnvironmentReader(self.stage, self._images)
         check_chain(self._camera_prim)
@@ -100,6 +103,11 @@ class StageReader:
     def notes(self) -> tuple[Finding, ...]:
         """Warnings about what was read so far and is rendered differently from what the stage authors."""
         return self._notes.findings
+
+    @property
+    def decoded_images(self) -> dict[tuple[str, str], Decoded]:
+        """The images that were decoded so far, by file and colour space."""
+        return self._images.decoded
 
     @property
     def camera_path(self) -> str:
