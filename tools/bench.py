@@ -16,6 +16,7 @@ from benchmarks import (
     calibrate,
     equal_error,
     frames,
+    gallery,
     glints,
     growth,
     labels,
@@ -31,7 +32,7 @@ from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement)
-RUNS = (growth, variants, plan, predict, calibrate, schedule)
+RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
 

@@ -38,11 +38,11 @@ def _places(names: Sequence[str], among: Sequence[str]) -> NDArray[np.uint32]:
 
 
 def measures_of(dataset: Dataset, columns: dict[str, Column], prefix: str = "") -> tuple[list[Header], Arrays]:
-    """Return the measures of a dataset that has these columns: what each is, and its numbers. Their names begin with
-    the `prefix`."""
+    """Return the measures of a dataset that has these columns: what each is, and its numbers, under names that begin
+    with the `prefix`. What no picture has stays out."""
     found, arrays = [], {}
     for name, measure, place in described(len(dataset.targets)):
-        if name in columns:
+        if name in columns and np.isfinite(columns[name].numbers).any():
             target = None if place is None else dataset.targets[place].name
             found.append({"name": name, "title": measure.title, "unit": measure.unit, "target": target})
             arrays[prefix + name] = columns[name].numbers

@@ -48,9 +48,13 @@ def survey(dataset: Dataset, request: GalleryRequest, *, what: str, progress: Pr
         try:
             yield _surveyed(dataset.picture(frame, variant), frame, variant, request)
         except UNREADABLE as fault:
-            found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({fault!r})"
+            found = fault.found if isinstance(fault, InputError) else f"is not a record of a picture ({_words(fault)})"
             yield SurveyedPicture(frame=frame, variant=variant, fault=f"{record_of(variant, frame)}: {found}")
     progress(what, len(dataset), len(dataset))
+
+
+def _words(fault: Exception) -> str:
+    return f"it lacks {fault}" if isinstance(fault, KeyError) else str(fault)
 
 
 def _surveyed(picture: Picture, frame: str, variant: str, request: GalleryRequest) -> SurveyedPicture:

@@ -2,12 +2,14 @@
 
 import json
 import shutil
+import signal
 
 import pytest
 
 import spin_usd
 from spin_usd.dataset.gallery.page_files import page_files
 from spin_usd.errors import InputError
+from spin_usd.stop_signals import Stopped
 
 SVG = b"http://www.w3.org/2000/svg"  # the name of a vocabulary, which nothing loads
 
@@ -51,6 +53,20 @@ def test_it_makes_what_changed_and_removes_what_nothing_uses(copied, tmp_path) -
     assert after["notes.txt"] == b"mine"
     spin_usd.show(copied, out=tmp_path / "anew", workers=1)
     assert contents(tmp_path / "anew") == {name: data for name, data in after.items() if name != "notes.txt"}
+
+
+def test_stopped_half_way_it_goes_on_from_there(pictured, shown, tmp_path) -> None:
+    out = tmp_path / "page"
+
+    def stop(what, done, total) -> None:
+        if (what, done) == ("showing: picture", 2):
+            raise Stopped(signal.SIGINT)
+
+    with pytest.raises(Stopped):
+        spin_usd.show(pictured, out=out, beside=pictured, workers=1, on_progress=stop)
+    assert not (out / "index.html").exists()
+    assert spin_usd.show(pictured, out=out, beside=pictured, workers=1).made < 3
+    assert contents(out) == contents(shown)
 
 
 def test_images_are_as_asked_for(pictured, tmp_path) -> None:

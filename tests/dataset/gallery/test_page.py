@@ -67,14 +67,14 @@ def test_the_values_under_the_pointer_are_those_of_the_dataset(pictured, picture
         move_to(page, column, row)
         found = under_the_pointer(page)
         assert found["Pixel"] == f"column {column}, row {row}"
-        assert np.float32(found["Depth"].removesuffix(" m")) == picture.depth[row, column]
+        assert np.float32(found["Depth, m"]) == picture.depth[row, column]
         assert found["Parts"].startswith(picture.parts[int(picture.segmentation[row, column])].name)
-        point = np.array(found["Dense pose"].removesuffix(" m").split(", "), float)
+        point = np.array(found["Dense pose, m"].split(", "), float)
         assert np.abs(point - picture.dense_pose[row, column]).max() <= STEP_M + RAY_M
         normal = np.array(found["Normals (camera)"].split(", "), np.float32)
         assert (normal == picture.label("normals_cam")[row, column]).all()
     move_to(page, 0, 0)
-    assert under_the_pointer(page)["Depth"] == "–"
+    assert under_the_pointer(page)["Depth, m"] == "–"
 
 
 def test_overlays_lie_where_the_labels_are(pictured, picture_page) -> None:

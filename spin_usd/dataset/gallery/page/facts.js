@@ -11,22 +11,23 @@ function factsAt(labels, gallery, pixel) {
   for (const { kind, unit } of labels ? gallery.labels : []) {
     if (!labels.has(kind)) continue;
     const values = pixel && labels.at(kind, column, row);
-    const text = values ? factText(kind, values, unit, gallery, labels) : "–";
-    found.push([overlayTitle(kind), text, labels.described[kind].channels > 1]);
+    const text = values ? factText(kind, values, gallery, labels) : "–";
+    found.push([overlayTitle(kind) + (unit ? `, ${unit}` : ""), text, labels.described[kind].channels > 1]);
   }
   return found;
 }
 
-function factText(kind, values, unit, gallery, labels) {
+function factText(kind, values, gallery, labels) {
   if (kind === "segmentation") {
     const [name, of] = gallery.parts[values[0]] ?? ["unknown", "?"];
     return `${name} (${of}), id ${values[0]}`;
   }
   if (kind === "instance") return gallery.targets.find((target) => target.id === values[0])?.name ?? String(values[0]);
+  if (kind === "classes") return gallery.classes[values[0] - 1] ?? String(values[0]);
   if (kind === "lit") return LIT[values[0]] ?? String(values[0]);
   const rounded = labels.described[kind].step_from_depth !== undefined;
   const texts = values.map((value) => (Number.isNaN(value) ? "–" : rounded ? value.toFixed(5) : Number.isInteger(value) ? String(value) : exactly(value)));
-  return [texts.join(", "), unit].join(" ").trim();
+  return texts.join(", ");
 }
 
 /** Return a table of rows [name, text]. */

@@ -10,6 +10,7 @@ class Gallery {
     this.numbers = arrays;
     this.files = new Map(header.columns.map((column) => [column.name, column.file]));
     this.measureOf = new Map(header.measures.map((measure) => [measure.name, measure]));
+    this.classes = [...new Set(Object.values(header.parts).map(([, name]) => name))].sort();
     this.faults = new Map(Object.entries(header.faults).map(([row, fault]) => [Number(row), fault]));
   }
 

@@ -53,6 +53,12 @@ class Overlays extends EventTarget {
     return overlay !== undefined;
   }
 
+  /** Show the first label that there is where none is shown: for a picture without an image. */
+  showOne(labels) {
+    const there = this.all.filter((overlay) => overlay.area && labels.has(overlay.name));
+    if (there.length && !there.some(({ on }) => on)) this.set(there[0], true);
+  }
+
   clear() {
     for (const overlay of this.all) overlay.on = overlay.box.checked = false;
     this.dispatchEvent(new Event("change"));

@@ -74,6 +74,7 @@ class PictureView extends EventTarget {
     if (this.row !== row) return; // another one was opened meanwhile
     this.shown = found;
     this.labels = labels;
+    if (labels && !found.files.image) this.overlays.showOne(labels);
     this.say(faults);
     this.draw();
     this.point(null);
