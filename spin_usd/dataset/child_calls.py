@@ -127,6 +127,11 @@ class ChildCalls:
 
         return read_keypoints(**arguments)
 
+    def picture_part(self, **arguments: Any) -> Any:
+        from spin_usd.dataset.keypoints.in_child import picture_part
+
+        return picture_part(**arguments)
+
     def keypoints_text(self, **arguments: Any) -> Any:
         from spin_usd.dataset.keypoints.in_child import keypoints_text
 

@@ -29,6 +29,10 @@ def keypoints(
             "NAME_keypoints.usda if not given.",
         ),
     ] = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(metavar="DATASET", help="A dataset of the target: the keypoints are drawn into its pictures."),
+    ] = None,
     units_per_metre: Annotated[
         float | None, typer.Option(metavar="X", help="The model's units in a metre: 100 for centimetres.")
     ] = None,
@@ -44,7 +48,15 @@ def keypoints(
     """Pick the keypoints of a target in the browser: click on it, name, move, copy. Saves a layer that author reads."""
     from spin_usd.dataset.keypoints.keypoints import pick_keypoints
 
-    request = KeypointsRequest(target=target, out=out, units_per_metre=units_per_metre, prim=prim, host=host, port=port)
+    request = KeypointsRequest(
+        target=target,
+        out=out,
+        pictures=pictures,
+        units_per_metre=units_per_metre,
+        prim=prim,
+        host=host,
+        port=port,
+    )
     if not request.is_local:
         tell(f"warning: whoever reaches {host} over a network can see the target and change its keypoints")
     session = pick_keypoints(request, tell=tell)

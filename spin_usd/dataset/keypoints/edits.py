@@ -10,6 +10,8 @@ from spin_usd.scene.source.keypoints import Keypoints
 
 MAX_NAME = 64  # characters: more is no name that anybody reads in a list
 
+FIRST_NAME = "point_1"
+
 
 def added(keypoints: Keypoints, name: str, point: Float) -> Keypoints:
     """Return the keypoints and one more. Raises InputError for a name that is taken or not valid."""
@@ -48,6 +50,11 @@ def free_name(keypoints: Keypoints, like: str) -> str:
         number += 1
         name = f"{stem}{number}" if stem.endswith("_") or stem != like else f"{like}_{number}"
     return name
+
+
+def next_name(keypoints: Keypoints) -> str:
+    """Return a free name for one more keypoint, counted on from the last one's."""
+    return free_name(keypoints, keypoints.names[-1] if keypoints.names else FIRST_NAME)
 
 
 def _require_free(keypoints: Keypoints, name: str) -> None:

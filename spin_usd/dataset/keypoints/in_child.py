@@ -1,7 +1,8 @@
 """What a child process does for the keypoint tool: it reads models and layers, and makes the layer that is saved."""
 
+import base64
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,12 @@ import numpy as np
 from spin_usd.arrays import Float
 from spin_usd.dataset.author.model import model_file, write_model
 from spin_usd.dataset.export.models.model import Model
+from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.files.given_file import read_bytes
+from spin_usd.files.size_limits import MAX_ARRAY
+from spin_usd.formats.arrays.image_file import write_image
+from spin_usd.geometry.region import Region
+from spin_usd.labels import preview
 from spin_usd.scene.material import Material
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.target import Target
@@ -18,6 +25,7 @@ from spin_usd.stage.author.added.keypoints_layer import keypoints_layer
 from spin_usd.stage.author.target.composed_target import composed_target
 from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
 
+PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
 
 
@@ -26,7 +34,7 @@ def save_target(*, target: str, folder: str, units_per_metre: float | None, prim
     on it, and the keypoints that it has. Raises as `author` does."""
     with tempfile.TemporaryDirectory() as work:
         asset, notes = write_model(model_file(target), Path(work), units_per_metre, prim)
-        read = composed_target(asset)
+        read = composed_target(asset, Path(work))
     model = Model.of(read.mesh)
     np.savez(Path(folder, "target.npz"), points=model.points, faces=model.faces, colors=_face_colors(read))
     return {"name": asset.name, "notes": notes, **_as_json(read.keypoint_names, read.keypoints)}
@@ -43,6 +51,16 @@ def keypoints_text(*, names: Sequence[str], points: Sequence[Sequence[float]], t
     keypoints = Keypoints(names=tuple(names), points=np.array(points, np.float64).reshape(-1, 3))
     documentation = f"The keypoints of {target}, picked by spin-usd keypoints: metres, body axes."
     return str(keypoints_layer(keypoints, documentation).ExportToString())
+
+
+def picture_part(*, dataset: str, frame: str, variant: str, region: Mapping[str, int]) -> str:
+    """Return the part of a picture's image within `region` as a JPEG, in base64. Raises InputError where there is
+    none."""
+    image = preview.image(Dataset(dataset).picture(frame, variant).image)[Region(**region).slices]
+    with tempfile.TemporaryDirectory() as work:
+        file = Path(work, "part.jpg")
+        write_image(file, preview.reduced(image, min(PART_PX, image.shape[1])), channels=("R", "G", "B"))
+        return base64.b64encode(read_bytes(file, MAX_ARRAY)).decode()
 
 
 def _as_json(names: Sequence[str], points: Float) -> dict[str, Any]:

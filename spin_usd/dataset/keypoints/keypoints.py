@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from spin_usd.counted import counted
 from spin_usd.dataset.keypoints.keypoints_file import KeypointsFile
 from spin_usd.dataset.keypoints.lasting_child import LastingChild
+from spin_usd.dataset.keypoints.pictures import Pictures
 from spin_usd.dataset.keypoints.request import KeypointsRequest
 from spin_usd.dataset.keypoints.session import Session
 from spin_usd.dataset.keypoints.shown_target import ShownTarget
@@ -20,31 +22,39 @@ from spin_usd.stop_signals import Stopped
 def pick_keypoints(request: KeypointsRequest, *, tell: Callable[[str], None]) -> Session:
     """Serve the tool until a signal stops it, and return the session as it ended. `tell` takes lines for the user.
     Raises InputError for what cannot be shown or where it cannot listen, OutputError for what cannot be saved."""
-    with opened_session(request, tell) as session, _served(request, session) as address:
-        tell(
-            f"{address}   (open it in a browser; Ctrl-C ends, and every change is saved in {session.saved_in} at once)"
-        )
-        with suppress(Stopped):
-            threading.Event().wait()
+    with LastingChild() as child:
+        session = open_session(request, child, tell)
+        pictures = None if request.pictures is None else Pictures(request.pictures, session.target, child)
+        if pictures and pictures.note:
+            tell(f"note: {pictures.note}")
+        _serve(request, session, pictures, tell)
         if session.unsaved:
             session.save()  # raises why that fails
     return session
 
 
-@contextmanager
-def opened_session(request: KeypointsRequest, tell: Callable[[str], None]) -> Iterator[Session]:
-    """Read the target and the keypoints that there are, in a child that also makes what is saved."""
-    with LastingChild() as child:
-        target = _read_target(request, child)
-        file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
-        saved = file.read()
-        for note in target.notes:
-            tell(f"note: {note}")
-        own = Keypoints(names=target.body.keypoint_names, points=target.body.keypoints)
-        tell(_beginning(target, own, saved, file))
-        if saved is None:
-            file.write(own)
-        yield Session(target, own if saved is None else saved, file.write, str(file.path))
+def _serve(request: KeypointsRequest, session: Session, pictures: Pictures | None, tell: Callable[[str], None]) -> None:
+    """Serve the session until a signal stops it."""
+    with _served(request, session, pictures) as address:
+        tell(
+            f"{address}   (open it in a browser; Ctrl-C ends, and every change is saved in {session.saved_in} at once)"
+        )
+        with suppress(Stopped):
+            threading.Event().wait()
+
+
+def open_session(request: KeypointsRequest, child: LastingChild, tell: Callable[[str], None]) -> Session:
+    """Read the target and the keypoints that there are by the `child`, which also makes what is saved."""
+    target = _read_target(request, child)
+    file = KeypointsFile(request.out or Path(f"{target.body.name}_keypoints.usda"), target.body.name, child)
+    saved = file.read()
+    for note in target.notes:
+        tell(f"note: {note}")
+    own = Keypoints(names=target.body.keypoint_names, points=target.body.keypoints)
+    tell(_beginning(target, own, saved, file))
+    if saved is None:
+        file.write(own)
+    return Session(target, own if saved is None else saved, file.write, str(file.path))
 
 
 def _read_target(request: KeypointsRequest, child: LastingChild) -> ShownTarget:
@@ -64,26 +74,29 @@ def _beginning(target: ShownTarget, own: Keypoints, saved: Keypoints | None, fil
     """Return a line on the target and the keypoints that the tool begins with."""
     size = " x ".join(f"{edge:.4g}" for edge in np.ptp(target.mesh.hull, axis=0))
     if saved is not None:
-        begins = f"goes on with the {len(saved.names)} keypoints in {file.path}"
+        begins = f"goes on with {counted(len(saved.names), 'keypoint')} of {file.path}"
     else:
-        begins = f"begins with the {len(own.names)} keypoints of the model" if own.names else "begins without keypoints"
+        begins = f"begins with {counted(len(own.names), 'keypoint')} of the model" if own.names else "begins with none"
     return f"{target.body.name}: {target.mesh.count} triangles, {size} m; {begins}"
 
 
 @contextmanager
-def _served(request: KeypointsRequest, session: Session) -> Iterator[str]:
+def _served(request: KeypointsRequest, session: Session, pictures: Pictures | None) -> Iterator[str]:
     """Serve the session, and give the address of its page."""
     from spin_usd.dataset.keypoints.guarded_server import guarded_server
     from spin_usd.dataset.keypoints.panel import Panel
+    from spin_usd.dataset.keypoints.pictures_panel import PicturesPanel
     from spin_usd.dataset.keypoints.target_view import TargetView
 
     with guarded_server(request.host, request.port, "spin-usd keypoints") as server:
         view = TargetView(server, session)
-        panel = Panel(server, session, view)
+        shown: list[TargetView | Panel | PicturesPanel] = [view, Panel(server, session, view)]
+        if pictures is not None:
+            shown.append(PicturesPanel(server, session, pictures))
 
         def refresh() -> None:
-            view.refresh()
-            panel.refresh()
+            for each in shown:
+                each.refresh()
 
         session.on_change = refresh
         refresh()

@@ -9,8 +9,10 @@ from viser import CameraHandle, GuiEvent
 
 from spin_usd.arrays import Float
 from spin_usd.counted import counted
+from spin_usd.dataset.keypoints.edits import next_name
 from spin_usd.dataset.keypoints.guarded_server import GuardedServer
 from spin_usd.dataset.keypoints.session import Session
+from spin_usd.dataset.keypoints.suggestions import SuggestionMethod
 from spin_usd.dataset.keypoints.target_view import DIRECTIONS, TargetView
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.picking.symmetry import SYMMETRIES
@@ -25,6 +27,7 @@ class Panel:
     def __init__(self, server: GuardedServer, session: Session, view: TargetView) -> None:
         self._gui, self._session, self._view = server.gui, session, view
         self._gui.configure_theme(show_logo=False, show_share_button=False)
+        self._gui.main_panel.dock_right()
         self._state = self._gui.add_html("")
         views = self._gui.add_button_group("Look from", list(DIRECTIONS))
         views.on_click(lambda event: view.look_from(_camera(event), event.target.value))
@@ -33,6 +36,8 @@ class Panel:
             self._add_picking()
         with tabs.add_tab("Keypoints"):
             self._add_keypoints()
+        with tabs.add_tab("Suggest"):
+            self._add_suggestions()
         self._undo = self._button("Undo", session.undo)
         self._redo = self._button("Redo", session.redo)
         self._add_hotkeys()
@@ -45,7 +50,7 @@ class Panel:
         self._preview.content = self._preview_html()
         self._add.disabled = self._close.disabled = not picked
         self._move.disabled = not (picked and some)
-        self._new_name.value = session.next_name()
+        self._new_name.value = next_name(session.keypoints)
         names = session.keypoints.names
         self._list.options = names or (NOTHING,)
         self._list.value = session.selected or NOTHING
@@ -53,6 +58,7 @@ class Panel:
         for button in (self._change, self._delete, self._copy):
             button.disabled = not some
         self._clear.disabled = not names
+        self._add_all.disabled = self._forget.disabled = not len(session.suggested)
         self._undo.disabled, self._redo.disabled = not session.history.can_undo, not session.history.can_redo
 
     def _add_picking(self) -> None:
@@ -60,7 +66,7 @@ class Panel:
         self._snap: Any = gui.add_dropdown("Snap to", [snap.value for snap in Snap], initial_value=session.snap.value)
         self._snap.on_update(lambda _: session.do(lambda: self._choose_snap(Snap(self._snap.value))))
         self._preview = gui.add_html("")
-        self._new_name: Any = gui.add_text("Name", session.next_name())
+        self._new_name: Any = gui.add_text("Name", next_name(session.keypoints))
         self._add = self._button("Add keypoint", lambda: session.add(self._new_name.value), color="blue")
         self._move = self._button("Move the selected one here", session.move_selected)
         self._close = gui.add_button("Look closely", hint="Bring the view close to the picked point.")
@@ -77,6 +83,19 @@ class Panel:
         self._symmetry = gui.add_dropdown("Symmetry", list(SYMMETRIES))
         self._copy = self._button("Add symmetric copy", lambda: session.copy_selected(self._symmetry.value))
         self._clear = self._button("Delete all", session.delete_all)
+
+    def _add_suggestions(self) -> None:
+        gui, session = self._gui, self._session
+        self._method: Any = gui.add_dropdown("Points", [method.value for method in SuggestionMethod])
+        self._count: Any = gui.add_number("How many", 8, min=1, max=100, step=1)
+        self._seed: Any = gui.add_number("Seed", 0, min=0, step=1, hint="The same seed suggests the same points.")
+        self._button("Suggest", self._suggest)
+        self._add_all = self._button("Add all suggestions", session.add_suggestions)
+        self._forget = self._button("Hide suggestions", session.forget_suggestions)
+
+    def _suggest(self) -> str:
+        method = SuggestionMethod(self._method.value)
+        return self._session.suggest(method, int(self._count.value), int(self._seed.value))
 
     def _add_hotkeys(self) -> None:
         session = self._session
@@ -108,8 +127,8 @@ class Panel:
         return session.change_selected(self._name.value.strip(), np.where(same, point, typed))
 
     def _look_closely(self, camera: Any) -> None:
-        if (point := self._session.preview) is not None:
-            self._view.look_closely(camera, point)
+        if (pick := self._session.pick) is not None:
+            self._view.look_closely(camera, pick.places[Snap.SURFACE])
 
     def _selected_point(self) -> Float:
         keypoints, name = self._session.keypoints, self._session.selected

@@ -11,7 +11,8 @@ PORT = 8642
 class KeypointsRequest:
     """What is asked of the tool. target: a name or a model file · out: the layer that is gone on with and saved into;
     named after the target if not given · units_per_metre, prim: as `author` takes them · host, port: where it listens,
-    any free port for 0."""
+    any free port for 0 · pictures: a dataset into whose
+    pictures the keypoints are drawn."""
 
     target: str
     out: Path | None = None
@@ -19,6 +20,7 @@ class KeypointsRequest:
     prim: str | None = None
     host: str = LOCAL_HOST
     port: int = PORT
+    pictures: Path | None = None
 
     @property
     def is_local(self) -> bool:

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from spin_usd.arrays import Float
-from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, renamed
+from spin_usd.counted import counted
+from spin_usd.dataset.keypoints.edits import added, deleted, free_name, moved, next_name, renamed
 from spin_usd.dataset.keypoints.history import History
 from spin_usd.dataset.keypoints.shown_target import Pick, ShownTarget
+from spin_usd.dataset.keypoints.suggestions import SuggestionMethod, suggest
 from spin_usd.errors import InputError, SpinError
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.picking.symmetry import symmetric
 from spin_usd.scene.source.keypoints import Keypoints
 
 NEAR = 0.009  # radians beside a marker that a click still means: some six pixels
-FIRST_NAME = "point_1"
 NONE = Keypoints(names=(), points=np.zeros((0, 3)))
 
 
@@ -46,7 +47,7 @@ class Session:
         self.snap = Snap.VERTEX
         self.pick: Pick | None = None
         self.selected: str | None = keypoints.names[0] if keypoints.names else None
-        self.suggested: Float = np.zeros((0, 3))
+        self.suggested: Float = NONE.points
         self.said = Said(text="Click on the target to pick a point.")
         self.saved_in = where
         self.unsaved: str | None = None
@@ -139,6 +140,26 @@ class Session:
         self.selected = copy
         return f"{copy} is added: {name}, {symmetry}."
 
+    def suggest(self, method: SuggestionMethod, count: int, seed: int) -> str:
+        """Show up to `count` suggestions."""
+        self.suggested = suggest(self.target, method, count, seed)
+        return f"{counted(len(self.suggested), 'suggestion')}: click on one to pick it, or add all."
+
+    def forget_suggestions(self) -> str:
+        """Show no suggestions any more."""
+        self.suggested = NONE.points
+        return "No suggestions are shown."
+
+    def add_suggestions(self) -> str:
+        """Add all suggestions as keypoints, and show them no more."""
+        keypoints = self.keypoints
+        for point in self.suggested:
+            keypoints = added(keypoints, next_name(keypoints), point)
+        if keypoints is not self.keypoints:
+            self.history.change(keypoints)
+        count, self.suggested = len(self.suggested), NONE.points
+        return f"{counted(count, 'keypoint')} added."
+
     def undo(self) -> str:
         """Take the last change back."""
         return self._go(self.history.undo, self.history.can_undo, "undo")
@@ -156,11 +177,6 @@ class Session:
         except SpinError as failed:
             self.unsaved = str(failed)
             raise
-
-    def next_name(self) -> str:
-        """Return a free name for the next keypoint, counted on from the last one's."""
-        names = self.keypoints.names
-        return free_name(self.keypoints, names[-1] if names else FIRST_NAME)
 
     def _go(self, go: Callable[[], None], possible: bool, word: str) -> str:
         if not possible:
@@ -183,13 +199,10 @@ class Session:
 
 
 def _meant(points: Float, origin: Float, direction: Float, end: float) -> int | None:
-    """Return the number of the point of `points` (N, 3) that a ray passes within the angle NEAR, and that is no farther
-    than `end`; None for none."""
-    if not len(points):
-        return None
+    """Return the number of the point of `points` (N, 3) that a ray passes within the angle NEAR, the nearest to its
+    origin of several, and no farther than `end`; None for none."""
     towards = points - origin
     distance = np.linalg.norm(towards, axis=1)
-    angle = np.linalg.norm(np.cross(towards, direction), axis=1) / np.maximum(distance, np.finfo(float).tiny)
-    angle[(towards @ direction <= 0) | (distance > end)] = np.inf
-    nearest = int(np.argmin(angle))
-    return nearest if angle[nearest] <= NEAR else None
+    angle = np.arctan2(np.linalg.norm(np.cross(towards, direction), axis=1), towards @ direction)
+    meant = np.flatnonzero((angle <= NEAR) & (distance <= end))
+    return int(meant[np.argmin(distance[meant])]) if len(meant) else None

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from spin_usd.arrays import Float
 from spin_usd.dataset.picture.keypoint_states import SKIN
 from spin_usd.geometry.picking.facet import Facet
-from spin_usd.geometry.picking.snapping import Snap, met_by, snap_places
+from spin_usd.geometry.picking.snapping import Snap, met_at, snap_places
 from spin_usd.geometry.triangles import unit_vectors
 from spin_usd.renderers.embree.caster import EmbreeCaster
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.source.keypoints import Keypoints
 from spin_usd.scene.target import Part, Target
+
+FAR = 100.0  # radii from the target's centre, of views from far away
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,8 +81,24 @@ class ShownTarget:
         if face < 0:
             return None
         facet = Facet.around(self.mesh.points, self.mesh.faces, face)
-        met = met_by(origin, along, self.mesh.points[self.mesh.faces[face]])
+        met = origin + along * met_at(origin, along, self.mesh.points[self.mesh.faces[face]])
         return Pick(facet=facet, places=snap_places(met, facet))
+
+    def seen_share(self, points: Float, directions: Float) -> Float:
+        """Return (N,) the share of views, from far away along the unit `directions` (V, 3), in which nothing hides each
+        of the `points` (N, 3), as records say whether a keypoint is visible."""
+        eyes = self.mesh.centre + FAR * self.mesh.radius * directions
+        return np.asarray(np.mean([self._seen(points, eye) for eye in eyes], axis=0))
+
+    def _seen(self, points: Float, eye: Float) -> NDArray[np.bool_]:
+        towards = points - eye
+        distance = np.linalg.norm(towards, axis=1)
+        rays = towards / distance[:, None]
+        face = self.caster.first_faces(self.body, eye - self.mesh.centre, rays)
+        met = np.flatnonzero(face >= 0)
+        before = np.full(len(points), np.inf)
+        before[met] = met_at(eye, rays[met], self.mesh.points[self.mesh.faces[face[met]]])
+        return np.asarray(before > distance - SKIN * float(self.mesh.size.max()))
 
     def behind(self, origin: Float, pick: Pick | None) -> float:
         """Return how far from `origin` (3,) a point is hidden by what was picked; infinity where nothing was."""

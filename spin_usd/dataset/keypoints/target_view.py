@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from viser import CameraHandle, ClientHandle
 
 from spin_usd.arrays import Float
 from spin_usd.dataset.keypoints.guarded_server import GuardedServer
@@ -25,6 +26,7 @@ FOV = np.radians(40.0)  # vertical
 DISTANCE = 3.2  # of the camera from the target's centre, in radii: all of it is in view
 CLOSE = 0.15  # of the camera from a point that is looked at closely
 MARKER = 0.008  # size of a marker, of the camera's distance
+RESIZED = 1.2  # by so much a marker's size may be off
 MAX_COLORS = 24  # meshes of one colour each that are shown; the rest is in their mean
 DIRECTIONS: Mapping[str, tuple[int, int, int]] = {
     "+x": (1, 0, 0),
@@ -50,10 +52,12 @@ class TargetView:
         self._picked = server.scene.add_line_segments(
             "/picked", np.zeros((1, 2, 3), np.float32), PREVIEW, thickness=2.0, thickness_units="screen", visible=False
         )
+        server.scene.configure_default_lights(cast_shadow=False)
         server.initial_camera.fov = FOV
         server.initial_camera.position = self.eye("corner")
         server.initial_camera.look_at = (0.0, 0.0, 0.0)
         server.scene.on_click()(self._on_click)
+        server.on_client_connect(self._on_connect)
 
     def refresh(self) -> None:
         """Show the points as they are now."""
@@ -74,12 +78,12 @@ class TargetView:
         if session.pick is not None:
             self._picked.points = self._shown(_around(session.pick, session.pick.places[session.snap]))
 
-    def look_from(self, camera: Any, direction: str) -> None:
+    def look_from(self, camera: CameraHandle, direction: str) -> None:
         """Let a client's `camera` look at all of the target from `direction`, one of DIRECTIONS."""
         self._look(camera, np.zeros(3), self.eye(direction))
 
-    def look_closely(self, camera: Any, point: Float) -> None:
-        """Let a client's `camera` look at the body's `point` (3,) from where it is, closely."""
+    def look_closely(self, camera: CameraHandle, point: Float) -> None:
+        """Let a client's `camera` look at the body's `point` (3,) closely, from the side where it is."""
         at = self._shown(point).astype(np.float64)
         back = unit_vectors(camera.position - at)
         self._look(camera, at, at + CLOSE * back)
@@ -89,7 +93,7 @@ class TargetView:
         """Return where the camera stands (3,) for a view, in the view's own units."""
         return DISTANCE * unit_vectors(np.array(DIRECTIONS[direction], np.float64))
 
-    def _look(self, camera: Any, at: Float, eye: Float) -> None:
+    def _look(self, camera: CameraHandle, at: Float, eye: Float) -> None:
         along = unit_vectors(at - eye)
         up = np.array([0.0, 1, 0] if abs(along[2]) > 0.99 else [0.0, 0, 1])
         with camera.client.atomic():
@@ -101,6 +105,15 @@ class TargetView:
         origin, direction = (np.array(each, np.float64) for each in (event.ray_origin, event.ray_direction))
         body = origin * self._radius + self._centre
         self._session.do(lambda: self._session.click(body, unit_vectors(direction)))
+
+    def _on_connect(self, client: ClientHandle) -> None:
+        client.camera.on_update(self._on_camera)
+
+    def _on_camera(self, camera: CameraHandle) -> None:
+        """Keep the markers about as large on the screen, from near and far."""
+        size = MARKER * float(np.linalg.norm(camera.position - camera.look_at))
+        if not 1 / RESIZED < size / self._points.point_size < RESIZED:
+            self._points.point_size = size
 
     def _marked(self) -> Iterator[tuple[Float, Rgb, str]]:
         """Yield the points that are shown, each with its colour and its label."""
@@ -120,7 +133,14 @@ class TargetView:
         points = self._shown(target.mesh.points)
         for number, (faces, color) in enumerate(_by_color(target)):
             self._server.scene.add_mesh_simple(
-                f"/target/{number}", points, faces, color=color, flat_shading=True, side="double"
+                f"/target/{number}",
+                points,
+                faces,
+                color=color,
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
             )
         origin = self._shown(np.zeros(3))
         for number, (axis, color) in enumerate(AXES):

@@ -29,11 +29,12 @@ def snap_places(met: Float, facet: Facet) -> Mapping[Snap, Float]:
     }
 
 
-def met_by(origin: Float, direction: Float, corners: Float) -> Float:
-    """Return (3,) where the line from `origin` (3,) along `direction` (3,) meets the plane of a triangle (3, 3)."""
-    normal = normals(corners)
-    met: Float = origin + direction * (((corners[0] - origin) @ normal) / (direction @ normal))
-    return met
+def met_at(origin: Float, directions: Float, corners: Float) -> Float:
+    """Return (...) how far along the unit `directions` (..., 3) the lines from `origin` (3,) meet the planes of the
+    triangles `corners` (..., 3, 3)."""
+    across = normals(corners)
+    distance: Float = ((corners[..., 0, :] - origin) * across).sum(-1) / (directions * across).sum(-1)
+    return distance
 
 
 def _nearest(points: Float, to: Float) -> Float:

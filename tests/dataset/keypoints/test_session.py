@@ -1,6 +1,5 @@
 """A session: a real model, clicks as rays, and the layer that is saved and that author reads."""
 
-from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +7,10 @@ import pytest
 import trimesh
 
 from spin_usd.dataset.author.additions import read_additions
-from spin_usd.dataset.keypoints.keypoints import opened_session
+from spin_usd.dataset.keypoints.keypoints import open_session
+from spin_usd.dataset.keypoints.lasting_child import LastingChild
 from spin_usd.dataset.keypoints.request import KeypointsRequest
+from spin_usd.dataset.keypoints.suggestions import SuggestionMethod
 from spin_usd.errors import InputError, OutputError
 from spin_usd.geometry.picking.snapping import Snap
 
@@ -28,18 +29,15 @@ def request_of_box(tmp_path_factory):
     return KeypointsRequest(target=str(folder / "craft.ply"), out=folder / "points.usda", units_per_metre=1)
 
 
-@contextmanager
-def opened(request):
-    """The session, and what was told."""
-    told: list[str] = []
-    with opened_session(request, told.append) as session:
-        yield session, told
+@pytest.fixture(scope="module")
+def child():
+    with LastingChild() as child:
+        yield child
 
 
 @pytest.fixture(scope="module")
-def session(request_of_box):
-    with opened(request_of_box) as (session, _):
-        yield session
+def session(request_of_box, child):
+    return open_session(request_of_box, child, lambda line: None)
 
 
 @pytest.fixture(autouse=True)
@@ -116,13 +114,38 @@ def test_all_changes_are_undone_and_done_again(session, request_of_box) -> None:
     assert session.selected is None
 
 
-def test_it_goes_on_with_what_was_saved(session, request_of_box) -> None:
+@pytest.mark.parametrize("method", SuggestionMethod)
+def test_suggestions_are_corners_of_the_box_and_a_seed_decides_them(session, method) -> None:
+    session.do(lambda: session.suggest(method, 5, 7))
+    first = session.suggested
+    assert np.abs(first - AT) == pytest.approx(np.broadcast_to(SIZE / 2, (5, 3)), abs=EXACT)
+    session.do(lambda: session.suggest(method, 5, 7))
+    assert (session.suggested == first).all()
+    session.do(lambda: session.suggest(method, 100, 7))
+    assert len(session.suggested) == 8
+    session.do(session.add_suggestions)
+    assert session.keypoints.names == tuple(f"point_{number}" for number in range(1, 9))
+    session.do(session.undo)
+    assert session.keypoints.names == ()
+
+
+def test_a_click_on_a_suggestion_picks_it(session) -> None:
+    session.do(lambda: session.suggest(SuggestionMethod.HULL, 8, 0))
+    click(session, CORNER + np.array([0.01, 0.01, 5]))
+    assert session.preview == pytest.approx(CORNER, abs=EXACT)
+    session.do(session.forget_suggestions)
+    click(session, CORNER + np.array([0.01, 0.01, 5]))
+    assert session.pick is None
+
+
+def test_it_goes_on_with_what_was_saved(session, request_of_box, child) -> None:
     click(session)
     session.do(lambda: session.add("kept"))
-    with opened(request_of_box) as (again, told):
-        assert again.keypoints.names == ("kept",)
-        assert (again.keypoints.points == session.keypoints.points).all()
-        assert "goes on with the 1 keypoint" in told[-1]
+    told: list[str] = []
+    again = open_session(request_of_box, child, told.append)
+    assert again.keypoints.names == ("kept",)
+    assert (again.keypoints.points == session.keypoints.points).all()
+    assert "goes on with 1 keypoint of" in told[-1]
 
 
 def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box) -> None:
@@ -138,7 +161,7 @@ def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box
     assert saved(request_of_box).names == ("a", "a_1")
 
 
-def test_what_cannot_be_begun_is_refused(request_of_box, tmp_path) -> None:
+def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> None:
     missing = tmp_path / "no" / "points.usda"
     (tmp_path / "other.usda").write_text("#usda 1.0\n")
     for changes, error, said in (
@@ -148,7 +171,7 @@ def test_what_cannot_be_begun_is_refused(request_of_box, tmp_path) -> None:
         ({"out": tmp_path / "other.usda"}, InputError, "has 0 Points prims"),
         ({"out": missing}, OutputError, "cannot be written"),
     ):
-        with pytest.raises(error, match=said), opened(replace(request_of_box, **changes)):
-            pass
+        with pytest.raises(error, match=said):
+            open_session(replace(request_of_box, **changes), child, lambda line: None)
     with pytest.raises(InputError, match="holds no keypoint"):
         saved(request_of_box)

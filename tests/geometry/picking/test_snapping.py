@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spin_usd.geometry.picking.facet import Facet
-from spin_usd.geometry.picking.snapping import Snap, met_by, snap_places
+from spin_usd.geometry.picking.snapping import Snap, met_at, snap_places
 
 EXACT = 1e-9  # metres, on rays of tens of metres
 SQUARE = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
@@ -30,4 +30,5 @@ def test_each_way_gives_the_nearest_of_its_kind(u, v) -> None:
 def test_a_ray_meets_the_plane_where_it_was_aimed(u, v, height) -> None:
     aim, eye = np.array([2 * u, v, 0]), np.array([-3.0, 5.0, height])
     direction = (aim - eye) / np.linalg.norm(aim - eye)
-    assert met_by(eye, direction, SQUARE[FACES[1]]) == pytest.approx(aim, abs=EXACT)
+    distances = met_at(eye, np.stack([direction, direction]), SQUARE[FACES])
+    assert eye + distances[:, None] * direction == pytest.approx(np.stack([aim, aim]), abs=EXACT)
