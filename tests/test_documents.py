@@ -20,7 +20,10 @@ README, DOCS = REPOSITORY / "README.md", REPOSITORY / "docs"
 PACKAGE = REPOSITORY / "spin_usd"
 GUIDES = [README, *sorted(DOCS.rglob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
-TOOLS = ("tools/demo", "tools/test")
+TOOLS = ("tools/demo", "tools/test", "tools/environment")
+SHELL = ("source",)
+READ_ELSEWHERE = DOCS / "reference" / "dataset.md"
+"""Its Python is for another version of OpenCV: tests/readers runs it."""
 FOLDERS = ("cameras", "presets", "environments")
 SERVING = {"keypoints"}
 """Commands that go on until they are stopped."""
@@ -33,8 +36,22 @@ def blocks(document, language):
 
 def commands(document):
     """Its command lines, in their order, without comments."""
-    lines = [line.partition("#")[0].strip() for block in blocks(document, "sh") for line in block.splitlines()]
-    return [line for line in lines if line]
+    return [step for language, step in steps(document) if language == "sh"]
+
+
+def steps(document):
+    """Its command lines and its Python, in their order: ("sh", command) or ("python", program).
+
+    Blocks of Python that follow one another are one program."""
+    listed: list[tuple[str, str]] = []
+    for language, block in re.findall(r"^```(sh|python)\n(.*?)^```", document.read_text(), re.MULTILINE | re.DOTALL):
+        if language == "sh":
+            lines = [line.partition("#")[0].strip() for line in block.splitlines()]
+            listed += [("sh", line) for line in lines if line]
+        elif document != READ_ELSEWHERE:
+            before = listed.pop()[1] if listed and listed[-1][0] == "python" else ""
+            listed.append(("python", f"{before}{block}\n"))
+    return listed
 
 
 def files(document):
@@ -43,11 +60,11 @@ def files(document):
     return {name: text for name, _, text in re.findall(named, document.read_text(), re.MULTILINE | re.DOTALL)}
 
 
-WITH_COMMANDS = [document for document in GUIDES if commands(document)]
+WITH_STEPS = [document for document in GUIDES if steps(document)]
 
 
 def renders(document):
-    return any(shlex.split(command)[1:2] in (["render"], ["debug"]) for command in commands(document))
+    return any(re.search(r"^spin-usd (render|debug) |spin_usd\.render\(", step) for _, step in steps(document))
 
 
 def shown(document):
@@ -58,7 +75,7 @@ def guide(document):
     return pytest.param(document, marks=[pytest.mark.slow] if renders(document) else [], id=shown(document))
 
 
-@pytest.mark.parametrize("document", WITH_COMMANDS, ids=shown)
+@pytest.mark.parametrize("document", WITH_STEPS, ids=shown)
 def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
     command_line = typer.main.get_command(app)
     assert isinstance(command_line, TyperGroup)
@@ -66,6 +83,7 @@ def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
         name, *arguments = shlex.split(command)
         if name in TOOLS:
             assert (REPOSITORY / name).is_file()
+        if name in (*TOOLS, *SHELL):
             continue
         assert name == "spin-usd", command
         chosen = command_line.commands[arguments[0]]
@@ -73,29 +91,27 @@ def test_the_commands_are_ours_and_have_the_options_given(document) -> None:
             assert context.params, command
 
 
-@pytest.mark.parametrize("document", [guide(document) for document in WITH_COMMANDS])
-def test_the_commands_work_in_their_order(document, tmp_path, spin_usd) -> None:
+@pytest.mark.parametrize("document", [guide(document) for document in WITH_STEPS])
+def test_the_commands_and_the_python_work_in_their_order(document, tmp_path, spin_usd) -> None:
     """In a folder that has the checkout's stages, with the files that the document gives."""
     (tmp_path / "stages").symlink_to(REPOSITORY / "stages")
     for name, text in files(document).items():
         (tmp_path / name).write_text(text)
-    for command in commands(document):
-        name, *arguments = shlex.split(command)
-        if arguments[:1] and arguments[0] in SERVING:
+    for language, step in steps(document):
+        name, *arguments = shlex.split(step) if language == "sh" else ["python"]
+        if name == "python":
+            run_python(step, tmp_path)
+        elif arguments[:1] and arguments[0] in SERVING:
             serve_and_stop(arguments, tmp_path)
-        elif name not in TOOLS:
+        elif name not in (*TOOLS, *SHELL):
             spin_usd(*arguments, cwd=tmp_path)
-    if document == README:
-        run_python(document, tmp_path)
     if document.name == "own-augmentation.md":
         check_appearances(tmp_path / "noisy", spin_usd)
     if document.name in MADE_STAGES:
         check_layers([tmp_path / stage for stage in MADE_STAGES[document.name]])
 
 
-def run_python(document, folder) -> None:
-    """In the order of the blocks, in one program: a later one goes on with the names of an earlier one."""
-    code = "\n".join(blocks(document, "python"))
+def run_python(code, folder) -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

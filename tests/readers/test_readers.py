@@ -17,7 +17,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 from tests.conftest import REPOSITORY, speedplus_camera
 
 SNIPPETS = re.findall(
-    r"^```python\n(.*?)^```", (REPOSITORY / "docs" / "datasets.md").read_text(), re.MULTILINE | re.DOTALL
+    r"^```python\n(.*?)^```", (REPOSITORY / "docs" / "reference" / "dataset.md").read_text(), re.MULTILINE | re.DOTALL
 )
 FULL_SCALE = {np.dtype(np.uint8): 255, np.dtype(np.uint16): 65535}
 PICTURES = 10

@@ -1,4 +1,4 @@
-"""What docs/how-to/python.md and docs/train_loader.py show works as it stands."""
+"""What docs/train_loader.py shows works as it stands."""
 
 import re
 import subprocess
@@ -18,14 +18,6 @@ def run(*arguments: object, cwd: Path) -> str:
     done = subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
     assert done.returncode == 0, done.stderr
     return done.stdout
-
-
-def test_the_page_runs(tmp_path: Path) -> None:
-    (tmp_path / "stages").symlink_to(REPOSITORY / "stages")
-    code = "\n".join(
-        re.findall(r"^```python\n(.*?)^```", (DOCS / "how-to" / "python.md").read_text(), re.MULTILINE | re.DOTALL)
-    )
-    assert "2 made, 0 failed" in run("-c", code, cwd=tmp_path)
 
 
 def test_the_loader_s_labels_reproject_to_their_pixels(tmp_path: Path) -> None:
