@@ -12,6 +12,7 @@ from spin_usd.arrays import Float
 from spin_usd.dataset.author.model import model_file, write_model
 from spin_usd.dataset.export.models.model import Model
 from spin_usd.dataset.read.dataset import Dataset
+from spin_usd.errors import InputError
 from spin_usd.files.given_file import read_bytes
 from spin_usd.files.size_limits import MAX_ARRAY
 from spin_usd.formats.arrays.image_file import write_image
@@ -23,7 +24,7 @@ from spin_usd.scene.target import Target
 from spin_usd.scene.texture import Color, Texture
 from spin_usd.stage.author.added.keypoints_layer import keypoints_layer
 from spin_usd.stage.author.target.composed_target import composed_target
-from spin_usd.stage.read.target.keypoints_layer import read_keypoints_layer
+from spin_usd.stage.read.target.keypoints_layer import holds_keypoints_alone, read_keypoints_layer
 
 PART_PX = 720  # most columns of a part of a picture
 PLAIN = (0.5, 0.5, 0.5)  # linear, of a surface whose colour comes with its corners
@@ -41,8 +42,11 @@ def save_target(*, target: str, folder: str, units_per_metre: float | None, prim
 
 
 def read_keypoints(*, path: str) -> dict[str, Any]:
-    """Read the keypoints in the layer at `path`."""
+    """Read the keypoints in the layer at `path`. Raises InputError for a file that would lose something if it were
+    written anew, such as a model."""
     found = read_keypoints_layer(Path(path))
+    if not holds_keypoints_alone(Path(path)):
+        raise InputError("holds more than keypoints, and would be replaced", where=path, do="give another --out")
     return _as_json(found.names, found.points)
 
 

@@ -28,8 +28,9 @@ def pick_keypoints(request: KeypointsRequest, *, tell: Callable[[str], None]) ->
         if pictures and pictures.note:
             tell(f"note: {pictures.note}")
         _serve(request, session, pictures, tell)
-        if session.unsaved:
-            session.save()  # raises why that fails
+        with session.lock:  # a change that is being saved is saved
+            if session.unsaved:
+                session.save()  # raises why that fails
     return session
 
 

@@ -16,6 +16,7 @@ from spin_usd.dataset.keypoints.suggestions import SuggestionMethod
 from spin_usd.dataset.keypoints.target_view import DIRECTIONS, TargetView
 from spin_usd.geometry.picking.snapping import Snap
 from spin_usd.geometry.picking.symmetry import SYMMETRIES
+from spin_usd.scene.source.keypoints import Keypoints
 
 NOTHING = "(none)"  # in the list of keypoints, where there is none
 DECIMALS = 6  # of metres, that are shown
@@ -26,6 +27,7 @@ class Panel:
 
     def __init__(self, server: GuardedServer, session: Session, view: TargetView) -> None:
         self._gui, self._session, self._view = server.gui, session, view
+        self._shown: tuple[Keypoints, str | None] | None = None
         self._gui.configure_theme(show_logo=False, show_share_button=False)
         self._gui.main_panel.dock_right()
         self._state = self._gui.add_html("")
@@ -50,11 +52,13 @@ class Panel:
         self._preview.content = self._preview_html()
         self._add.disabled = self._close.disabled = not picked
         self._move.disabled = not (picked and some)
-        self._new_name.value = next_name(session.keypoints)
         names = session.keypoints.names
-        self._list.options = names or (NOTHING,)
-        self._list.value = session.selected or NOTHING
-        self._show_selected()
+        if self._shown != (session.keypoints, session.selected):  # else what the user types would be lost
+            self._shown = session.keypoints, session.selected
+            self._list.options = names or (NOTHING,)
+            self._list.value = session.selected or NOTHING
+            self._new_name.value = next_name(session.keypoints)
+            self._show_selected()
         for button in (self._change, self._delete, self._copy):
             button.disabled = not some
         self._clear.disabled = not names
@@ -67,7 +71,7 @@ class Panel:
         self._snap.on_update(lambda _: session.do(lambda: self._choose_snap(Snap(self._snap.value))))
         self._preview = gui.add_html("")
         self._new_name: Any = gui.add_text("Name", next_name(session.keypoints))
-        self._add = self._button("Add keypoint", lambda: session.add(self._new_name.value), color="blue")
+        self._add = self._button("Add keypoint", lambda: session.add(self._new_name.value.strip()), color="blue")
         self._move = self._button("Move the selected one here", session.move_selected)
         self._close = gui.add_button("Look closely", hint="Bring the view close to the picked point.")
         self._close.on_click(lambda event: self._look_closely(_camera(event)))
@@ -100,7 +104,7 @@ class Panel:
     def _add_hotkeys(self) -> None:
         session = self._session
         add = self._gui.add_command("Add keypoint", hotkey="A")
-        add.on_trigger(lambda _: session.do(lambda: session.add(self._new_name.value)))
+        add.on_trigger(lambda _: session.do(lambda: session.add(self._new_name.value.strip())))
         undo = self._gui.add_command("Undo", hotkey="Z", modifier="cmd/ctrl")
         undo.on_trigger(lambda _: session.do(session.undo))
         redo = self._gui.add_command("Redo", hotkey="Z", modifier="cmd/ctrl+shift")

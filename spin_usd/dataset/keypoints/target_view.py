@@ -35,7 +35,7 @@ DIRECTIONS: Mapping[str, tuple[int, int, int]] = {
     "-y": (0, -1, 0),
     "+z": (0, 0, 1),
     "-z": (0, 0, -1),
-    "corner": (2, -3, 2),
+    "oblique": (2, -3, 2),
 }
 """Where the camera stands in each view, in body axes, by its name."""
 
@@ -54,7 +54,7 @@ class TargetView:
         )
         server.scene.configure_default_lights(cast_shadow=False)
         server.initial_camera.fov = FOV
-        server.initial_camera.position = self.eye("corner")
+        server.initial_camera.position = self.eye("oblique")
         server.initial_camera.look_at = (0.0, 0.0, 0.0)
         server.scene.on_click()(self._on_click)
         server.on_client_connect(self._on_connect)

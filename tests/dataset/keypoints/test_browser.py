@@ -157,6 +157,8 @@ def test_eleven_clicks_on_tango_are_in_the_labels(tango, tmp_path, spin_usd) -> 
         page.get_by_role("tab", name="Pick", exact=True).click()
         for name, (view, official) in OFFICIAL.items():
             pick(page, tango, name, view, official)
+        page.reload()  # the state is the server's
+        page.get_by_text("11 keypoints, saved in points.usda").wait_for()
     poses = REPOSITORY / "stages" / "examples" / "tango_speedplus_poses.json"
     options = ("--target", "tango", "--camera", "speedplus", "--keypoints", tmp_path / "points.usda")
     spin_usd("author", "--poses", poses, *options, "--frames", ":2", "--out", tmp_path / "stage")

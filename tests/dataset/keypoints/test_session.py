@@ -13,6 +13,7 @@ from spin_usd.dataset.keypoints.request import KeypointsRequest
 from spin_usd.dataset.keypoints.suggestions import SuggestionMethod
 from spin_usd.errors import InputError, OutputError
 from spin_usd.geometry.picking.snapping import Snap
+from tests.conftest import REPOSITORY
 
 SIZE = np.array([1.0, 0.6, 0.4])
 AT = np.array([0.25, 0, 1.5])  # the box's middle in the body's axes
@@ -164,14 +165,18 @@ def test_a_failed_save_is_said_and_made_good_by_the_next(session, request_of_box
 def test_what_cannot_be_begun_is_refused(request_of_box, child, tmp_path) -> None:
     missing = tmp_path / "no" / "points.usda"
     (tmp_path / "other.usda").write_text("#usda 1.0\n")
+    model = REPOSITORY / "stages" / "targets" / "cubesat" / "cubesat.usda"
+    (tmp_path / "model.usda").write_bytes(model.read_bytes())
     for changes, error, said in (
         ({"target": "nothing"}, InputError, "there is no target named 'nothing'"),
         ({"target": "missing.obj"}, InputError, "is not there"),
         ({"out": tmp_path / "points.csv"}, InputError, "ends in .usda"),
         ({"out": tmp_path / "other.usda"}, InputError, "has 0 Points prims"),
+        ({"out": tmp_path / "model.usda"}, InputError, "holds more than keypoints, and would be replaced"),
         ({"out": missing}, OutputError, "cannot be written"),
     ):
         with pytest.raises(error, match=said):
             open_session(replace(request_of_box, **changes), child, lambda line: None)
     with pytest.raises(InputError, match="holds no keypoint"):
         saved(request_of_box)
+    assert (tmp_path / "model.usda").read_bytes() == model.read_bytes()

@@ -7,6 +7,7 @@ from pxr import Usd, UsdGeom
 
 from spin_usd.errors import InputError
 from spin_usd.scene.source.keypoints import Keypoints
+from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.composition.open_stage import open_as_it_is, silenced
 from spin_usd.stage.read.target.keypoints import named_points
 from spin_usd.stage.usd import schema
@@ -29,3 +30,11 @@ def read_keypoints_layer(path: Path) -> Keypoints:
     matrix = np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(found[0]))  # for row vectors
     metres = root_number(stage, METRES_PER_UNIT)
     return Keypoints(names=names, points=(points @ matrix[:3, :3] + matrix[3, :3]) * metres)
+
+
+def holds_keypoints_alone(path: Path) -> bool:
+    """Return whether the layer at `path` holds nothing but one Points prim, so that keypoints may replace all of it.
+    Raises InputError and StageError for what cannot be opened."""
+    layer = open_layer(path)
+    roots = list(layer.rootPrims)
+    return len(roots) == 1 and roots[0].typeName == "Points" and not (roots[0].nameChildren or layer.subLayerPaths)
