@@ -17,7 +17,7 @@ from spin_usd.dataset.process.processors import usable_cpus
 from spin_usd.labels.table import PIXEL_LABELS
 from tests.conftest import REPOSITORY
 
-MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict")
+MEASURED = ("frames", "glints", "growth", "labels", "plan", "predict", "watch")
 (OCIO,) = Path(find_spec("bpy").origin).parent.glob("*/datafiles/colormanagement/config.ocio")
 
 
@@ -133,3 +133,10 @@ class TestEqualError:
         weight = 5.0 * (1 + FLOOR**2) ** 0.5
         assert error == pytest.approx(0.4 / weight, rel=0.03)
         assert off == pytest.approx(0.1 / 2**0.5 / weight, rel=0.03)
+
+
+@pytest.mark.slow
+def test_blender_s_picture_comes_after_the_preview(found) -> None:
+    for kind in ("pose", "light", "material", "lens"):
+        taken = found["watch"]["stages"]["matt"][kind]
+        assert 0 < taken["preview"] < taken["blender"]

@@ -26,13 +26,14 @@ from benchmarks import (
     sensor,
     stages,
     variants,
+    watch,
 )
 
 from spin_usd.dataset.picture.versions import LIBRARIES
 from spin_usd.dataset.process.machine import machine
 
 PICTURES = (frames, equal_error, glints, labels, sensor, stages, agreement)
-RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery)
+RUNS = (growth, variants, plan, predict, calibrate, schedule, gallery, watch)
 COMMANDS = {module.__name__.rpartition(".")[2]: module for module in (*PICTURES, *RUNS)}
 
 
