@@ -25,9 +25,10 @@ LAST = "double spin:sensor:contrast = 0.91\n"  # of what both presets say of the
 NOISE = ("gain", "readNoise")
 
 
-def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = None) -> Path:
-    """Author the stage `name` of STAGES into the folder `out` of the poses that `frames`, A:B:STEP, chooses; returns
-    its root layer. One that is there already stays as it is."""
+def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = None, camera: str = "speedplus") -> Path:
+    """Author the stage `name` of STAGES into the folder `out` of the poses that `frames`, A:B:STEP, chooses, seen by
+    the `camera`, a name or the absolute path of a file; returns its root layer. One that is there already stays as it
+    is."""
     out = out.absolute()
     root = out / "dataset.usda"
     if root.is_file():
@@ -38,7 +39,7 @@ def author(name: str, out: Path, *, poses: Path = POSES, frames: str | None = No
         "--target",
         "tango",
         "--camera",
-        "speedplus",
+        camera,
         *STAGES[name],
         "--out",
         str(out),

@@ -5,6 +5,7 @@ others with as many samples as spin_usd's first line. Everything counts until th
 """
 
 import argparse
+import json
 import statistics
 import sys
 import tempfile
@@ -18,6 +19,8 @@ from typing import Any
 
 import psutil
 import three_stages
+from benchmarks.growth import WIDTH
+from benchmarks.growth import camera as camera_of
 from benchmarks.own_worker import OwnWorker
 from benchmarks.peers import start_all
 from benchmarks.spread import shown, spread
@@ -52,7 +55,10 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     hold_to(usable_cpus()[: options.cpus])  # all others inherit it
     with tempfile.TemporaryDirectory(prefix="spin_usd-bench-") as name, ExitStack() as stack:
         folder = Path(name)
-        stage = three_stages.author(options.stage, folder / "stage", poses=options.poses, frames=options.frames)
+        camera = small_camera(folder / "camera.json") if options.quick else "speedplus"
+        stage = three_stages.author(
+            options.stage, folder / "stage", poses=options.poses, frames=options.frames, camera=camera
+        )
         reader = StageReader(stage)
         scenes = [reader.scene(frame) for frame in reader.frames]
         makers, versions, left_out = start(options, stage, scenes[0], folder, stack)
@@ -70,6 +76,12 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
         "makers": {name: summed(runs, taken[CROPPED_SCRIPT]) for name, runs in taken.items()},
         "cpu_s": {name: [run["cpu_s"] for run in runs] for name, runs in taken.items()},
     }
+
+
+def small_camera(file: Path) -> str:
+    """Write a camera of a quarter of the pixels a side; return the file's path."""
+    file.write_text(json.dumps(camera_of(WIDTH // 4)))
+    return str(file)
 
 
 Make = Callable[..., None]
