@@ -154,7 +154,10 @@ def check_layers(stages) -> None:
 @pytest.mark.slow
 def test_the_demo_ends_with_a_contact_sheet(tmp_path) -> None:
     done = subprocess.run(
-        [REPOSITORY / "tools" / "demo", "--out", tmp_path / "demo"], capture_output=True, text=True, cwd=tmp_path
+        [REPOSITORY / "tools" / "demo", "--out", tmp_path / "demo", "--quality", "preview"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "demo" / "contact_sheet.png").is_file()

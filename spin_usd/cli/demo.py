@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from spin_usd.cli.arguments.options import Workers
+from spin_usd.cli.arguments.options import Quality, Workers
 from spin_usd.cli.output.failures import exit_if_failed, warn_of_faults
 from spin_usd.cli.output.lines import show
 from spin_usd.cli.output.progress import shown
@@ -14,13 +14,14 @@ from spin_usd.cli.output.progress import shown
 def demo(
     context: typer.Context,
     out: Annotated[Path, typer.Option(help="Folder to make.")] = Path("demo"),
+    quality: Quality = None,
     workers: Workers = None,
 ) -> None:
     """Author the example stage, render and label it, and say where to look."""
     from spin_usd.dataset.demo import run_demo
 
     with shown(context.obj["quiet"]) as progress:
-        made = run_demo(out, progress=progress, workers=workers)
+        made = run_demo(out, progress=progress, workers=workers, quality=quality)
     show(f"stage          {made.stage}   (open it in usdview, Blender or an editor)")
     show(f"dataset        {made.dataset}   ({made.report.pictures} pictures in {made.report.seconds:.0f} s)")
     show(f"contact sheet  {made.contact_sheet}   (image, depth, parts, dense pose)")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spin_usd import resources
+from spin_usd.dataset.plan.effort_choice import by_quality
 from spin_usd.dataset.process.ask_child import ask_child
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER, default_effort
 from spin_usd.dataset.read.contact_sheet import write_contact_sheet
@@ -27,9 +28,12 @@ class Demo:
     report: RenderReport
 
 
-def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> Demo:
-    """Make the example in the folder `out`; what an earlier run made there is used again."""
-    stage = out / "stage" / "dataset.usda"
+def run_demo(out: Path, *, progress: Progress, workers: int | None = None, quality: str | None = None) -> Demo:
+    """Make the example in the folder `out` with a `quality`, the default of renders if None; what an earlier run made
+    there is used again. Raises InputError for a name that no quality has."""
+    stage, effort = out / "stage" / "dataset.usda", default_effort(DEFAULT_RENDERER)
+    if quality:
+        effort, _ = by_quality(quality, stage, renderer=DEFAULT_RENDERER)
     if not stage.exists():
         if out.exists() and not (out.is_dir() and not any(out.iterdir())):
             raise InputError("is neither empty nor a demo", where=out, do="choose another folder with --out")
@@ -37,7 +41,7 @@ def run_demo(out: Path, *, progress: Progress, workers: int | None = None) -> De
         poses = resources.stages() / "examples" / POSES
         folder = str(stage.parent.absolute())
         ask_child("author", reads=poses, poses=str(poses), target="tango", camera="speedplus", out=folder)
-    dataset, request = out / "dataset", RenderRequest(stage=stage, effort=default_effort(DEFAULT_RENDERER))
+    dataset, request = out / "dataset", RenderRequest(stage=stage, effort=effort)
     report = render(request, dataset, workers=workers, progress=progress)
     sheet = write_contact_sheet(Dataset(dataset), out / "contact_sheet.png")
     return Demo(stage=stage, dataset=dataset, contact_sheet=sheet, report=report)
