@@ -208,6 +208,7 @@ def test_a_damaged_picture_is_marked_and_the_others_work(pictured, opened, tmp_p
     assert "6 pictures, 3 damaged" in done.stdout
     named = re.findall(r"^damaged: (\S+): ", done.stderr, re.MULTILINE)
     assert set(named) == {"nominal/img000002", "other/img000002", "other/img000001"}
+    assert "damaged: nominal/img000002: depth/nominal/img000002.exr: cannot be read" in done.stderr
     page = opened(tmp_path / "page")
     assert page.locator(".tile.damaged").count() == 3
     page.get_by_label("Damaged only").check()

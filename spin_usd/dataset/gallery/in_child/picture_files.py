@@ -57,28 +57,31 @@ class _PictureWriter:
                     if key:
                         write()
             except InputError as fault:
-                yield key, str(fault)
+                yield (
+                    key,
+                    str(fault).replace(f"{self._picture.root}/", ""),
+                )  # whoever is sent the page has no such folder
 
     def _image(self, keys: PictureKeys, images: str) -> None:
         shown = preview.image(self._picture.image)
+        grey = self._picture.image.ndim == 2
         if images == ORIGINAL:
             source = FileIn(Folder(self._picture.root), self._picture.files[IMAGE].path)
             link_atomically(self._out, keys.names["image"], source, work=self._work, copy=True)
         else:
-            self._jpeg(keys.names["image"], preview.reduced(shown, SMALL_PX) if images == SMALL else shown)
-        self._jpeg(keys.names["thumbnail"], preview.reduced(shown, THUMBNAIL_PX))
+            self._jpeg(keys.names["image"], preview.reduced(shown, SMALL_PX) if images == SMALL else shown, grey=grey)
+        self._jpeg(keys.names["thumbnail"], preview.reduced(shown, THUMBNAIL_PX), grey=grey)
 
     def _preview(self, keys: PictureKeys, images: str) -> None:
         label = LABELS[keys.preview].preview(self._picture.label(keys.preview))
-        self._jpeg(keys.names["thumbnail"], preview.reduced(label, THUMBNAIL_PX))
+        self._jpeg(keys.names["thumbnail"], preview.reduced(label, THUMBNAIL_PX), grey=False)
 
     def _labels(self, keys: PictureKeys) -> None:
         labels = {kind: self._picture.label(kind) for kind in keys.kinds}
         script = label_file(self._picture, labels).script(keys.labels)
         write_atomically(self._out, keys.names["labels"], partial(write_whole, data=script), work=self._work)
 
-    def _jpeg(self, name: str, image: NDArray[np.uint8]) -> None:
-        grey = (image == image[..., :1]).all()
+    def _jpeg(self, name: str, image: NDArray[np.uint8], *, grey: bool) -> None:
         pixels, channels = (image[..., 0], ("Y",)) if grey else (image, ("R", "G", "B"))
         write = partial(write_image, array=pixels, channels=channels, quality=QUALITY)
         write_atomically(self._out, name, write, work=self._work)

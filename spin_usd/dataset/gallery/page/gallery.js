@@ -2,100 +2,102 @@
 // What the index says of all pictures. A row is a picture's place in the dataset.
 
 class Gallery {
-  constructor({ header, arrays }) {
-    Object.assign(this, header);
-    this.frameOf = arrays.get("frame");
-    this.variantOf = arrays.get("variant");
-    this.keys = arrays.get("image");
-    this.numbers = arrays;
-    this.files = new Map(header.columns.map((column) => [column.name, column.file]));
-    this.measureOf = new Map(header.measures.map((measure) => [measure.name, measure]));
-    this.classes = [...new Set(Object.values(header.parts).map(([, name]) => name))].sort();
-    this.faults = new Map(Object.entries(header.faults).map(([row, fault]) => [Number(row), fault]));
-  }
+    constructor({ header, arrays }) {
+        Object.assign(this, header);
+        this.frameOf = arrays.get("frame");
+        this.variantOf = arrays.get("variant");
+        this.keys = arrays.get("image");
+        this.numbers = arrays;
+        this.files = new Map(header.columns.map((column) => [column.name, column.file]));
+        this.measureOf = new Map(header.measures.map((measure) => [measure.name, measure]));
+        this.classes = [...new Set(Object.values(header.parts).map(([, name]) => name))].sort();
+        this.faults = new Map(Object.entries(header.faults).map(([row, fault]) => [Number(row), fault]));
+    }
 
-  frame(row) {
-    return this.frames[this.frameOf[row]];
-  }
+    frame(row) {
+        return this.frames[this.frameOf[row]];
+    }
 
-  variant(row) {
-    return this.variants[this.variantOf[row]];
-  }
+    variant(row) {
+        return this.variants[this.variantOf[row]];
+    }
 
-  /** Return the name of the picture's thumbnail; null where there is none. */
-  thumbnail(row) {
-    const bytes = this.keys.subarray(8 * row, 8 * row + 8);
-    if (bytes.every((byte) => byte === 0)) return null;
-    const key = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
-    return `thumbnails/${key.slice(0, 2)}/${key}.jpg`;
-  }
+    /** Return the name of the picture's thumbnail; null where there is none. */
+    thumbnail(row) {
+        const bytes = this.keys.subarray(8 * row, 8 * row + 8);
+        if (bytes.every((byte) => byte === 0)) return null;
+        const key = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+        return `thumbnails/${key.slice(0, 2)}/${key}.jpg`;
+    }
 
-  /** Return the rows of all variants of the row's frame, in the order of variants. */
-  variantsOf(row) {
-    this.rowsOfFrame ??= this.byFrame();
-    return this.rowsOfFrame[this.frameOf[row]];
-  }
+    /** Return the rows of all variants of the row's frame, in the order of variants. */
+    variantsOf(row) {
+        this.rowsOfFrame ??= this.byFrame();
+        return this.rowsOfFrame[this.frameOf[row]];
+    }
 
-  byFrame() {
-    const rows = this.frames.map(() => []);
-    for (let row = 0; row < this.count; row += 1) rows[this.frameOf[row]].push(row);
-    const order = alphabetically(this.variants);
-    for (const each of rows) each.sort((a, b) => order[this.variantOf[a]] - order[this.variantOf[b]]);
-    return rows;
-  }
+    byFrame() {
+        const rows = this.frames.map(() => []);
+        for (let row = 0; row < this.count; row += 1) rows[this.frameOf[row]].push(row);
+        const order = alphabetically(this.variants);
+        for (const each of rows) each.sort((a, b) => order[this.variantOf[a]] - order[this.variantOf[b]]);
+        return rows;
+    }
 
-  /** Return the row of that frame and variant; undefined where there is none. */
-  rowOf(frame, variant) {
-    this.placeOfFrame ??= new Map(this.frames.map((name, place) => [name, place]));
-    this.rowsOfFrame ??= this.byFrame();
-    return this.rowsOfFrame[this.placeOfFrame.get(frame)]?.find((row) => this.variant(row) === variant);
-  }
+    /** Return the row of that frame and variant; undefined where there is none. */
+    rowOf(frame, variant) {
+        this.placeOfFrame ??= new Map(this.frames.map((name, place) => [name, place]));
+        this.rowsOfFrame ??= this.byFrame();
+        return this.rowsOfFrame[this.placeOfFrame.get(frame)]?.find((row) => this.variant(row) === variant);
+    }
 
-  /** Return a promise of the column: its numbers, and the words that they stand for, none for plain numbers. */
-  async column(name) {
-    if (this.measureOf.has(name)) return { numbers: this.numbers.get(name), words: [] };
-    const { header, arrays } = await loadData(this.files.get(name));
-    return { numbers: arrays.get("numbers"), words: header.words };
-  }
+    /** Return a promise of the column: its numbers, and the words that they stand for, none for plain numbers. */
+    async column(name) {
+        if (this.measureOf.has(name)) return { numbers: this.numbers.get(name), words: [] };
+        const { header, arrays } = await loadData(this.files.get(name));
+        return { numbers: arrays.get("numbers"), words: header.words };
+    }
 
-  /** Return what people call a column. */
-  title(name) {
-    const measure = this.measureOf.get(name);
-    if (!measure) return name;
-    const several = measure.target !== null && this.targets.length > 1;
-    return several ? `${measure.title} of ${measure.target}` : measure.title;
-  }
+    /** Return what people call a column. */
+    title(name) {
+        const measure = this.measureOf.get(name);
+        if (!measure) return name;
+        const several = measure.target !== null && this.targets.length > 1;
+        return several ? `${measure.title} of ${measure.target}` : measure.title;
+    }
 
-  unit(name) {
-    return this.measureOf.get(name)?.unit ?? "";
-  }
+    unit(name) {
+        return this.measureOf.get(name)?.unit ?? "";
+    }
 
-  /** Return the measure's value of that row, with its unit. */
-  value(name, row) {
-    const numbers = this.numbers.get(name);
-    return numbers ? `${shown(numbers[row], 4)} ${this.unit(name)}`.trim() : "";
-  }
+    /** Return the measure's value of that row, with its unit. */
+    value(name, row) {
+        const numbers = this.numbers.get(name);
+        return numbers ? `${shown(numbers[row], 4)} ${this.unit(name)}`.trim() : "";
+    }
 
-  /** Return a promise of what the row's record file says: record, files, lens_limit; null for a damaged one. */
-  async picture(row) {
-    const { header } = await loadData(this.records[Math.floor(row / this.per_file)]);
-    const found = header.pictures[row % this.per_file];
-    return found.record ? found : null;
-  }
+    /** Return a promise of what the row's record file says: record, files, lens_limit; null for a damaged one. */
+    async picture(row) {
+        const { header } = await loadData(this.records[Math.floor(row / this.per_file)]);
+        const found = header.pictures[row % this.per_file];
+        return found.record ? found : null;
+    }
 }
 
 /** Return the place of each name among all: nominal first, and 2 before 10. */
 function alphabetically(names) {
-  const sorted = names.map((name, place) => [name, place]);
-  sorted.sort(([a], [b]) => (b === "nominal") - (a === "nominal") || a.localeCompare(b, "en", { numeric: true }));
-  const order = new Uint32Array(names.length);
-  sorted.forEach(([, place], rank) => { order[place] = rank; });
-  return order;
+    const sorted = names.map((name, place) => [name, place]);
+    sorted.sort(([a], [b]) => (b === "nominal") - (a === "nominal") || a.localeCompare(b, "en", { numeric: true }));
+    const order = new Uint32Array(names.length);
+    sorted.forEach(([, place], rank) => {
+        order[place] = rank;
+    });
+    return order;
 }
 
 /** Return the column's numbers to sort by: of words, their places in the alphabet. */
 function inOrder({ numbers, words }) {
-  if (!words.length) return numbers;
-  const order = alphabetically(words);
-  return Float32Array.from(numbers, (number) => (number < 0 ? NaN : order[number]));
+    if (!words.length) return numbers;
+    const order = alphabetically(words);
+    return Float32Array.from(numbers, (number) => (number < 0 ? NaN : order[number]));
 }

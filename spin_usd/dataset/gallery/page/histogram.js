@@ -3,99 +3,133 @@
 
 /** Return the least and greatest of the numbers, of all these arrays; null where there is none. */
 function extent(...arrays) {
-  let low = Infinity, high = -Infinity;
-  for (const numbers of arrays) {
-    for (const number of numbers) {
-      if (number < low) low = number;
-      if (number > high) high = number;
+    let low = Infinity,
+        high = -Infinity;
+    for (const numbers of arrays) {
+        for (const number of numbers) {
+            if (number < low) low = number;
+            if (number > high) high = number;
+        }
     }
-  }
-  return low <= high ? [low, high] : null;
+    return low <= high ? [low, high] : null;
 }
 
 /** Return how many of the rows' numbers lie in each of so many bins from low to high. */
 function counts(numbers, rows, [low, high], bins) {
-  const found = new Float64Array(bins);
-  const scale = high > low ? bins / (high - low) : 0;
-  for (const row of rows ?? numbers.keys()) {
-    const bin = Math.floor((numbers[row] - low) * scale);
-    if (bin >= 0) found[Math.min(bin, bins - 1)] += 1;
-  }
-  return found;
+    const found = new Float64Array(bins);
+    const scale = high > low ? bins / (high - low) : 0;
+    for (const row of rows ?? numbers.keys()) {
+        const bin = Math.floor((numbers[row] - low) * scale);
+        if (bin >= 0) found[Math.min(bin, bins - 1)] += 1;
+    }
+    return found;
 }
 
 /** Draw bars of heights 0 to 1 as one path in a box of that width and height. */
 function bars(heights, width, height) {
-  const step = width / heights.length;
-  let path = `M0 ${height}`;
-  heights.forEach((each, bin) => {
-    const y = (height * (1 - each)).toFixed(2);
-    path += `L${(bin * step).toFixed(2)} ${y}L${((bin + 1) * step).toFixed(2)} ${y}`;
-  });
-  return `${path}L${width} ${height}Z`;
+    const step = width / heights.length;
+    let path = `M0 ${height}`;
+    heights.forEach((each, bin) => {
+        const y = (height * (1 - each)).toFixed(2);
+        path += `L${(bin * step).toFixed(2)} ${y}L${((bin + 1) * step).toFixed(2)} ${y}`;
+    });
+    return `${path}L${width} ${height}Z`;
 }
 
 /** The range of one measure that is let pass: a histogram to drag over, and its two ends to type. */
 class RangeFilter {
-  constructor(selection, name, title, unit, numbers) {
-    Object.assign(this, { selection, name, numbers });
-    this.extent = extent(numbers) ?? [0, 0];
-    this.chart = shape("svg", { viewBox: "0 0 100 28", preserveAspectRatio: "none", class: "spread", role: "img", "aria-label": `Histogram of ${title}; drag over it to choose a range` });
-    this.low = this.input(`Least ${title}`, this.extent[0]);
-    this.high = this.input(`Greatest ${title}`, this.extent[1]);
-    const label = element("legend", {}, title + (unit ? `, ${unit}` : ""));
-    this.node = element("fieldset", {}, label, this.chart, element("div", { className: "ends" }, this.low, this.high));
-    this.chart.addEventListener("pointerdown", (event) => this.drag(event));
-    this.draw();
-  }
+    constructor(selection, name, title, unit, numbers) {
+        Object.assign(this, { selection, name, numbers });
+        this.extent = extent(numbers) ?? [0, 0];
+        this.chart = shape("svg", {
+            viewBox: "0 0 100 28",
+            preserveAspectRatio: "none",
+            class: "spread",
+            role: "img",
+            "aria-label": `Histogram of ${title}; drag over it to choose a range`,
+        });
+        this.low = this.input(`Least ${title}`, this.extent[0]);
+        this.high = this.input(`Greatest ${title}`, this.extent[1]);
+        const label = element("legend", {}, title + (unit ? `, ${unit}` : ""));
+        this.node = element(
+            "fieldset",
+            {},
+            label,
+            this.chart,
+            element("div", { className: "ends" }, this.low, this.high),
+        );
+        this.chart.addEventListener("pointerdown", (event) => this.drag(event));
+        this.draw();
+    }
 
-  input(label, placeholder) {
-    const found = element("input", { type: "number", step: "any", placeholder: shown(placeholder, 4), "aria-label": label });
-    found.addEventListener("change", () => this.apply());
-    return found;
-  }
+    input(label, placeholder) {
+        const found = element("input", {
+            type: "number",
+            step: "any",
+            placeholder: shown(placeholder, 4),
+            "aria-label": label,
+        });
+        found.addEventListener("change", () => this.apply());
+        return found;
+    }
 
-  apply() {
-    const [low, high] = [this.low, this.high].map((input) => (input.value === "" ? null : Number(input.value)));
-    this.selection.setRange(this.name, this.numbers, low, high);
-  }
+    apply() {
+        const [low, high] = [this.low, this.high].map((input) => (input.value === "" ? null : Number(input.value)));
+        this.selection.setRange(this.name, this.numbers, low, high);
+    }
 
-  clear() {
-    this.low.value = this.high.value = "";
-  }
+    clear() {
+        this.low.value = this.high.value = "";
+    }
 
-  drag(event) {
-    const box = this.chart.getBoundingClientRect();
-    const [least, greatest] = this.extent;
-    const at = (moved) => least + Math.min(Math.max((moved.clientX - box.left) / box.width, 0), 1) * (greatest - least);
-    const begun = at(event);
-    const move = (moved) => {
-      const ends = [begun, at(moved)].sort((a, b) => a - b);
-      [this.low.value, this.high.value] = ends.map((end) => shown(end, 4));
-      this.draw();
-    };
-    this.chart.setPointerCapture(event.pointerId);
-    this.chart.onpointermove = move;
-    this.chart.onpointerup = (moved) => {
-      this.chart.onpointermove = this.chart.onpointerup = null;
-      if (Math.abs(moved.clientX - event.clientX) < 3) this.clear(); // a click takes the range away
-      this.apply();
-    };
-  }
+    drag(event) {
+        const box = this.chart.getBoundingClientRect();
+        const [least, greatest] = this.extent;
+        const at = (moved) =>
+            least + Math.min(Math.max((moved.clientX - box.left) / box.width, 0), 1) * (greatest - least);
+        const begun = at(event);
+        const move = (moved) => {
+            const ends = [begun, at(moved)].sort((a, b) => a - b);
+            [this.low.value, this.high.value] = ends.map((end) => shown(end, 4));
+            this.draw();
+        };
+        this.chart.setPointerCapture(event.pointerId);
+        this.chart.onpointermove = move;
+        this.chart.onpointerup = (moved) => {
+            this.chart.onpointermove = this.chart.onpointerup = null;
+            if (Math.abs(moved.clientX - event.clientX) < 3) this.clear(); // a click takes the range away
+            this.apply();
+        };
+    }
 
-  /** Draw all pictures pale, those selected full, and shade what is chosen. */
-  draw() {
-    const all = counts(this.numbers, null, this.extent, 40);
-    const some = counts(this.numbers, this.selection.rows, this.extent, 40);
-    const most = Math.max(...all, 1);
-    const [least, greatest] = this.extent;
-    const place = (value, otherwise) => (value === "" ? otherwise : 100 * Math.min(Math.max((value - least) / (greatest - least || 1), 0), 1));
-    const [from, to] = [place(this.low.value, 0), place(this.high.value, 100)];
-    const width = this.low.value || this.high.value ? Math.max(to - from, 0) : 0;
-    this.chart.replaceChildren(
-      shape("rect", { x: from, y: 0, width, height: 28, class: "chosen" }),
-      shape("path", { d: bars([...all].map((each) => each / most), 100, 28), class: "all" }),
-      shape("path", { d: bars([...some].map((each) => each / most), 100, 28), class: "some" }),
-    );
-  }
+    /** Draw all pictures pale, those selected full, and shade what is chosen. */
+    draw() {
+        const all = counts(this.numbers, null, this.extent, 40);
+        const some = counts(this.numbers, this.selection.rows, this.extent, 40);
+        const most = Math.max(...all, 1);
+        const [least, greatest] = this.extent;
+        const place = (value, otherwise) =>
+            value === "" ? otherwise : 100 * Math.min(Math.max((value - least) / (greatest - least || 1), 0), 1);
+        const [from, to] = [place(this.low.value, 0), place(this.high.value, 100)];
+        const width = this.low.value || this.high.value ? Math.max(to - from, 0) : 0;
+        this.chart.replaceChildren(
+            shape("rect", { x: from, y: 0, width, height: 28, class: "chosen" }),
+            shape("path", {
+                d: bars(
+                    [...all].map((each) => each / most),
+                    100,
+                    28,
+                ),
+                class: "all",
+            }),
+            shape("path", {
+                d: bars(
+                    [...some].map((each) => each / most),
+                    100,
+                    28,
+                ),
+                class: "some",
+            }),
+        );
+    }
 }

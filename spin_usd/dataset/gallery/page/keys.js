@@ -2,24 +2,54 @@
 // The keyboard.
 
 const KEYS = [
-  ["Grid", [["← → ↑ ↓", "choose a picture"], ["Enter", "show it large"], ["Page Up, Page Down, Home, End", "go further"], ["/", "find a frame by its name"]]],
-  ["Picture", [["← →", "previous, next picture"], ["↑ ↓", "previous, next variant of the frame"], ["+ −", "zoom; the wheel too"], ["z", "zoom to the target"], ["f", "show all of the picture"], ["i", "hide the image under the overlays"], ["0", "no overlays"], ["Esc", "back to the grid"]]],
-  ["Everywhere", [["g", "pictures"], ["s", "distributions"], ["x", "dark or light"], ["?", "these keys"]]],
+    [
+        "Grid",
+        [
+            ["← → ↑ ↓", "choose a picture"],
+            ["Enter", "show it large"],
+            ["Page Up, Page Down, Home, End", "go further"],
+            ["/", "find a frame by its name"],
+        ],
+    ],
+    [
+        "Picture",
+        [
+            ["← →", "previous, next picture"],
+            ["↑ ↓", "previous, next variant of the frame"],
+            ["+ −", "zoom; the wheel too"],
+            ["z", "zoom to the target"],
+            ["f", "show all of the picture"],
+            ["i", "hide the image under the overlays"],
+            ["0", "no overlays"],
+            ["Esc", "back to the grid"],
+        ],
+    ],
+    [
+        "Everywhere",
+        [
+            ["g", "pictures"],
+            ["s", "distributions"],
+            ["x", "dark or light"],
+            ["?", "these keys"],
+        ],
+    ],
 ];
 
 /** Fill the dialog with all keys, those of the overlays too. */
 function fillKeys(dialog, overlays) {
-  const letters = overlays.all.filter(({ key }) => key).map(({ key, title }) => [key, title]);
-  const close = element("button", { type: "button" }, "Close");
-  close.addEventListener("click", () => dialog.close());
-  const parts = [...KEYS, ["Overlays", letters]].map(([title, keys]) => element("section", {}, element("h3", {}, title), table(keys, "facts keys")));
-  dialog.append(element("div", { className: "columns" }, ...parts), close);
+    const letters = overlays.all.filter(({ key }) => key).map(({ key, title }) => [key, title]);
+    const close = element("button", { type: "button" }, "Close");
+    close.addEventListener("click", () => dialog.close());
+    const parts = [...KEYS, ["Overlays", letters]].map(([title, keys]) =>
+        element("section", {}, element("h3", {}, title), table(keys, "facts keys")),
+    );
+    dialog.append(element("div", { className: "columns" }, ...parts), close);
 }
 
 /** Return whether the event goes to something that is typed into, or that takes arrows itself. */
 function isTyping(event) {
-  const { tagName, type } = event.target;
-  if (tagName === "SELECT" || tagName === "TEXTAREA") return true;
-  if (tagName !== "INPUT" || type === "checkbox") return false;
-  return type !== "range" || event.key.startsWith("Arrow");
+    const { tagName, type } = event.target;
+    if (tagName === "SELECT" || tagName === "TEXTAREA") return true;
+    if (tagName !== "INPUT" || type === "checkbox") return false;
+    return type !== "range" || event.key.startsWith("Arrow");
 }

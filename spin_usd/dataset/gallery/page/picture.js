@@ -2,147 +2,189 @@
 // One picture large: its image, what lies over it, and what is known of it.
 
 class PictureView extends EventTarget {
-  constructor(gallery, selection, stageNode, side) {
-    super();
-    Object.assign(this, { gallery, selection, side, row: null, labels: null, shown: null });
-    this.stage = new Stage(stageNode);
-    this.overlays = new Overlays(gallery);
-    this.overlays.addEventListener("change", () => this.draw());
-    this.stage.addEventListener("zoom", () => this.drawLines());
-    stageNode.addEventListener("pointermove", (event) => this.point(this.stage.position(event)));
-    stageNode.addEventListener("pointerleave", () => this.point(null));
-    this.buildSide();
-  }
-
-  buildSide() {
-    const button = (text, label, act) => {
-      const found = element("button", { type: "button", "aria-label": label, title: label }, text);
-      found.addEventListener("click", act);
-      return found;
-    };
-    this.title = element("h2");
-    this.place = element("p", { className: "place" });
-    const steps = element("div", { className: "tools" }, button("←", "Previous picture", () => this.step(-1)), button("→", "Next picture", () => this.step(1)), button("⊙", "Zoom to the target", () => this.zoomToTargets()), button("⤢", "Show all of the picture", () => this.stage.fit()), button("✕", "Back to the grid", () => this.dispatchEvent(new Event("close"))));
-    this.pointer = element("div", { className: "pointer", "aria-live": "off" });
-    this.slider = element("input", { type: "range", min: 0, step: 1, "aria-label": "Variant of this frame" });
-    this.slider.addEventListener("input", () => this.go(this.gallery.variantsOf(this.row)[this.slider.value]));
-    this.variant = element("output");
-    this.variants = element("div", { className: "variants" }, element("label", {}, "Variant ", this.variant, this.slider));
-    this.about = element("div");
-    this.side.append(element("header", {}, this.title, steps), this.place, this.variants, element("h3", {}, "Under the pointer"), this.pointer, element("h3", {}, "Overlays"), this.overlays.controls, this.about);
-  }
-
-  /** Show the targets' boxes large. */
-  zoomToTargets() {
-    const boxes = (this.shown?.record.targets ?? []).map((target) => target.box.visible ?? target.box.amodal).filter(Boolean);
-    if (!boxes.length) return;
-    const least = (axis) => Math.min(...boxes.map((box) => box[axis]));
-    const most = (axis) => Math.max(...boxes.map((box) => box[axis]));
-    this.stage.show([least(0), least(1), most(2), most(3)]);
-  }
-
-  go(row) {
-    if (row !== undefined) this.dispatchEvent(new CustomEvent("go", { detail: row }));
-  }
-
-  /** Go so many pictures on in the selection. */
-  step(by) {
-    const place = this.selection.rows.indexOf(this.row);
-    this.go(this.selection.rows[place + by]);
-  }
-
-  /** Go so many variants on of the same frame. */
-  stepVariant(by) {
-    const rows = this.gallery.variantsOf(this.row);
-    this.go(rows[rows.indexOf(this.row) + by]);
-  }
-
-  /** Show the picture of that row. */
-  async open(row) {
-    this.row = row;
-    const { gallery } = this;
-    const rows = gallery.variantsOf(row);
-    this.title.textContent = gallery.frame(row);
-    this.place.textContent = `${this.selection.rows.indexOf(row) + 1} of ${this.selection.rows.length} shown`;
-    this.variants.hidden = rows.length < 2;
-    this.slider.max = rows.length - 1;
-    this.slider.value = rows.indexOf(row);
-    this.variant.textContent = gallery.variant(row);
-    const faults = [gallery.faults.get(row)].filter(Boolean);
-    const found = await gallery.picture(row).catch((fault) => void faults.push(fault.message));
-    const labels = found && (await this.load(found).catch((fault) => void faults.push(fault.message)));
-    if (this.row !== row) return; // another one was opened meanwhile
-    this.shown = found;
-    this.labels = labels;
-    if (labels && !found.files.image) this.overlays.showOne(labels);
-    this.say(faults);
-    this.draw();
-    this.point(null);
-    this.stage.node.dataset.shown = `${gallery.variant(row)}/${gallery.frame(row)}`;
-  }
-
-  /** Take the picture's image and record; return a promise of its labels, null where it has none. */
-  async load({ record, files, lens_limit: limit }) {
-    this.camera = new Camera(record.camera, limit);
-    this.stage.resize(record.camera.width, record.camera.height);
-    if (files.image) this.stage.image.src = files.image;
-    else this.stage.image.removeAttribute("src");
-    this.stage.image.alt = `${record.frame} of ${record.variant}`;
-    return files.labels ? new Labels(await loadData(files.labels), record, this.camera, this.gallery.parts) : null;
-  }
-
-  say(faults) {
-    this.stage.fault.hidden = faults.length === 0;
-    this.stage.fault.textContent = faults.length ? `Damaged: ${faults.join("; ")}` : "";
-    this.stage.paper.hidden = !this.shown;
-    const record = this.shown?.record;
-    const parts = [section("Reproduce", true, copyable(reproduceCommand(this.gallery, this.row))), section("Measures", true, measureTable(this.gallery, this.row))];
-    if (record) parts.push(...provenance(record), section("Record", false, ...Object.entries(record).map(([key, value]) => tree(key, value))));
-    this.about.replaceChildren(...parts);
-  }
-
-  draw() {
-    this.stage.areas.replaceChildren();
-    for (const overlay of this.overlays.all) {
-      const there = overlay.area && this.labels?.has(overlay.name) && this.labels.pixels > 0;
-      if (!overlay.on || !there) continue;
-      overlay.painted = this.painted(overlay);
-      overlay.painted.style.opacity = overlay.blend;
-      this.stage.areas.append(overlay.painted);
+    constructor(gallery, selection, stageNode, side) {
+        super();
+        Object.assign(this, { gallery, selection, side, row: null, labels: null, shown: null });
+        this.stage = new Stage(stageNode);
+        this.overlays = new Overlays(gallery);
+        this.overlays.addEventListener("change", () => this.draw());
+        this.stage.addEventListener("zoom", () => this.drawLines());
+        stageNode.addEventListener("pointermove", (event) => this.point(this.stage.position(event)));
+        stageNode.addEventListener("pointerleave", () => this.point(null));
+        this.buildSide();
     }
-    this.drawLines();
-  }
 
-  /** Return the canvas of an area, painted once for the same labels. */
-  painted(overlay) {
-    if (overlay.of !== this.labels) {
-      overlay.canvas = painted(this.labels.planes(overlay.name), overlay.colours, this.labels.width, this.labels.height);
-      overlay.of = this.labels;
+    buildSide() {
+        const button = (text, label, act) => {
+            const found = element("button", { type: "button", "aria-label": label, title: label }, text);
+            found.addEventListener("click", act);
+            return found;
+        };
+        this.title = element("h2");
+        this.place = element("p", { className: "place" });
+        const steps = element(
+            "div",
+            { className: "tools" },
+            button("←", "Previous picture", () => this.step(-1)),
+            button("→", "Next picture", () => this.step(1)),
+            button("⊙", "Zoom to the target", () => this.zoomToTargets()),
+            button("⤢", "Show all of the picture", () => this.stage.fit()),
+            button("✕", "Back to the grid", () => this.dispatchEvent(new Event("close"))),
+        );
+        this.pointer = element("div", { className: "pointer", "aria-live": "off" });
+        this.slider = element("input", { type: "range", min: 0, step: 1, "aria-label": "Variant of this frame" });
+        this.slider.addEventListener("input", () => this.go(this.gallery.variantsOf(this.row)[this.slider.value]));
+        this.variant = element("output");
+        this.variants = element(
+            "div",
+            { className: "variants" },
+            element("label", {}, "Variant ", this.variant, this.slider),
+        );
+        this.about = element("div");
+        this.side.append(
+            element("header", {}, this.title, steps),
+            this.place,
+            this.variants,
+            element("h3", {}, "Under the pointer"),
+            this.pointer,
+            element("h3", {}, "Overlays"),
+            this.overlays.controls,
+            this.about,
+        );
     }
-    overlay.canvas.style.left = `${this.labels.x0}px`;
-    overlay.canvas.style.top = `${this.labels.y0}px`;
-    overlay.canvas.dataset.kind = overlay.name;
-    return overlay.canvas;
-  }
 
-  drawLines() {
-    const { drawing } = this.stage;
-    drawing.replaceChildren();
-    for (const overlay of this.shown ? this.overlays.all : []) {
-      if (overlay.area || !overlay.on) continue;
-      for (const target of this.shown.record.targets) {
-        const described = this.gallery.targets.find((each) => each.id === target.id);
-        drawing.append(shape("g", { "data-drawn": overlay.name }, ...LINES[overlay.name](target, this.camera, 1 / this.stage.zoom, described)));
-      }
+    /** Show the targets' boxes large. */
+    zoomToTargets() {
+        const boxes = (this.shown?.record.targets ?? [])
+            .map((target) => target.box.visible ?? target.box.amodal)
+            .filter(Boolean);
+        if (!boxes.length) return;
+        const least = (axis) => Math.min(...boxes.map((box) => box[axis]));
+        const most = (axis) => Math.max(...boxes.map((box) => box[axis]));
+        this.stage.show([least(0), least(1), most(2), most(3)]);
     }
-  }
 
-  /** Say what is at that place of the picture, [u, v] in pixels; null where the pointer is elsewhere. */
-  point(at) {
-    const pixel = at && this.shown ? at.map(Math.floor) : null;
-    const rows = factsAt(this.labels, this.gallery, pixel);
-    const found = table(rows, "facts values");
-    rows.forEach(([, , many], place) => found.rows[place].cells[1].classList.toggle("many", many === true));
-    this.pointer.replaceChildren(found);
-  }
+    go(row) {
+        if (row !== undefined) this.dispatchEvent(new CustomEvent("go", { detail: row }));
+    }
+
+    /** Go so many pictures on in the selection. */
+    step(by) {
+        const place = this.selection.rows.indexOf(this.row);
+        this.go(this.selection.rows[place + by]);
+    }
+
+    /** Go so many variants on of the same frame. */
+    stepVariant(by) {
+        const rows = this.gallery.variantsOf(this.row);
+        this.go(rows[rows.indexOf(this.row) + by]);
+    }
+
+    /** Show the picture of that row. */
+    async open(row) {
+        this.row = row;
+        const { gallery } = this;
+        const rows = gallery.variantsOf(row);
+        this.title.textContent = gallery.frame(row);
+        this.place.textContent = `${this.selection.rows.indexOf(row) + 1} of ${this.selection.rows.length} shown`;
+        this.variants.hidden = rows.length < 2;
+        this.slider.max = rows.length - 1;
+        this.slider.value = rows.indexOf(row);
+        this.variant.textContent = gallery.variant(row);
+        const faults = [gallery.faults.get(row)].filter(Boolean);
+        const found = await gallery.picture(row).catch((fault) => void faults.push(fault.message));
+        const labels =
+            found && (await this.load(found).catch((fault) => void (faults.length || faults.push(fault.message))));
+        if (this.row !== row) return; // another one was opened meanwhile
+        this.shown = found;
+        this.labels = labels;
+        if (labels && !found.files.image) this.overlays.showOne(labels);
+        this.say(faults);
+        this.draw();
+        this.point(null);
+        this.stage.node.dataset.shown = `${gallery.variant(row)}/${gallery.frame(row)}`;
+    }
+
+    /** Take the picture's image and record; return a promise of its labels, null where it has none. */
+    async load({ record, files, lens_limit: limit }) {
+        this.camera = new Camera(record.camera, limit);
+        this.stage.resize(record.camera.width, record.camera.height);
+        if (files.image) this.stage.image.src = files.image;
+        else this.stage.image.removeAttribute("src");
+        this.stage.image.alt = `${record.frame} of ${record.variant}`;
+        return files.labels ? new Labels(await loadData(files.labels), record, this.camera, this.gallery.parts) : null;
+    }
+
+    say(faults) {
+        this.stage.fault.hidden = faults.length === 0;
+        this.stage.fault.textContent = faults.length ? `Damaged: ${faults.join("; ")}` : "";
+        this.stage.paper.hidden = !this.shown;
+        const record = this.shown?.record;
+        const parts = [
+            section("Reproduce", true, copyable(reproduceCommand(this.gallery, this.row))),
+            section("Measures", true, measureTable(this.gallery, this.row)),
+        ];
+        if (record)
+            parts.push(
+                ...provenance(record),
+                section("Record", false, ...Object.entries(record).map(([key, value]) => tree(key, value))),
+            );
+        this.about.replaceChildren(...parts);
+    }
+
+    draw() {
+        this.stage.areas.replaceChildren();
+        for (const overlay of this.overlays.all) {
+            const there = overlay.area && this.labels?.has(overlay.name) && this.labels.pixels > 0;
+            if (!overlay.on || !there) continue;
+            overlay.painted = this.painted(overlay);
+            overlay.painted.style.opacity = overlay.blend;
+            this.stage.areas.append(overlay.painted);
+        }
+        this.drawLines();
+    }
+
+    /** Return the canvas of an area, painted once for the same labels. */
+    painted(overlay) {
+        if (overlay.of !== this.labels) {
+            overlay.canvas = painted(
+                this.labels.planes(overlay.name),
+                overlay.colours,
+                this.labels.width,
+                this.labels.height,
+            );
+            overlay.of = this.labels;
+        }
+        overlay.canvas.style.left = `${this.labels.x0}px`;
+        overlay.canvas.style.top = `${this.labels.y0}px`;
+        overlay.canvas.dataset.kind = overlay.name;
+        return overlay.canvas;
+    }
+
+    drawLines() {
+        const { drawing } = this.stage;
+        drawing.replaceChildren();
+        for (const overlay of this.shown ? this.overlays.all : []) {
+            if (overlay.area || !overlay.on) continue;
+            for (const target of this.shown.record.targets) {
+                const described = this.gallery.targets.find((each) => each.id === target.id);
+                drawing.append(
+                    shape(
+                        "g",
+                        { "data-drawn": overlay.name },
+                        ...LINES[overlay.name](target, this.camera, 1 / this.stage.zoom, described),
+                    ),
+                );
+            }
+        }
+    }
+
+    /** Say what is at that place of the picture, [u, v] in pixels; null where the pointer is elsewhere. */
+    point(at) {
+        const pixel = at && this.shown ? at.map(Math.floor) : null;
+        const rows = factsAt(this.labels, this.gallery, pixel);
+        const found = table(rows, "facts values");
+        rows.forEach(([, , many], place) => found.rows[place].cells[1].classList.toggle("many", many === true));
+        this.pointer.replaceChildren(found);
+    }
 }

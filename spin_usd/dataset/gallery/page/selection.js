@@ -2,65 +2,65 @@
 // The rows that pass all filters, in the order asked for.
 
 class Selection extends EventTarget {
-  constructor(gallery) {
-    super();
-    this.gallery = gallery;
-    this.ranges = new Map(); // by column: { numbers, low, high }
-    this.choices = new Map(); // by column: { numbers, chosen: Set of numbers }
-    this.text = "";
-    this.damagedOnly = false;
-    this.sorting = null; // numbers, or null for the order of the dataset
-    this.descending = false;
-    this.rows = Uint32Array.from({ length: gallery.count }, (_, row) => row);
-  }
-
-  setRange(name, numbers, low, high) {
-    if (low === null && high === null) this.ranges.delete(name);
-    else this.ranges.set(name, { numbers, low: low ?? -Infinity, high: high ?? Infinity });
-    this.update();
-  }
-
-  setChoice(name, numbers, chosen) {
-    if (chosen === null) this.choices.delete(name);
-    else this.choices.set(name, { numbers, chosen });
-    this.update();
-  }
-
-  clear() {
-    this.ranges.clear();
-    this.choices.clear();
-    this.text = "";
-    this.damagedOnly = false;
-    this.update();
-  }
-
-  update() {
-    const found = [];
-    for (let row = 0; row < this.gallery.count; row += 1) if (this.passes(row)) found.push(row);
-    this.rows = Uint32Array.from(found);
-    if (this.sorting) this.sort();
-    else if (this.descending) this.rows.reverse();
-    this.dispatchEvent(new Event("change"));
-  }
-
-  passes(row) {
-    if (this.text && !this.gallery.frame(row).toLowerCase().includes(this.text)) return false;
-    if (this.damagedOnly && !this.gallery.faults.has(row)) return false;
-    for (const { numbers, low, high } of this.ranges.values()) {
-      if (!(numbers[row] >= low && numbers[row] <= high)) return false;
+    constructor(gallery) {
+        super();
+        this.gallery = gallery;
+        this.ranges = new Map(); // by column: { numbers, low, high }
+        this.choices = new Map(); // by column: { numbers, chosen: Set of numbers }
+        this.text = "";
+        this.damagedOnly = false;
+        this.sorting = null; // numbers, or null for the order of the dataset
+        this.descending = false;
+        this.rows = Uint32Array.from({ length: gallery.count }, (_, row) => row);
     }
-    for (const { numbers, chosen } of this.choices.values()) if (!chosen.has(numbers[row])) return false;
-    return true;
-  }
 
-  /** Sort the rows by their numbers; those without one come last either way, equal ones in the dataset's order. */
-  sort() {
-    const sign = this.descending ? -1 : 1;
-    const numbers = this.sorting;
-    this.rows.sort((a, b) => {
-      const difference = sign * (numbers[a] - numbers[b]);
-      if (!Number.isNaN(difference)) return difference || a - b;
-      return Number.isNaN(numbers[a]) - Number.isNaN(numbers[b]) || a - b;
-    });
-  }
+    setRange(name, numbers, low, high) {
+        if (low === null && high === null) this.ranges.delete(name);
+        else this.ranges.set(name, { numbers, low: low ?? -Infinity, high: high ?? Infinity });
+        this.update();
+    }
+
+    setChoice(name, numbers, chosen) {
+        if (chosen === null) this.choices.delete(name);
+        else this.choices.set(name, { numbers, chosen });
+        this.update();
+    }
+
+    clear() {
+        this.ranges.clear();
+        this.choices.clear();
+        this.text = "";
+        this.damagedOnly = false;
+        this.update();
+    }
+
+    update() {
+        const found = [];
+        for (let row = 0; row < this.gallery.count; row += 1) if (this.passes(row)) found.push(row);
+        this.rows = Uint32Array.from(found);
+        if (this.sorting) this.sort();
+        else if (this.descending) this.rows.reverse();
+        this.dispatchEvent(new Event("change"));
+    }
+
+    passes(row) {
+        if (this.text && !this.gallery.frame(row).toLowerCase().includes(this.text)) return false;
+        if (this.damagedOnly && !this.gallery.faults.has(row)) return false;
+        for (const { numbers, low, high } of this.ranges.values()) {
+            if (!(numbers[row] >= low && numbers[row] <= high)) return false;
+        }
+        for (const { numbers, chosen } of this.choices.values()) if (!chosen.has(numbers[row])) return false;
+        return true;
+    }
+
+    /** Sort the rows by their numbers; those without one come last either way, equal ones in the dataset's order. */
+    sort() {
+        const sign = this.descending ? -1 : 1;
+        const numbers = this.sorting;
+        this.rows.sort((a, b) => {
+            const difference = sign * (numbers[a] - numbers[b]);
+            if (!Number.isNaN(difference)) return difference || a - b;
+            return Number.isNaN(numbers[a]) - Number.isNaN(numbers[b]) || a - b;
+        });
+    }
 }
