@@ -6,7 +6,6 @@ from typing import Any
 
 from spin_usd.dataset.process.open_renderer import DEFAULT_RENDERER
 from spin_usd.scene.effort import QUALITIES, Effort
-from spin_usd.scene.model import NOMINAL
 
 PORT = 8643
 MAX_WIDTH = 960
@@ -17,7 +16,7 @@ class WatchedPicture:
     """A picture by its frame, a name or a number from 0, and its variant."""
 
     frame: str
-    variant: str = NOMINAL
+    variant: str
 
 
 @dataclass(frozen=True, kw_only=True)
