@@ -7,6 +7,7 @@ import pytest
 
 import spin_usd
 from spin_usd.cli.main import app
+from spin_usd.dataset.check.rules import RULES
 from spin_usd.dataset.export.formats.table import EXPORT_FORMATS
 from spin_usd.labels.table import LABELS
 from spin_usd.stage.augment.parameters import PARAMETERS
@@ -20,6 +21,7 @@ OFFERED = {
     "python": [f"spin_usd.{name}" for name in spin_usd.__all__ if name.islower() and not name.startswith("_")],
     "labels": list(LABELS),
     "parameters": list(PARAMETERS),
+    "findings": list(RULES),
     "formats": list(EXPORT_FORMATS),
     "bundled": [path.stem for path in (REPOSITORY / "stages" / "cameras").glob("*.usda")],
     "schemas": SCHEMAS,

@@ -14,6 +14,7 @@ MADE = {
     "python": python_interface.page,
     "labels": tables.labels,
     "parameters": tables.parameters,
+    "findings": tables.findings,
     "formats": tables.formats,
     "bundled": tables.bundled,
     "schemas": schemas.page,

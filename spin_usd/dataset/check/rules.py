@@ -1,0 +1,193 @@
+"""All rules of `spin-usd check`, by the code that their findings have: what each means, and what to do.
+
+A finding's own message says where it is and what exactly is wrong. Findings with other codes are those of OpenUSD's
+own validators.
+"""
+
+from dataclasses import dataclass
+
+_AGAIN = "Run `check --repair`, or `render` with the same stage and options."
+_SENSE = "Nothing, if it is meant; else change pose, camera or light."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rule:
+    """A rule. meaning: what a finding by it says, one sentence · remedy: what to do then."""
+
+    meaning: str
+    remedy: str = _AGAIN
+
+
+STAGE = {
+    "refused": Rule(meaning="The stage is not opened: it holds what no stage may.", remedy="As the message says."),
+    "unreadable": Rule(
+        meaning="A value or a file cannot be read.", remedy="Correct it; a file of a dataset by `check --repair`."
+    ),
+    "scene": Rule(meaning="A picture cannot be rendered: its scene is refused.", remedy="As the message says."),
+    "layer-metadata": Rule(
+        meaning="A layer lacks its up axis, units or default prim; where it is root, USD falls back to its own.",
+        remedy="Author what is meant in that layer.",
+    ),
+    "layer-units": Rule(
+        meaning="A layer has another up axis or unit than the root layer, which USD does not convert.",
+        remedy="Make them equal, or scale and rotate where the layer is referenced.",
+    ),
+    "layer-time": Rule(
+        meaning="A layer counts its time codes at another rate, so its samples are moved off the pictures.",
+        remedy="Make timeCodesPerSecond equal.",
+    ),
+    "path-not-anchored": Rule(
+        meaning="An asset path does not begin with ./, so USD looks for it elsewhere too.", remedy="Write ./ before it."
+    ),
+    "capture-range": Rule(
+        meaning="The stage starts and ends at other times than its pictures.",
+        remedy="Make startTimeCode and endTimeCode equal to theirs.",
+    ),
+    "pose-matrix": Rule(
+        meaning="A pose is sampled as matrices, which shear between time samples.",
+        remedy="Author translate and orient.",
+    ),
+    "pose-precision": Rule(
+        meaning="A pose's type rounds it by more than pictures could show.",
+        remedy="Author double3 translate and quatd orient.",
+    ),
+    "pose-norm": Rule(
+        meaning="The quaternion of a target or camera is not of length 1, so USD reads another rotation.",
+        remedy="Normalise it.",
+    ),
+    "pose-blended": Rule(
+        meaning="Pictures lie between time samples, so their poses are blends.", remedy="Author a sample at each frame."
+    ),
+    "orient-rounded": Rule(meaning="A quaternion is off length 1, and was normalised.", remedy="Normalise it."),
+    "lens": Rule(meaning="A camera's lens cannot be used.", remedy="As the message says."),
+    "lens-aside": Rule(
+        meaning="The principal point is outside the picture.", remedy="Check the camera's size in pixels."
+    ),
+    "lens-derived": Rule(
+        meaning="USD's own camera attributes are not those that follow from the lens, so other programs show another.",
+        remedy="Set them to what the message says, or let `author` write the camera.",
+    ),
+    "lens-none": Rule(
+        meaning="A camera has numbers of a lens without SpinLensAPI, or no size in pixels.", remedy="Apply SpinLensAPI."
+    ),
+    "kind-broken": Rule(
+        meaning="A model has an ancestor that is no group, so USD does not see it as a model.",
+        remedy="Make every ancestor a group or an assembly.",
+    ),
+    "label-none": Rule(
+        meaning="A surface of the target has no class.", remedy="Author a class label on it, or on a prim above it."
+    ),
+    "light": Rule(
+        meaning="A light does not author what decides its power, or is far darker than the Sun.",
+        remedy="Author what is meant.",
+    ),
+    "extent-none": Rule(
+        meaning="Geometry has no extent, so viewers must read all its points to frame it.", remedy="Author its extent."
+    ),
+    "draw-mode": Rule(
+        meaning="A model asks to be shown as cards or bounds; pictures show its geometry.",
+        remedy="Remove its draw mode.",
+    ),
+    "property-unknown": Rule(
+        meaning="A property has a name of ours that no schema has: it does nothing.", remedy="Correct its name."
+    ),
+    "variant-broken": Rule(meaning="A variant does not compose.", remedy="As the message says."),
+    "variant-dead": Rule(
+        meaning="An opinion of a variant has no effect: a local one beats it, or its prim is not there.",
+        remedy="Bring the local one by reference, or remove that opinion.",
+    ),
+    "variant-unknown": Rule(
+        meaning="A variant is selected that is not there; USD ignores that.", remedy="Select one that is."
+    ),
+    "variant-overlap": Rule(
+        meaning="Two variants author the same thing; where both are selected, one wins.",
+        remedy="Keep it in one of them.",
+    ),
+    "variant-same": Rule(
+        meaning="An augmentation changes no picture.", remedy="Remove it, or let it change something."
+    ),
+    "variant-many": Rule(
+        meaning="There are more variants than are looked at.", remedy="Check the others in a stage of their own."
+    ),
+    "color-clamped": Rule(meaning="A colour is above 1, and is rendered as 1.", remedy="Author colours up to 1."),
+    "image-missing": Rule(meaning="A texture is not there; its fallback is rendered.", remedy="Add the file."),
+    "material-foreign": Rule(
+        meaning="A material is for another renderer; the display colour is rendered.",
+        remedy="Author a UsdPreviewSurface.",
+    ),
+    "mesh-empty": Rule(meaning="A mesh has no faces.", remedy="Remove it, or give it faces."),
+    "faces-coincident": Rule(
+        meaning="Faces lie in one another where that is seen: labels show the first, and light is lost.",
+        remedy="Remove one of each two, or move it.",
+    ),
+    "target-size": Rule(meaning="The target is of a size that no spacecraft has.", remedy="Check its unit."),
+    "camera-inside": Rule(
+        meaning="The camera is inside the target's bounding box.",
+        remedy="Check the unit of the model, and that of the poses.",
+    ),
+    "target-behind": Rule(meaning="The target is behind the camera.", remedy="Place it at a z above zero."),
+    "target-outside": Rule(
+        meaning="The target is outside the frame.", remedy="Bring it nearer to the middle, or take a wider lens."
+    ),
+    "target-cut-off": Rule(
+        meaning="The frame cuts the target off.", remedy="Where all of it is wanted, move it to the middle, or away."
+    ),
+    "target-small": Rule(meaning="The target is only a few pixels across.", remedy=_SENSE),
+    "target-unlit": Rule(meaning="The side of the target that the camera sees faces away from the Sun.", remedy=_SENSE),
+    "target-dark": Rule(meaning="A planet's shadow, or the lack of any light, leaves the target dark.", remedy=_SENSE),
+}
+"""Rules on stages."""
+
+DATASET = {
+    "description": Rule(meaning="dataset.json cannot be used."),
+    "empty": Rule(meaning="The dataset holds no picture.", remedy="Run `render`."),
+    "stage": Rule(
+        meaning="The dataset's own stage, or its root layer, is missing or cannot be read.",
+        remedy="Run `render` again with the stage that made the pictures.",
+    ),
+    "sums": Rule(meaning="stage/SHA256SUMS does not list the files of stage/ as they are."),
+    "layer": Rule(
+        meaning="A layer or image of the stage is not as it was when pictures were made.",
+        remedy="Run `render` again with the stage that made the pictures.",
+    ),
+    "missing": Rule(meaning="A file that a record lists is not there."),
+    "sha256": Rule(meaning="A file differs from its record."),
+    "stray": Rule(meaning="A file among the pictures is in no record.", remedy="Move it elsewhere, or remove it."),
+    "link": Rule(meaning="A link stands in the place of a file; none is followed.", remedy="Put the file there."),
+    "special": Rule(meaning="Neither a file nor a folder stands there, such as a pipe.", remedy="Remove it."),
+    "outdated": Rule(meaning="A picture was made from another state of the stage.", remedy="Run `render` again."),
+    "cache": Rule(
+        meaning="A file of the cache is damaged, strange, or of no use; it costs time, no picture.",
+        remedy="`check --repair`, or remove it.",
+    ),
+    "shards": Rule(meaning="Shards are missing.", remedy="Make them, then `merge` or `render`."),
+    "record": Rule(meaning="A record cannot be used, or is not of its schema."),
+    "numbers": Rule(meaning="A record or a file holds numbers that cannot be used."),
+    "size": Rule(meaning="A file has another size in pixels than the camera."),
+    "depth": Rule(meaning="Depth is not the z of the dense pose."),
+    "support": Rule(meaning="Labels cover different pixels."),
+    "reprojection": Rule(meaning="The dense pose projects beside its own pixels."),
+    "range": Rule(meaning="Range is not the length that depth gives."),
+    "normals": Rule(meaning="Normals are not of length 1, face away, or disagree with pose or dense pose."),
+    "classes": Rule(meaning="A pixel's class is not that of its part."),
+    "instance": Rule(meaning="A pixel's target is not that of its part."),
+    "nocs": Rule(meaning="NOCS is not the dense pose as shares of the target's box."),
+    "lit": Rule(meaning="Lit and normals disagree about what is turned away from the Sun."),
+    "flow": Rule(meaning="Flow does not end at the dense pose's points in the next frame."),
+    "pose": Rule(meaning="The pose that OpenCV finds from the dense pose is not the record's."),
+    "box": Rule(meaning="A box is not around what mask, pose and dense pose show."),
+    "pixels": Rule(meaning="Counts of pixels are not those of the labels."),
+    "keypoints": Rule(meaning="A keypoint does not project to where the record has it, or is hidden and said visible."),
+    "cross": Rule(meaning="Cycles casts another label than the dataset has; only with `--cross`."),
+    "nearly-black": Rule(meaning="Most of the target is black in the image.", remedy=_SENSE),
+    "nearly-white": Rule(meaning="Most of the target is white in the image.", remedy=_SENSE),
+    "exposure-end": Rule(meaning="Auto-exposure is at an end of its range.", remedy=_SENSE),
+    "lidar": Rule(meaning="The record says nothing of the LiDAR, or its points lie beside what depth shows."),
+    "beams": Rule(meaning="Points lie beside their beams, or a beam is not of the LiDAR or is there twice."),
+    "parts": Rule(meaning="A part of the LiDAR's points is not in dataset.json, or of another target there."),
+    "noise": Rule(meaning="Ranges are further off than the LiDAR's noise explains."),
+    "limits": Rule(meaning="Ranges are outside the LiDAR's limits."),
+}
+"""Rules on datasets."""
+
+RULES = {**STAGE, **DATASET}
