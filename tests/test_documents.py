@@ -17,6 +17,7 @@ from spin_usd.cli.main import app
 from tests.conftest import REPOSITORY
 
 README, DOCS = REPOSITORY / "README.md", REPOSITORY / "docs"
+NOTEBOOK = DOCS / "how-to" / "notebook.ipynb"
 PACKAGE = REPOSITORY / "spin_usd"
 GUIDES = [README, *sorted(DOCS.rglob("*.md"))]
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *GUIDES[1:], *sorted((REPOSITORY / "stages").rglob("*.md"))]
@@ -116,6 +117,14 @@ def run_python(code, folder) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
+def test_the_notebook_runs_and_holds_no_outputs(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    cells = [cell for cell in json.loads(NOTEBOOK.read_text())["cells"] if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] for cell in cells)
+    run_python("\n".join("".join(cell["source"]) for cell in cells), tmp_path)
+
+
 def serve_and_stop(arguments, folder) -> None:
     """Until it has said where it listens; what it makes as it is stopped is made."""
     command = [Path(sys.executable).with_name("spin-usd"), *arguments, "--port", "0"]
@@ -201,8 +210,8 @@ def test_the_readme_is_short() -> None:
 
 def test_every_page_of_docs_is_linked_from_the_first() -> None:
     first = DOCS / "index.md"
-    linked = {first, *(DOCS / page for page in re.findall(r"\]\(([\w/-]+\.md)\)", first.read_text()))}
-    assert linked == set(GUIDES[1:])
+    linked = {first, *(DOCS / page for page in re.findall(r"\]\(([\w/-]+\.(?:md|ipynb))\)", first.read_text()))}
+    assert linked == {*GUIDES[1:], NOTEBOOK}
 
 
 def test_what_travels_along_is_named_where_stages_are_authored() -> None:
