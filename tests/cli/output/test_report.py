@@ -10,10 +10,11 @@ from spin_usd.resources import schemas
 REPORTS = sorted(schemas().glob("*-report-1.schema.json"))
 
 
-def test_a_machine_is_well_where_no_line_has_a_remedy(spin_usd) -> None:
-    report = json.loads(spin_usd("doctor", "--json").stdout)
-    assert report["well"]
-    assert {line["remedy"] for line in report["lines"]} == {""}
+def test_a_machine_is_not_well_where_a_line_has_a_remedy(spin_usd) -> None:
+    """Whatever else this one lacks, it has no such folder."""
+    report = json.loads(spin_usd("doctor", "--folder", "no such folder", "--json", code=1).stdout)
+    assert not report["well"]
+    assert {line["subject"]: line["remedy"] for line in report["lines"]}["disk"] == "choose a folder that exists"
 
 
 def test_progress_goes_to_standard_error(spin_usd, small_stage) -> None:

@@ -24,7 +24,7 @@ SHOW_PROGRESS = (
     "-c",
     "import time; from spin_usd.cli.output.progress import shown\n"
     "with shown() as progress:\n"
-    "    for done in range(4): progress('rendering: picture', done, 8); time.sleep(0.2)\n",
+    "    for done in range(4): progress('rendering: picture', done, 8); time.sleep(0.1)\n",
 )
 
 
